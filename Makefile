@@ -1,0 +1,41 @@
+# make setup | demo | test | check | benchmarks | clean
+SEED ?= 1
+WORKERS ?= 2
+STAMP := .venv/.servosight-is-set-up
+BIN := .venv/bin
+
+.PHONY: setup demo test lint check benchmarks clean
+.DEFAULT_GOAL := setup
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml uv.lock hatch_build.py tools/setup.sh tools/check_opengl.py
+	@tools/setup.sh
+	@touch $@
+
+# The same recording, model, diagnosis and report for the same seed: make demo SEED=7
+demo: setup
+	$(BIN)/servosight demo -o out/demo --seed $(SEED)
+
+# Pass more to pytest by ARGS: make test ARGS="tests/models -k friction"
+test: setup
+	$(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+check: lint test
+
+benchmarks: setup
+	@set -e; for script in benchmarks/[a-z]*.py; do \
+		[ -e "$$script" ] || { echo "benchmarks/ holds no script yet"; break; }; \
+		echo "== $$script"; $(BIN)/python "$$script"; \
+	done
+
+clean:
+	rm -rf .venv .venv-uv out dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+	find src/servosight -type l -delete

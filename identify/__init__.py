@@ -1,0 +1,1 @@
+"""Recordings to parameters, with their uncertainty."""

@@ -1,0 +1,1 @@
+"""What an actuator is: parameters, effects, the plant equation, recordings, camera timing."""
