@@ -9,7 +9,7 @@ BIN := .venv/bin
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml uv.lock hatch_build.py tools/setup.sh tools/check_opengl.py
+$(STAMP): pyproject.toml uv.lock hatch_build.py src/servosight/__init__.py tools/setup.sh tools/check_opengl.py
 	@tools/setup.sh
 	@touch $@
 

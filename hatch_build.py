@@ -28,7 +28,9 @@ def link(folder: Path, place: Path) -> None:
         if place.resolve() == folder.resolve():
             return
         if not place.is_symlink():
-            raise RuntimeError(f"{place} is in the way: remove it, a link to {folder} belongs there")
+            raise RuntimeError(
+                f"{place} is in the way: remove it, a link to {folder} belongs there"
+            )
         place.unlink()
     if sys.platform == "win32":
         import _winapi
