@@ -1,0 +1,92 @@
+"""Command signals: shapes that excite a servo, sampled as a sender would send them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Rows of a command: ``time_s`` rising, ``command_deg`` held from each row to the next."""
+
+    time_s: Array
+    command_deg: Array
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first row to the last [s]."""
+        return float(self.time_s[-1] - self.time_s[0])
+
+
+def steps(time_s: Array, amplitude_deg: float, dwell_s: float, seed: int) -> Array:
+    """Random levels within +-``amplitude_deg``, each held for ``dwell_s``; starts at zero."""
+    rng = np.random.default_rng(seed)
+    index = np.floor((time_s - time_s[0]) / dwell_s + 1e-9).astype(int)
+    levels = rng.uniform(-1.0, 1.0, index[-1] + 1)
+    levels += np.sign(levels) * 0.2
+    levels[0] = 0.0
+    return np.asarray(amplitude_deg * np.clip(levels, -1.0, 1.0)[index])
+
+
+def chirp(time_s: Array, amplitude_deg: float, low_hz: float, high_hz: float) -> Array:
+    """Logarithmic sweep from ``low_hz`` to ``high_hz`` over the whole of ``time_s``."""
+    t = time_s - time_s[0]
+    rate = np.log(high_hz / low_hz) / t[-1]
+    return np.asarray(amplitude_deg * np.sin(2 * np.pi * low_hz * np.expm1(rate * t) / rate))
+
+
+def triangle(time_s: Array, amplitude_deg: float, frequency_hz: float) -> Array:
+    """Triangle wave that starts at zero and rises."""
+    phase = (time_s - time_s[0]) * frequency_hz
+    return np.asarray(amplitude_deg * (2 / np.pi) * np.arcsin(np.sin(2 * np.pi * phase)))
+
+
+def sine(time_s: Array, amplitude_deg: float, frequency_hz: float) -> Array:
+    """Sine wave; the paper's own excitation is 20 deg at 1 Hz."""
+    return np.asarray(amplitude_deg * np.sin(2 * np.pi * frequency_hz * (time_s - time_s[0])))
+
+
+def multisine(
+    time_s: Array, amplitude_deg: float, low_hz: float, high_hz: float, seed: int
+) -> Array:
+    """Random-phase odd multisine with peak ``amplitude_deg`` (Pintelon and Schoukens 2012)."""
+    t = time_s - time_s[0]
+    rng = np.random.default_rng(seed)
+    base = low_hz
+    harmonics = np.arange(1, max(int(high_hz / base), 1) + 1, 2)
+    phases = rng.uniform(0, 2 * np.pi, harmonics.size)
+    wave = np.sin(2 * np.pi * base * t[:, None] * harmonics + phases).sum(axis=1)
+    wave -= wave[0]
+    return np.asarray(amplitude_deg * wave / np.max(np.abs(wave)))
+
+
+def standard(
+    duration_s: float = 20.0, amplitude_deg: float = 20.0, seed: int = 0, rate_hz: float = 250.0
+) -> Excitation:
+    """Rest, steps, chirp, triangles at two amplitudes and multisine, one after the other.
+
+    Two amplitudes and slow reversals separate play, dead zone and dry friction; steps show
+    limits; the chirp shows dynamics. Rows at ``rate_hz``, as a sender's loop would write them.
+    """
+    time_s = np.arange(int(round(duration_s * rate_hz)) + 1) / rate_hz
+    rest = max(0.3, 0.02 * duration_s)
+    parts: list[tuple[float, Callable[[Array], Array]]] = [
+        (0.30, lambda t: steps(t, amplitude_deg, 0.04 * duration_s, seed)),
+        (0.25, lambda t: chirp(t, 0.6 * amplitude_deg, 0.3, 12.0)),
+        (0.15, lambda t: triangle(t, 0.75 * amplitude_deg, 0.5)),
+        (0.10, lambda t: triangle(t, 0.15 * amplitude_deg, 1.0)),
+        (0.20, lambda t: multisine(t, 0.8 * amplitude_deg, 0.5, 9.0, seed + 1)),
+    ]
+    command = np.zeros_like(time_s)
+    edge = rest
+    for share, shape in parts:
+        inside = (time_s >= edge) & (time_s < edge + share * (duration_s - rest))
+        command[inside] = shape(time_s[inside])
+        edge += share * (duration_s - rest)
+    return Excitation(time_s, command)

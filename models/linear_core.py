@@ -1,0 +1,115 @@
+"""Exact update of the linear core over a step, and its answer to polynomial forcing.
+
+State x = (theta, w), theta' = w, w' = -(theta + 2 xi T w) / T^2 + N(t). Over a step h the update is
+x1 = E x0 + S N(0) + ..., where S, R and Q answer to N = 1, s/h and (s/h)^2 from rest. These are the
+phi functions of an exponential integrator (Cox and Matthews, J. Comput. Phys. 176 (2002)).
+
+This file is compiled into the plant kernel; see codegen.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+_SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
+_TERMS = 14
+
+
+@njit
+def core_update(T, xi, h, c):  # type: ignore[no-untyped-def]
+    """Fill ``c`` = (e11, e12, e21, e22, S_theta, S_w, R_theta, R_w, Q_theta, Q_w) for step h [s]."""
+    a0 = -1.0 / (T * T)
+    a1 = -2.0 * xi / T
+    if h * (1.0 + 2.0 * xi) < _SERIES * T:
+        # Impulse answer e12 = sum c_n h^n / n!, and its repeated integrals.
+        before, now = 0.0, 1.0
+        power = h
+        e12 = h
+        s_theta = 0.5 * h * h
+        ramp = h * h * h / 6.0
+        quad = h * h * h * h / 24.0
+        e22 = 1.0
+        for n in range(2, _TERMS):
+            before, now = now, a1 * now + a0 * before
+            e22 += now * power
+            power *= h / n
+            term = now * power
+            e12 += term
+            term *= h / (n + 1)
+            s_theta += term
+            term *= h / (n + 2)
+            ramp += term
+            quad += term * h / (n + 3)
+        e11 = 1.0 + a0 * s_theta
+    else:
+        root = xi * xi - 1.0
+        if abs(root) < 1e-10:
+            e12 = h * math.exp(-xi * h / T)
+            cosine = math.exp(-xi * h / T)
+        elif root < 0.0:
+            omega = math.sqrt(-root) / T
+            decay = math.exp(-xi * h / T)
+            e12 = decay * math.sin(omega * h) / omega
+            cosine = decay * math.cos(omega * h)
+        else:
+            omega = math.sqrt(root) / T
+            slow = math.exp((-xi / T + omega) * h)
+            fast = math.exp((-xi / T - omega) * h)
+            e12 = 0.5 * (slow - fast) / omega
+            cosine = 0.5 * (slow + fast)
+        e11 = cosine + xi / T * e12
+        e22 = cosine - xi / T * e12
+        s_theta = T * T * (1.0 - e11)
+        whole = e12 + 2.0 * xi * T * (1.0 - e11)  # integral of e11
+        ramp = T * T * (h - whole)
+        quad = T * T * (0.5 * h * h - s_theta - 2.0 * xi * T * (h - whole))
+    c[0] = e11
+    c[1] = e12
+    c[2] = a0 * e12
+    c[3] = e22
+    c[4] = s_theta
+    c[5] = e12
+    c[6] = ramp / h
+    c[7] = s_theta / h
+    c[8] = 2.0 * quad / (h * h)
+    c[9] = 2.0 * ramp / (h * h)
+
+
+@njit
+def quintic(tau, h, x0, v0, a0, x1, v1, a1):  # type: ignore[no-untyped-def]
+    """Hermite interpolation at ``tau`` in [0, h] from value, speed and acceleration at both ends."""
+    s = tau / h
+    s2 = s * s
+    s3 = s2 * s
+    d = x1 - x0
+    b0, b1, b2 = v0 * h, v1 * h, 0.5 * a0 * h * h
+    b3 = 0.5 * a1 * h * h
+    c3 = 10.0 * d - 6.0 * b0 - 4.0 * b1 - 3.0 * b2 + b3
+    c4 = -15.0 * d + 8.0 * b0 + 7.0 * b1 + 3.0 * b2 - 2.0 * b3
+    c5 = 6.0 * d - 3.0 * (b0 + b1) - b2 + b3
+    return x0 + b0 * s + b2 * s2 + s3 * (c3 + s * (c4 + s * c5))
+
+
+@njit
+def cubic(tau, h, v0, a0, v1, a1):  # type: ignore[no-untyped-def]
+    """Hermite interpolation at ``tau`` in [0, h] from value and slope at both ends."""
+    s = tau / h
+    d = v1 - v0
+    return v0 + s * (a0 * h + s * (3.0 * d - h * (2.0 * a0 + a1) + s * (h * (a0 + a1) - 2.0 * d)))
+
+
+@njit
+def cubic_root(h, v0, a0, v1, a1):  # type: ignore[no-untyped-def]
+    """First crossing of zero of :func:`cubic`, given that the ends differ in sign [s]."""
+    low, high = 0.0, h
+    sign = v0 if v0 != 0.0 else -v1
+    for _ in range(48):
+        middle = 0.5 * (low + high)
+        if sign * cubic(middle, h, v0, a0, v1, a1) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+

@@ -1,0 +1,77 @@
+"""A named physical quantity with bounds, unit and neutral value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model.
+
+    ``neutral`` is the value at which an effect vanishes, or None where the number loses its
+    meaning there (a period, a phase). Where ``neutral`` is infinite, the optimiser works on the
+    reciprocal, so that files and search space stay finite.
+
+    ``low`` and ``high`` bound ``value`` in its own unit; ``high`` may be infinite only together
+    with an infinite ``neutral``.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    neutral: float | None = None
+    meaning: str = ""
+    value: float | None = None
+    free: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.high:
+            raise ValueError(f"parameter {self.name}: low {self.low} exceeds high {self.high}")
+        if math.isinf(self.high) and not self.reciprocal:
+            raise ValueError(f"parameter {self.name}: an infinite bound needs an infinite neutral")
+
+    @property
+    def reciprocal(self) -> bool:
+        """True where the optimiser sees 1 / value."""
+        return self.neutral is not None and math.isinf(self.neutral)
+
+    def to_search(self, value: float) -> float:
+        """Map a physical value to the optimiser's coordinate."""
+        if not self.reciprocal:
+            return value
+        return 0.0 if math.isinf(value) else 1.0 / value
+
+    def from_search(self, coordinate: float) -> float:
+        """Map the optimiser's coordinate to the physical value."""
+        if not self.reciprocal:
+            return coordinate
+        return math.inf if coordinate == 0.0 else 1.0 / coordinate
+
+    @property
+    def search_bounds(self) -> tuple[float, float]:
+        """Bounds in the optimiser's coordinate, lower first."""
+        if not self.reciprocal:
+            return self.low, self.high
+        return self.to_search(self.high), self.to_search(self.low)
+
+    def at(self, value: float) -> Parameter:
+        """The same parameter with a value."""
+        return replace(self, value=value)
+
+
+CORE: tuple[Parameter, ...] = (
+    Parameter("k", "-", -10.0, 10.0, meaning="static gain, surface degrees per command degree"),
+    Parameter("T", "s", 2e-4, 2.0, meaning="time constant of the position loop"),
+    Parameter("xi", "-", 0.02, 20.0, meaning="damping ratio"),
+)
+"""The linear actuator G(s) = k / (T^2 s^2 + 2 xi T s + 1), paper eq. 1."""
+
+OWN: tuple[Parameter, ...] = (
+    Parameter("bias", "deg", -720.0, 720.0, meaning="angle at zero command"),
+    Parameter("initial_angle", "deg", -720.0, 720.0, meaning="angle at the first instant"),
+    Parameter("initial_speed", "deg/s", -1e4, 1e4, meaning="speed at the first instant"),
+)
+"""What each recording has for itself."""
