@@ -1,0 +1,207 @@
+"""From recordings to parameters and their uncertainty."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.identify.combination import Combination
+from servosight.identify.estimator import Outcome, drive, half_squares
+from servosight.identify.gauss_newton import GaussNewton
+from servosight.identify.noise import joint_noise_deg
+from servosight.identify.problem import Problem
+from servosight.identify.starts import cues, effect_starts, linear_start, search_box
+from servosight.identify.uncertainty import estimates, own_estimates
+from servosight.models.actuator import Actuator, Estimate
+from servosight.models.effect import Effect
+from servosight.models.recording import Recording
+
+Array = NDArray[np.float64]
+
+TOLERANCE_SHARE = 5e-4
+"""Default tolerance as a share of the moved range: no model is right to the last digit."""
+POLISH_BUDGET = 4_000
+SEARCH_BUDGET = 6_000
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A problem solved: the point, its residuals' Jacobian and how the search ended."""
+
+    problem: Problem
+    outcome: Outcome
+    jacobian: Array
+
+    @property
+    def rmse_deg(self) -> float:
+        """Rms of the weighted residuals of the scored samples [deg]."""
+        return float(np.sqrt(2.0 * self.outcome.cost / self.jacobian.shape[0]))
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What ``identify`` returns and JSON carries."""
+
+    actuator: Actuator
+    biases: tuple[Estimate, ...]
+    rmse_deg: float
+    noise_deg: float
+    floor_deg: float
+    samples: int
+    method: str
+    seconds: float
+    stopped: str
+    warnings: tuple[str, ...] = ()
+    evaluations: int = 0
+    history: Array = field(default_factory=lambda: np.empty(0))
+
+    def to_json(self) -> dict[str, Any]:
+        """The form that INTERFACES fixes; ``bias`` is a list where there are several recordings."""
+        return {
+            "schema": 1,
+            "parameters": parameters_json(self.actuator.parameters, self.biases),
+            "rmse_deg": self.rmse_deg,
+            "noise_deg": self.noise_deg,
+            "floor_deg": self.floor_deg,
+            "samples": self.samples,
+            "method": self.method,
+            "seconds": self.seconds,
+            "stopped": self.stopped,
+            "warnings": list(self.warnings),
+        }
+
+
+def parameters_json(
+    parameters: Mapping[str, Estimate], biases: Sequence[Estimate]
+) -> dict[str, Any]:
+    """Parameters as JSON, ``bias`` as one estimate or, for several recordings, as a list."""
+    table: dict[str, Any] = {name: one.to_json() for name, one in parameters.items()}
+    listed = [bias.to_json() for bias in biases]
+    table["bias"] = listed[0] if len(listed) == 1 else listed
+    return table
+
+
+def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | None) -> float:
+    """hypot(noise, tolerance) [deg]; the tolerance is 0.05 % of the moved range by default."""
+    if tolerance is None:
+        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in recordings)
+    return float(np.hypot(noise, tolerance))
+
+
+def polish(problem: Problem, starts: Sequence[Array], budget: int = POLISH_BUDGET) -> Fit:
+    """Gauss-Newton from each start; the best one."""
+    low, high = problem.bounds
+    best: tuple[Outcome, Array] | None = None
+    for start in starts:
+        scale = coordinate_scale(problem, start)
+        descent = GaussNewton(start, low, high, scale)
+        outcome = drive(descent, problem.residuals, budget)
+        if best is None or outcome.cost < best[0].cost:
+            jacobian = difference_quotient(problem, outcome.point, scale)
+            best = (outcome, jacobian)
+    if best is None:
+        raise ValueError("no start to polish")
+    return Fit(problem, *best)
+
+
+def coordinate_scale(problem: Problem, point: Array) -> Array:
+    """Size of a meaningful change of each coordinate."""
+    scale = np.ones(point.size)
+    for j, coordinate in enumerate(problem.coordinates):
+        low, high = coordinate.bounds
+        scale[j] = min(1.0, high - low) if not coordinate.logarithmic else 1.0
+        if coordinate.parameter.unit == "s" and not coordinate.logarithmic:
+            scale[j] = 0.05
+        if coordinate.parameter.reciprocal:
+            scale[j] = max(abs(point[j]), 1e-4)
+    return scale
+
+
+def difference_quotient(problem: Problem, point: Array, scale: Array) -> Array:
+    """Central difference Jacobian of the residuals, (scored, coordinates)."""
+    low, high = problem.bounds
+    steps = 1e-4 * (scale + np.abs(point))
+    up = np.clip(point + np.diag(steps), low, high)
+    down = np.clip(point - np.diag(steps), low, high)
+    answers = problem.residuals(np.vstack([up, down]))
+    width = np.diag(up) - np.diag(down)
+    count = point.size
+    return np.asarray(((answers[:count] - answers[count:]) / width[:, None]).T)
+
+
+def fit_effects(problem: Problem, base: Fit | None = None) -> Fit:
+    """Fit the problem's effects from their physical starts behind a fit without some of them."""
+    if base is None:
+        linear = Problem(problem.recordings, problem.plant, (), problem.masks)
+        base = polish(linear, [linear_start(linear)])
+    if not problem.effects:
+        return base
+    return polish(problem, effect_starts(problem, base.problem, base.outcome.point))
+
+
+def identify(
+    recordings: Sequence[Recording],
+    effects: Sequence[str],
+    *,
+    catalogue: Mapping[str, Effect],
+    method: str = "combination",
+    seed: int = 0,
+    tolerance: float | None = None,
+) -> Identification:
+    """Fit the linear core and ``effects`` to recordings jointly.
+
+    ``method`` is a key of :data:`METHODS`. Every method is polished by Gauss-Newton.
+    """
+    began = time.perf_counter()
+    problem = Problem.of(recordings, catalogue, effects)
+    fit, history = METHODS[method](problem, seed)
+    table, warnings = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+    biases = own_estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost, "bias")
+    noise = joint_noise_deg(problem.recordings)
+    return Identification(
+        Actuator(
+            {**table, "bias": biases[0]},
+            tuple(effects),
+            {"fitted_on": [recording.name for recording in recordings], "method": method},
+        ),
+        biases,
+        fit.rmse_deg,
+        noise,
+        floor_deg(recordings, noise, tolerance),
+        int(sum(mask.sum() for mask in problem.masks)),
+        method,
+        time.perf_counter() - began,
+        fit.outcome.stopped,
+        tuple(warnings),
+        fit.outcome.evaluations,
+        history,
+    )
+
+
+def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
+    fit = fit_effects(problem)
+    return fit, fit.outcome.history
+
+
+def _by_combination(problem: Problem, seed: int) -> tuple[Fit, Array]:
+    """The swarm searches the box around the linear fit; Gauss-Newton starts from its best."""
+    linear = Problem(problem.recordings, problem.plant, (), problem.masks)
+    start = linear_start(linear)
+    low, high = search_box(problem, linear, start)
+    seeds = np.array(effect_starts(problem, linear, start))
+    swarm = drive(Combination(low, high, seed, seeds), problem.residuals, SEARCH_BUDGET)
+    return polish(problem, [swarm.point]), swarm.history
+
+
+METHODS: dict[str, Callable[[Problem, int], tuple[Fit, Array]]] = {
+    "combination": _by_combination,
+    "gradient": _by_gradient,
+}
+"""Search methods by name."""
+
+__all__ = ["METHODS", "Fit", "Identification", "cues", "fit_effects", "half_squares", "identify"]

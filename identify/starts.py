@@ -1,0 +1,131 @@
+"""Where a search begins: a linear fit by projection, and physical guesses for each effect."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.identify.problem import Problem
+from servosight.models.effect import Cues
+
+Array = NDArray[np.float64]
+
+_TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
+_DAMPING_RATIOS = np.array([0.25, 0.6, 1.2, 3.0])
+
+
+def linear_start(problem: Problem) -> Array:
+    """Best of a grid over T and xi, with k and each bias by regression (variable projection).
+
+    Golub and Pereyra, Inverse Problems 19 (2003). Returns a search point of the linear problem.
+    """
+    grid = np.array(list(itertools.product(np.log(_TIME_CONSTANTS), np.log(_DAMPING_RATIOS))))
+    points = np.zeros((len(grid), len(problem.coordinates)))
+    points[:, 0] = 1.0
+    points[:, 1:3] = grid
+    first = problem.physical
+    for r, recording in enumerate(problem.recordings):
+        points[:, first + 3 * r + 1] = recording.command_deg[0]
+    shapes = problem.predict(points)
+    measured = [recording.angle_deg for recording in problem.recordings]
+    centred = [shape - shape.mean(axis=1, keepdims=True) for shape in shapes]
+    numerator = sum(c @ (m - m.mean()) for c, m in zip(centred, measured, strict=True))
+    denominator = sum(np.einsum("ij,ij->i", c, c) for c in centred)
+    gain = numerator / np.maximum(denominator, 1e-12)
+    spread = sum(
+        np.sum((m - m.mean() - g[:, None] * c) ** 2, axis=1)
+        for g, c, m in zip(itertools.repeat(gain), centred, measured, strict=False)
+    )
+    best = int(np.argmin(spread))
+    point = points[best].copy()
+    low, high = problem.bounds
+    point[0] = gain[best]
+    for r, recording in enumerate(problem.recordings):
+        own = first + 3 * r
+        point[own] = recording.angle_deg.mean() - gain[best] * shapes[r][best].mean()
+        point[own + 1] = recording.angle_deg[:3].mean()
+        point[own + 2] = 0.0
+    return np.clip(point, low, high)
+
+
+def cues(problem: Problem, point: Array) -> Cues:
+    """What the recordings and a fit (a search point of ``problem``) say about sizes."""
+    residual = problem.residuals(point[None, :])[0]
+    speeds, drives, ranges = [], [], []
+    values = problem.values(point)
+    for r, (recording, angles) in enumerate(
+        zip(problem.recordings, problem.predict(point), strict=True)
+    ):
+        bias = point[problem.physical + 3 * r]
+        speeds.append(np.max(np.abs(np.gradient(angles[0], recording.time_s))))
+        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+        command = recording.command_deg[np.maximum(at, 0)]
+        drives.append(np.max(np.abs(values["k"] * command + bias - angles[0])))
+        ranges.append(0.5 * recording.moved_range_deg)
+    return Cues(
+        residual_deg=float(np.sqrt(np.mean(residual**2))),
+        amplitude_deg=float(max(ranges)),
+        speed_deg_s=float(max(max(speeds), 1.0)),
+        drive_deg=float(max(max(drives), 0.1)),
+        T_s=values["T"],
+    )
+
+
+def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
+    """Search points of ``problem``: the base's point, with guesses for effects it lacks.
+
+    With one new effect, each of its guesses; with several, all combinations of their guesses.
+    """
+    size = cues(base, point)
+    known = {(c.name, c.recording): x for c, x in zip(base.coordinates, point, strict=True)}
+    new = [
+        effect
+        for effect in problem.plant.layout.effects
+        if effect.id in problem.effects and effect.id not in base.effects
+    ]
+    low, high = problem.bounds
+    found = []
+    for guesses in itertools.product(*(effect.starts(size) for effect in new)):
+        guess = {
+            f"{effect.id}.{parameter.name}": value
+            for effect, values in zip(new, guesses, strict=True)
+            for parameter, value in zip(effect.parameters, values, strict=True)
+        }
+        start = [
+            known[(c.name, c.recording)]
+            if (c.name, c.recording) in known
+            else c.to_search(guess[c.name])
+            for c in problem.coordinates
+        ]
+        found.append(np.clip(np.array(start), low, high))
+    return found
+
+
+def search_box(problem: Problem, linear: Problem, point: Array) -> tuple[Array, Array]:
+    """Bounds for a population about a linear start: wide, but finite and physical."""
+    low, high = (bound.copy() for bound in problem.bounds)
+    size = cues(linear, point)
+    at = {(c.name, c.recording): x for c, x in zip(linear.coordinates, point, strict=True)}
+    guesses = {
+        f"{effect.id}.{parameter.name}": [start[j] for start in effect.starts(size)]
+        for effect in problem.plant.layout.effects
+        for j, parameter in enumerate(effect.parameters)
+    }
+    for j, c in enumerate(problem.coordinates):
+        centre = at.get((c.name, c.recording))
+        if centre is None:
+            searched = [c.to_search(value) for value in guesses[c.name]]
+            largest = 3.0 * max(abs(value) for value in searched) + 1e-9
+            low[j] = max(low[j], -largest if min(searched) < 0.0 else 0.0)
+            high[j] = min(high[j], largest)
+        else:
+            reach = {"k": 0.5 * abs(centre) + 0.1, "T": 1.6, "xi": 1.6}.get(
+                c.name, 0.25 * size.amplitude_deg + 1.0
+            )
+            if c.name == "initial_speed":
+                reach = 0.1 * size.speed_deg_s
+            low[j] = max(low[j], centre - reach)
+            high[j] = min(high[j], centre + reach)
+    return low, high
