@@ -115,7 +115,9 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
 
 def _text(path: Path) -> str:
     try:
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is no file, expected a CSV file; name the file itself")
+        if path.exists() and path.stat().st_size > LARGEST_FILE:
             raise InputError(
                 f"{path}: the file has {path.stat().st_size / 1e9:.1f} GB, expected at most 1 GB; "
                 f"cut the recording into parts"
@@ -131,8 +133,8 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise InputError(
-            f"{path}, row {line}: byte 0x{data[error.start]:02x} is not UTF-8, expected plain text; "
-            f"save the file as CSV in UTF-8"
+            f"{path}, row {line}: byte 0x{data[error.start]:02x} is not UTF-8, expected plain "
+            f"text; save the file as CSV in UTF-8"
         ) from None
 
 

@@ -1,0 +1,143 @@
+"""recording.toml: what is known about a recording beside its numbers."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from servosight.models.errors import InputError
+from servosight.models.recording import Hold
+
+FORMAT = 1
+LONGEST_EXPOSURE_S = 1.0
+
+KEYS = (
+    "format",
+    "hold",
+    "command_hold",
+    "video_offset_s",
+    "unit_scale",
+    "deg_per_us",
+    "neutral_us",
+    "camera",
+)
+CAMERA_KEYS = ("exposure_s", "readout_s")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The keys of recording.toml that change how numbers are read; ``details`` is all of it.
+
+    ``video_offset_s`` is added to a video's times to give the command's clock. ``unit_scale``
+    turns the numbers of the angle, command and sigma columns into degrees where the output is no
+    angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
+    """
+
+    hold: Hold = "zero"
+    video_offset_s: float = 0.0
+    unit_scale: float = 1.0
+    deg_per_us: float | None = None
+    neutral_us: float | None = None
+    exposure_s: float = 0.0
+    readout_s: float = 0.0
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+def read_settings(path: Path) -> Settings:
+    """Read recording.toml; defaults where there is none.
+
+    Keys of the user's own are kept as notes, but one that looks like a misspelt setting is
+    refused: passing over ``exposure_ms`` in silence would shift every angle.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        return Settings()
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}); expected a text file, check its "
+            f"permissions"
+        ) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise InputError(
+            f"{path}: is no TOML ({error}), expected lines such as format = 1; mend that place"
+        ) from None
+    known = table.get("format", FORMAT)
+    if known != FORMAT or isinstance(known, bool):
+        raise InputError(
+            f"{path}: key format is {known!r}, expected {FORMAT}; update servosight or write the "
+            f"recording anew"
+        )
+    camera = table.get("camera", {})
+    if not isinstance(camera, dict):
+        raise InputError(
+            f"{path}: key camera is {camera!r}, expected a table; write [camera] and below it "
+            f"exposure_s = ..."
+        )
+    _check_spelling(path, "", table, KEYS)
+    _check_spelling(path, "camera.", camera, CAMERA_KEYS)
+    exposure_s = _number(path, "camera.exposure_s", camera.get("exposure_s", 0.0))
+    readout_s = _number(path, "camera.readout_s", camera.get("readout_s", 0.0))
+    for key, value in (("camera.exposure_s", exposure_s), ("camera.readout_s", readout_s)):
+        if not 0.0 <= value <= LONGEST_EXPOSURE_S:
+            raise InputError(
+                f"{path}: key {key} is {value:g}, expected 0 to {LONGEST_EXPOSURE_S:g} seconds; "
+                f"write 8 ms as 0.008"
+            )
+    scale = _number(path, "unit_scale", table.get("unit_scale", 1.0))
+    if scale == 0.0:
+        raise InputError(f"{path}: key unit_scale is 0, expected degrees in one unit; mend it")
+    return Settings(
+        hold=_hold(path, table),
+        video_offset_s=_number(path, "video_offset_s", table.get("video_offset_s", 0.0)),
+        unit_scale=scale,
+        deg_per_us=_optional(path, "deg_per_us", table),
+        neutral_us=_optional(path, "neutral_us", table),
+        exposure_s=exposure_s,
+        readout_s=readout_s,
+        details=table,
+    )
+
+
+def _hold(path: Path, table: Mapping[str, Any]) -> Hold:
+    command = table.get("command")
+    nested = command.get("hold") if isinstance(command, dict) else None
+    hold = table.get("hold", table.get("command_hold", nested))
+    if hold in ("zero", "linear"):
+        return "linear" if hold == "linear" else "zero"
+    if hold is None:
+        return "zero"
+    raise InputError(
+        f'{path}: key hold is {hold!r}, expected "zero" (held between rows) or "linear" (joined by '
+        f"lines); mend it"
+    )
+
+
+def _optional(path: Path, key: str, table: Mapping[str, Any]) -> float | None:
+    return _number(path, key, table[key]) if key in table else None
+
+
+def _number(path: Path, key: str, value: Any) -> float:
+    try:
+        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+            return float(value)
+    except OverflowError:
+        pass
+    raise InputError(f"{path}: key {key} is {value!r}, expected a finite number; mend it")
+
+
+def _check_spelling(
+    path: Path, prefix: str, table: Mapping[str, Any], keys: Collection[str]
+) -> None:
+    for key in table:
+        close = difflib.get_close_matches(key.lower(), keys, n=1, cutoff=0.8)
+        if close and key not in keys:
+            raise InputError(
+                f"{path}: unknown key {prefix}{key}, expected {prefix}{close[0]}; rename it or, if "
+                f"it is a note of your own, choose a name less alike"
+            )
