@@ -1,0 +1,283 @@
+"""Video in: streamed grey frames and the times at which the file says they were taken."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.errors import InputError
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
+
+Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+MIN_FRAMES = 50
+_LARGEST_SIDE_PX = 8192
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One decoded picture: its place in the file, presentation time [s], grey (height, width)."""
+
+    index: int
+    time_s: float
+    image: Image
+
+
+@contextmanager
+def _opened(video: Path) -> Iterator[InputContainer]:
+    """The file's container; everything that FFmpeg refuses becomes one sentence."""
+    import av
+
+    if not video.is_file():
+        raise InputError(f"{video}: no such file; expected a video, give the path of one.")
+    try:
+        with av.open(str(video)) as container:
+            if not container.streams.video:
+                raise InputError(
+                    f"{video}: holds no video stream; expected a video of the moving surface, "
+                    "check that the right file is named."
+                )
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            stream.thread_count = 2
+            yield container
+    except (av.FFmpegError, EOFError) as error:
+        raise InputError(
+            f"{video}: cannot be read as a video to its end ({_reason(error)}); expected a whole "
+            "file that FFmpeg reads, copy or record it again."
+        ) from error
+
+
+def _reason(error: BaseException) -> str:
+    return str(getattr(error, "strerror", None) or error).strip().rstrip(".").lower()
+
+
+def _declared_end_s(stream: Any, container: InputContainer) -> float | None:
+    """Where the header says that the video ends [s], on the clock of the presentation times."""
+    if stream.duration is not None and stream.time_base is not None:
+        return float(((stream.start_time or 0) + stream.duration) * stream.time_base)
+    if container.duration is not None:
+        return float((container.start_time or 0) + container.duration) / 1e6
+    return None
+
+
+def frames(video: Path) -> Iterator[Frame]:
+    """Stream the pictures of a video in order; memory does not grow with its length.
+
+    Times are presentation times (pts x time base), the start of exposure; the declared rate
+    serves only a file without them. Raises ``InputError`` for a file that cannot be read, that
+    ends before its header says, that changes its picture size, or whose time does not advance.
+    """
+    with _opened(video) as container:
+        stream = container.streams.video[0]
+        rate = stream.average_rate or stream.guessed_rate
+        shape: tuple[int, ...] | None = None
+        last_s = -np.inf
+        step_s = 0.0
+        index = -1
+        for index, picture in enumerate(container.decode(stream)):
+            time_s = _time_s(video, index, picture, rate)
+            if time_s <= last_s:
+                raise InputError(
+                    f"{video}: frame {index} is stamped {time_s:.6f} s, not after the frame before "
+                    f"it ({last_s:.6f} s); expected rising presentation times, remux the file or "
+                    "give the times in a frames.csv."
+                )
+            image = _grey(picture)
+            if shape is None:
+                shape = _checked_shape(video, image)
+            elif image.shape != shape:
+                raise InputError(
+                    f"{video}: frame {index} is {image.shape[1]} x {image.shape[0]} px where the "
+                    f"first is {shape[1]} x {shape[0]}; expected one size, cut the file there."
+                )
+            step_s = time_s - last_s
+            last_s = time_s
+            yield Frame(index, time_s, image)
+        if index < 0:
+            raise InputError(
+                f"{video}: holds no frame; expected at least {MIN_FRAMES}, record it again."
+            )
+        end_s = _declared_end_s(stream, container)
+        if index > 0 and end_s is not None and end_s - last_s > max(4.0 * step_s, 0.1):
+            raise InputError(
+                f"{video}: truncated, its header declares {end_s:.3f} s and the last readable "
+                f"frame ({index}) is at {last_s:.3f} s; expected a whole file, copy it again or "
+                "cut it with FFmpeg to what is there."
+            )
+
+
+def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> float:
+    if picture.pts is not None and picture.time_base is not None:
+        return float(picture.pts * picture.time_base)
+    if rate:
+        return float(index / rate)
+    raise InputError(
+        f"{video}: frame {index} has neither a presentation time nor a frame rate; expected one "
+        "of them, remux the file or give the times in a frames.csv."
+    )
+
+
+def _grey(picture: Any) -> Image:
+    image: Image = picture.to_ndarray(format="gray")
+    return image
+
+
+def _checked_shape(video: Path, image: Image) -> tuple[int, ...]:
+    if min(image.shape) < 32 or max(image.shape) > _LARGEST_SIDE_PX:
+        raise InputError(
+            f"{video}: pictures of {image.shape[1]} x {image.shape[0]} px; expected 32 to "
+            f"{_LARGEST_SIDE_PX} px a side, scale the video."
+        )
+    return image.shape
+
+
+def sample_frames(video: Path, count: int) -> list[Frame]:
+    """About ``count`` pictures spread evenly over the video, with the first one first.
+
+    Seeks, so that a long file costs no full pass; ``index`` is exact for the first frame only
+    (others carry their rank in the sample).
+    """
+    with _opened(video) as container:
+        stream = container.streams.video[0]
+        base = float(stream.time_base or Fraction(1, 1000))
+        decoder = container.decode(stream)
+        first = next(decoder, None)
+        if first is None:
+            raise InputError(
+                f"{video}: holds no frame; expected at least {MIN_FRAMES}, record it again."
+            )
+        rate = stream.average_rate or stream.guessed_rate
+        start_s = _time_s(video, 0, first, rate)
+        _checked_shape(video, image := _grey(first))
+        sampled = [Frame(0, start_s, image)]
+        end_s = _declared_end_s(stream, container)
+        if end_s is None or first.pts is None or end_s <= start_s:
+            return sampled + _by_decoding(decoder, count, video, rate)
+        for target_s in np.linspace(start_s, end_s, count + 1)[1:-1]:
+            if target_s <= sampled[-1].time_s:
+                continue
+            container.seek(int(target_s / base), stream=stream)
+            for picture in container.decode(stream):
+                time_s = _time_s(video, len(sampled), picture, rate)
+                if time_s >= target_s:
+                    sampled.append(Frame(len(sampled), time_s, _grey(picture)))
+                    break
+        return [frame for frame in sampled if frame.image.shape == image.shape]
+
+
+def _by_decoding(
+    decoder: Iterator[Any], count: int, video: Path, rate: Fraction | None
+) -> list[Frame]:
+    """Thin a stream of unknown length to at most ``count``: halve the sample when it is full."""
+    kept: list[Frame] = []
+    stride = 4
+    for index, picture in enumerate(decoder, start=1):
+        if index % stride == 0:
+            kept.append(Frame(index, _time_s(video, index, picture, rate), _grey(picture)))
+            if len(kept) >= 2 * count:
+                kept, stride = kept[1::2], 2 * stride
+    return kept
+
+
+def tick_s(video: Path) -> float:
+    """The unit in which the file counts its presentation times [s]."""
+    with _opened(video) as container:
+        return float(container.streams.video[0].time_base or 0.0)
+
+
+def even_times(time_s: Array, tick_s: float) -> Array:
+    """Presentation times without their rounding, where they are those of an even rate.
+
+    A container that counts milliseconds shifts every frame by up to half of one: at 300 deg/s,
+    0.15 deg. Where one line through all stamps explains them to within half a tick, they are
+    that line, rounded; where none does (dropped frames, a free-running clock), they stay.
+    """
+    number = np.arange(len(time_s))
+    if len(time_s) < 3:
+        return time_s
+    slope, start = np.polyfit(number, time_s, 1)
+    line = start + slope * number
+    half = 0.5 * tick_s
+    error = time_s - line
+    if np.ptp(error) > 2.0 * half * 1.001 + 1e-9 or np.ptp(error) < 1e-9:
+        return time_s
+    return np.asarray(line + 0.5 * (error.max() + error.min()))
+
+
+def read_frame(video: Path, index: int) -> Image:
+    """The grey picture number ``index`` (0 is the first), uint8 (height, width)."""
+    for frame in frames(video):
+        if frame.index == index:
+            return frame.image
+    raise InputError(
+        f"{video}: has no frame {index}; expected a number from 0 to its last frame's."
+    )
+
+
+def read_frame_table(table: Path) -> tuple[Array, Array | None]:
+    """Mid-exposure times [s] (frames,) and, where given, exposures [s] (frames,) of a frames.csv.
+
+    Columns ``frame,time_s[,exposure_s]``, frames numbered from 0 without a gap.
+    """
+    try:
+        text = table.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"{table}: cannot be read ({_reason(error)}); expected a text file with the columns "
+            "frame,time_s[,exposure_s]."
+        ) from error
+    reader = csv.reader(text.splitlines())
+    header = [name.strip() for name in next(reader, [])]
+    if not {"frame", "time_s"} <= set(header):
+        raise InputError(
+            f"{table}: row 1 has the columns {','.join(header) or '(none)'}; expected "
+            "frame,time_s[,exposure_s], name them so."
+        )
+    wanted: list[str] = [name for name in ("frame", "time_s", "exposure_s") if name in header]
+    rows: list[list[float]] = []
+    for number, row in enumerate(reader, start=2):
+        if not row:
+            continue
+        rows.append(_table_row(table, number, header, wanted, row))
+        if rows[-1][0] != len(rows) - 1:
+            raise InputError(
+                f"{table}: row {number} names frame {rows[-1][0]:g}; expected frame "
+                f"{len(rows) - 1}, list every frame once, in order, from 0."
+            )
+        if len(rows) > 1 and rows[-1][1] <= rows[-2][1]:
+            raise InputError(
+                f"{table}: time_s in row {number} does not come after the row before; expected "
+                "rising mid-exposure times, sort or mend the rows."
+            )
+    columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(wanted)).T
+    return columns[1], columns[2] if "exposure_s" in wanted else None
+
+
+def _table_row(
+    table: Path, number: int, header: list[str], wanted: list[str], row: list[str]
+) -> list[float]:
+    values = []
+    for name in wanted:
+        try:
+            value = float(row[header.index(name)])
+        except (ValueError, IndexError):
+            value = np.nan
+        if not np.isfinite(value):
+            raise InputError(
+                f"{table}: {name} in row {number} is no number; expected a finite number there, "
+                "mend or remove the row."
+            )
+        values.append(value)
+    return values
