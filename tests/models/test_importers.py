@@ -1,0 +1,268 @@
+"""Logs of other programs become recordings, or are refused with one sentence."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servosight.models.errors import InputError
+from servosight.models.importers import Request, import_recording
+from servosight.models.importers.request import Column, parse_map
+from servosight.models.recording_io import load_recording, save_recording
+
+
+def bam_log(count: int = 100, **changes: Any) -> dict[str, Any]:
+    entries = [
+        {
+            "timestamp": 0.005 * i,
+            "goal_position": 0.5 * math.sin(0.1 * i),
+            "position": 0.4 * math.sin(0.1 * i - 0.1),
+            "load": 3,
+            "torque_enable": True,
+        }
+        for i in range(count)
+    ]
+    return {"mass": 0.49, "length": 0.1, "kp": 100, "vin": 7.4, "motor": "xl330"} | {
+        "entries": entries,
+        **changes,
+    }
+
+
+def saved(path: Path, log: Any) -> Path:
+    path.write_text(json.dumps(log))
+    return path
+
+
+def refused(path: Path, request: Request, *words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        import_recording(path, request)
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    for word in (path.name, "expected", *words):
+        assert word in sentence, sentence
+
+
+def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
+    imported = import_recording(saved(tmp_path / "a.json", bam_log()), Request())
+    recording = imported.recording
+    assert imported.notes == ()
+    assert recording.command_deg[7] == pytest.approx(math.degrees(0.5 * math.sin(0.7)))
+    save_recording(recording, tmp_path / "rec")
+    read = load_recording(tmp_path / "rec")
+    np.testing.assert_array_equal(read.angle_deg, recording.angle_deg)
+    source = read.details["source"]
+    assert source["name"] == "a.json"
+    assert {key: source[key] for key in ("mass", "length", "kp", "vin", "motor")} == {
+        "mass": 0.49,
+        "length": 0.1,
+        "kp": 100,
+        "vin": 7.4,
+        "motor": "xl330",
+    }
+
+
+def test_bam_without_torque_is_cut(tmp_path: Path) -> None:
+    log = bam_log()
+    for entry in log["entries"][80:]:
+        entry["torque_enable"] = False
+    imported = import_recording(saved(tmp_path / "a.json", log), Request())
+    assert imported.recording.time_s.size == 80
+    assert "20 of 100" in imported.notes[0]
+    assert imported.recording.details["source"]["kept_entries"] == [0, 79]
+
+
+def broken(index: int, **changes: Any) -> dict[str, Any]:
+    log = bam_log()
+    log["entries"][index].update(changes)
+    return log
+
+
+@pytest.mark.parametrize(
+    ("log", "words"),
+    [
+        ([], ("entries", "missing")),
+        (bam_log(entries=[]), ("entries", "empty")),
+        (bam_log(entries=[3] * 60), ("entry 0", "object")),
+        (bam_log(40), ("40 samples", "at least 50")),
+        (broken(7, position="x"), ("entry 7", "position", "'x'", "number")),
+        (broken(7, position=True), ("entry 7", "position", "number")),
+        (broken(7, position=None), ("entry 7", "position", "number")),
+        (broken(7, position=math.nan), ("entry 7", "position", "finite")),
+        (broken(7, position=10**400), ("entry 7", "position", "finite")),
+        (broken(7, torque_enable="on"), ("entry 7", "torque_enable", "true or false")),
+        (broken(7, timestamp=0.03), ("entry 7", "timestamp", "stands still")),
+        (broken(7, timestamp=0.01), ("entry 7", "timestamp", "runs back")),
+        (
+            bam_log(entries=[{**e, "torque_enable": False} for e in bam_log()["entries"]]),
+            ("torque_enable", "switched on"),
+        ),
+    ],
+)
+def test_bad_bam(tmp_path: Path, log: Any, words: tuple[str, ...]) -> None:
+    refused(saved(tmp_path / "a.json", log), Request(), *words)
+
+
+def test_bam_that_is_no_json(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text('{"entries": [')
+    refused(path, Request(), "JSON", "whole")
+    refused(saved(path, bam_log()), Request(unit="deg"), "--unit", "leave")
+    refused(tmp_path / "b.json", Request(), "no such file")
+
+
+def csv_log(path: Path, header: str = "t;goal;pos") -> Path:
+    rows = [f"{8 * i};{math.sin(0.2 * i)};{math.sin(0.2 * i - 0.3)}" for i in range(60)]
+    path.write_text("\n".join([header, *rows]))
+    return path
+
+
+def test_csv_with_other_headers_and_units(tmp_path: Path) -> None:
+    columns = parse_map(["time=t:ms", "command=goal:rad", "angle=pos:rad"])
+    recording = import_recording(csv_log(tmp_path / "a.csv"), Request(columns)).recording
+    assert recording.time_s[1] == 0.008
+    assert recording.angle_deg[5] == pytest.approx(math.degrees(math.sin(0.7)))
+    by_unit = Request(parse_map(["time=t:ms", "command=goal", "angle=pos"]), unit="rad")
+    again = import_recording(csv_log(tmp_path / "a.csv"), by_unit).recording
+    np.testing.assert_array_equal(recording.angle_deg, again.angle_deg)
+
+
+def test_csv_whose_names_tell_their_units(tmp_path: Path) -> None:
+    path = csv_log(tmp_path / "a.csv", "time_ms;goal_rad;angle_deg")
+    recording = import_recording(path, Request(parse_map(["command=goal_rad"]))).recording
+    assert recording.time_s[1] == 0.008
+    assert recording.command_deg[5] == pytest.approx(math.degrees(math.sin(1.0)))
+    assert recording.angle_deg[5] == pytest.approx(math.sin(0.7))
+
+
+def test_csv_with_colons_pulses_and_metres(tmp_path: Path) -> None:
+    path = csv_log(tmp_path / "a.csv", "t;cmd:us;x")
+    columns = parse_map(["time=t:ms", "command=cmd:us:us", "angle=x:m"])
+    request = Request(columns, unit_scale=10.0, deg_per_us=2.0, neutral_us=1.0)
+    recording = import_recording(path, request).recording
+    assert recording.command_deg[5] == pytest.approx(2.0 * (math.sin(1.0) - 1.0))
+    assert recording.angle_deg[5] == pytest.approx(10.0 * math.sin(0.7))
+    save_recording(recording, tmp_path / "rec")
+    read = load_recording(tmp_path / "rec")
+    assert read.details["unit"] == "m"
+    np.testing.assert_allclose(read.angle_deg, recording.angle_deg, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (Request(), ("row 1", "time", "--map time=COLUMN", "t, goal, pos")),
+        (Request({"time": Column("T")}), ("row 1", "no column T", "t, goal, pos", "--map")),
+        (
+            Request(parse_map(["time=t:h", "command=goal", "angle=pos"])),
+            ("column t", "'h'", "s, ms, us"),
+        ),
+        (
+            Request(parse_map(["time=t:ms", "command=goal", "angle=pos:m"])),
+            ("column pos", "'m'", "--unit-scale"),
+        ),
+        (
+            Request(parse_map(["time=t:ms", "command=goal:us", "angle=pos"])),
+            ("column goal", "--deg-per-us"),
+        ),
+        (
+            Request(parse_map(["time=t:s", "command=goal", "angle=pos"])),
+            ("column t", "8 s", "milli"),
+        ),
+    ],
+)
+def test_bad_maps(tmp_path: Path, request_: Request, words: tuple[str, ...]) -> None:
+    refused(csv_log(tmp_path / "a.csv"), request_, *words)
+
+
+@pytest.mark.parametrize("word", ["time", "speed=v", "time=", "time=:ms"])
+def test_maps_that_say_nothing(word: str) -> None:
+    with pytest.raises(InputError, match=r"--map .*expected"):
+        parse_map([word])
+
+
+def test_a_quantity_mapped_twice() -> None:
+    with pytest.raises(InputError, match="twice"):
+        parse_map(["time=a", "time=b"])
+
+
+def mat_file(path: Path, **changes: Any) -> Path:
+    t = 0.001 * np.arange(200)[:, None]
+    sound = {"t": t, "qg": np.sin(9 * t), "qm": np.sin(9 * t - 0.1), "kp": 160.18}
+    scipy.io.savemat(path, sound | changes)
+    return path
+
+
+def test_emps(tmp_path: Path) -> None:
+    recording = import_recording(mat_file(tmp_path / "a.mat"), Request()).recording
+    assert recording.angle_deg[10] == pytest.approx(100.0 * math.sin(0.09 - 0.1))
+    assert recording.details["unit_scale"] == 100.0
+    assert recording.details["source"]["kp"] == 160.18
+
+
+def test_other_mat_files_by_map(tmp_path: Path) -> None:
+    path = mat_file(tmp_path / "a.mat", y=np.arange(200.0))
+    recording = import_recording(path, Request(parse_map(["angle=y:deg"]))).recording
+    assert recording.angle_deg[3] == 3.0
+    refused(path, Request(parse_map(["angle=z:deg"])), "no vector z", "qg", "--map")
+
+
+def test_bad_mat_files(tmp_path: Path) -> None:
+    refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 samples", "200")
+    refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "no vector qm")
+    bad = np.sin(np.arange(200.0))
+    bad[4] = np.nan
+    refused(mat_file(tmp_path / "a.mat", qm=bad), Request(), "sample 5", "qm", "finite")
+    (tmp_path / "b.mat").write_bytes(b"MATLAB 7.3 MAT-file" + bytes(200))
+    refused(tmp_path / "b.mat", Request(), "MATLAB", "-v7")
+
+
+@settings(max_examples=150)
+@given(
+    ending=st.sampled_from([".json", ".mat", ".csv"]),
+    data=st.binary(max_size=200)
+    | st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(max_size=4),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(st.sampled_from(["entries", "position", "timestamp"]), inner)
+        ),
+        max_leaves=6,
+    ).map(lambda value: json.dumps(value).encode()),
+)
+def test_any_bytes_are_refused_with_one_sentence(
+    tmp_path_factory: pytest.TempPathFactory, ending: str, data: bytes
+) -> None:
+    path = tmp_path_factory.mktemp("any") / f"log{ending}"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="log"):
+        import_recording(path, Request())
+
+
+# --- real logs ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gain", [100, 200, 400, 800])
+def test_xl330_logs(real_data: Path, gain: int) -> None:
+    place = real_data / "xl330"
+    for name in ("sin_sin", "up_and_down"):
+        imported = import_recording(place / f"{name}_kp{gain}.json", Request())
+        assert imported.notes == ()
+        assert imported.recording.duration_s == pytest.approx(6.0, abs=0.02)
+        assert imported.recording.details["source"]["kp"] == gain
+    dropped = import_recording(place / f"lift_and_drop_kp{gain}.json", Request())
+    assert dropped.recording.duration_s == pytest.approx(2.0, abs=0.02)
+    assert "torque_enable" in dropped.notes[0]
+
+
+def test_emps_benchmark(real_data: Path) -> None:
+    recording = import_recording(real_data / "emps" / "DATA_EMPS.mat", Request()).recording
+    assert recording.time_s.size == 24841
+    assert recording.moved_range_deg == pytest.approx(24.64, abs=0.01)
