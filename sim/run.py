@@ -50,7 +50,7 @@ def run(
     start = float(excitation.time_s[0])
     steps = math.ceil(excitation.duration_s / TIME_STEP_S - 1e-6)
     settle = math.ceil(SETTLE * bench.T / TIME_STEP_S)
-    edges = start + TIME_STEP_S * np.arange(-settle, steps + 1)
+    edges = start + TIME_STEP_S * np.arange(-settle, steps + 1, dtype=np.float64)
     wanted = np.radians(bench.gain * step_means(line, edges) + bench.bias_deg)
 
     motor = model.joint("motor").qposadr[0]
@@ -68,7 +68,7 @@ def run(
         angles[n] = position
     angles = np.degrees(angles[settle:])
 
-    time_s = edges[settle:]
+    time_s: Array = edges[settle:]
     row = np.searchsorted(excitation.time_s, time_s + 1e-9, side="right") - 1
     return Trajectory(
         time_s,

@@ -13,8 +13,8 @@ import mujoco
 from servosight.sim.bench import HARD_IMPEDANCE, HARD_REFERENCE, Assembly, link
 from servosight.sim.effect import HiddenEffect, Values
 
-FIN_SHARE = 1e-4  # of the bench's inertia
-FIN_FRICTION_DEG = 0.005  # decelerates the fin as fast as a position error of 50 deg the motor
+FIN_SHARE = 1e-5  # of the bench's inertia
+FIN_FRICTION_DEG = 0.001  # decelerates the fin as a position error of 100 deg would the motor
 
 
 def edit(assembly: Assembly, values: Values) -> None:

@@ -27,5 +27,5 @@ def edit(assembly: Assembly, values: Values) -> None:
 
 
 EFFECT = HiddenEffect(
-    "flexible_shaft", {"frequency": 15.0, "damping": 0.08, "inertia_ratio": 0.3}, edit=edit
+    "flexible_shaft", {"frequency": 12.0, "damping": 0.08, "inertia_ratio": 0.3}, edit=edit
 )

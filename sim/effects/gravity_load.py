@@ -11,7 +11,7 @@ import math
 from servosight.sim.bench import Assembly
 from servosight.sim.effect import HiddenEffect, Values
 
-_SHARE = 0.2  # of the rotor's inertia that the mass takes over
+_SHARE = 0.05  # of the rotor's inertia that the mass takes over
 
 
 def edit(assembly: Assembly, values: Values) -> None:
@@ -32,4 +32,4 @@ def edit(assembly: Assembly, values: Values) -> None:
     assembly.motor.armature -= taken
 
 
-EFFECT = HiddenEffect("gravity_load", {"sine": 8.0, "cosine": 6.0}, edit=edit)
+EFFECT = HiddenEffect("gravity_load", {"sine": 4.0, "cosine": 20.0}, edit=edit)

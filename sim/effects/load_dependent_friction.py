@@ -33,4 +33,4 @@ def regulate(model: mujoco.MjModel, data: mujoco.MjData, values: Values) -> Call
     return set_friction
 
 
-EFFECT = HiddenEffect("load_dependent_friction", {"ratio": 0.25}, regulate=regulate)
+EFFECT = HiddenEffect("load_dependent_friction", {"ratio": 0.5}, regulate=regulate)

@@ -1,0 +1,78 @@
+"""From a scenario to a recording's folder, with its truth beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from servosight.models.atomic import new_folder, write_text
+from servosight.models.recording_io import FILES, save_recording, write_angle
+from servosight.scenarios.scenario import Scenario
+from servosight.sim.run import angle_recording, run
+from servosight.sim.trajectory import Trajectory
+
+VIDEO = "video.mkv"
+TRUTH = "truth.toml"
+TRUE_ANGLE = "truth_angle.csv"
+"""Mean angles over the exposures without noise, for tests that score a tracker."""
+OURS = (*FILES, VIDEO, "frames.csv", TRUTH, TRUE_ANGLE)
+
+Progress = Callable[[int, int], None]
+
+
+def produce(scenario: Scenario, folder: Path, progress: Progress | None = None) -> Trajectory:
+    """Run ``scenario`` and write ``folder`` whole or not at all; returns what the twin did.
+
+    With a video there is no angle.csv: it is tracked first. ``progress`` is told of frames done
+    and of all frames. Raises InputError where ``folder`` holds what is not a recording's.
+    """
+    trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
+    exact = angle_recording(trajectory, scenario.camera, 0.0, 0, name=folder.name)
+    noisy = angle_recording(
+        trajectory, scenario.camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
+    )
+    with new_folder(folder, OURS) as fresh:
+        save_recording(noisy, fresh, extra={"camera": _camera(scenario)})
+        truth: dict[str, Any] = {"format": 1, "effects": list(scenario.effects)}
+        if scenario.video:
+            (fresh / "angle.csv").unlink()
+            truth["video"] = _render(scenario, trajectory, fresh / VIDEO, progress)
+        truth["parameters"] = scenario.truth()
+        truth["scenario"] = _settings(scenario)
+        write_angle(fresh / TRUE_ANGLE, exact.time_s, exact.angle_deg, None)
+        write_text(fresh / TRUTH, tomli_w.dumps(truth))
+    return trajectory
+
+
+def _render(
+    scenario: Scenario, trajectory: Trajectory, path: Path, progress: Progress | None
+) -> dict[str, Any]:
+    """Render the video; what the renderer knows and the tracker has to find out."""
+    from servosight.sim.video import render_video  # OpenGL: only where there is a video
+
+    frames = render_video(
+        trajectory, scenario.camera, path, seed=_stream(scenario, 1), progress=progress
+    )
+    return {"pivot_px": [float(x) for x in frames.pivot_px]}
+
+
+def _stream(scenario: Scenario, number: int) -> int:
+    """A seed for one source of noise, independent of the others and of the command's."""
+    return int(np.random.SeedSequence([scenario.seed, 2, number]).generate_state(1)[0])
+
+
+def _camera(scenario: Scenario) -> dict[str, Any]:
+    """What recording.toml says of the camera: settings, not the geometry."""
+    table = asdict(replace(scenario.camera, pivot_px=None))
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def _settings(scenario: Scenario) -> dict[str, Any]:
+    table = asdict(scenario)
+    table["camera"] = _camera(scenario)
+    return table
