@@ -123,7 +123,8 @@ def _motions(video: Path, images: Sequence[Image], template: Box | None) -> list
     """Rigid motions of the largest moving group of features, the reference frame's own first."""
     from_first = [0] if template is not None else [0, len(images) // 2, len(images) // 3]
     finder = cv2.SIFT.create(1500, contrastThreshold=0.02)
-    features = [finder.detectAndCompute(image, None) for image in images]
+    # cv2's own hints deny that nothing found is None.
+    features: list[Any] = [finder.detectAndCompute(image, None) for image in images]
     best: list[Rigid] = []
     moved_px = 0.0
     for reference in from_first:
@@ -159,9 +160,7 @@ def _motions(video: Path, images: Sequence[Image], template: Box | None) -> list
     return best
 
 
-def _pairs(
-    first: tuple[Any, Array], second: tuple[Any, Array], box: Box | None
-) -> tuple[Array, Array]:
+def _pairs(first: tuple[Any, Any], second: tuple[Any, Any], box: Box | None) -> tuple[Array, Array]:
     """Matched features as (n, 2) positions in either frame, by Lowe's ratio test."""
     if first[1] is None or second[1] is None or len(first[1]) < 2 or len(second[1]) < 2:
         return np.empty((0, 2)), np.empty((0, 2))
@@ -187,9 +186,10 @@ def _rigid(frame: int, before: Array, after: Array) -> Rigid | None:
     if len(before) < _LEAST_FEATURES:
         return None
     cv2.setRNGSeed(1)
-    matrix, inlier = cv2.estimateAffinePartial2D(
+    found: tuple[Any, Any] = cv2.estimateAffinePartial2D(
         before, after, method=cv2.RANSAC, ransacReprojThreshold=1.5
     )
+    matrix, inlier = found
     if matrix is None or inlier.sum() < _LEAST_FEATURES or inlier.mean() < 0.25:
         return None
     if abs(np.hypot(matrix[0, 0], matrix[1, 0]) - 1.0) > 0.03:

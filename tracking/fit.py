@@ -67,7 +67,7 @@ def gauss_newton(
     """
     flat = picture.reshape(-1)
     start = angle_rad
-    scale = np.inf
+    gain, offset = 1.0, 0.0
     for iteration in range(_ITERATIONS):
         now = model(angle_rad)
         if now.index.size < _LEAST_PIXELS:
@@ -75,15 +75,13 @@ def gauss_newton(
         seen = flat[now.index].astype(np.float64)
         inside = (seen > 0) & (seen < 255)
         design = np.stack([now.value, np.ones_like(seen), *motion(now)])
-        # The light first, on all pixels: the gate must not judge by a wrong brightness.
-        gain, offset = _light(now.value, seen, inside)
-        design[2:] *= gain
         if iteration == 0:
-            weight = inside.astype(np.float64)
-        else:
-            residual = seen - gain * now.value - offset
-            scale = 1.4826 * float(np.median(np.abs(residual))) + 0.3
-            weight = (inside & (np.abs(residual) < GATE * scale)).astype(np.float64)
+            # As bright as it was learnt, but for a shift: least squares would bend to what covers.
+            gain, offset = 1.0, float(np.median(seen - now.value))
+        design[2:] *= gain
+        residual = seen - gain * now.value - offset
+        scale = 1.4826 * float(np.median(np.abs(residual))) + 0.3
+        weight = (inside & (np.abs(residual) < GATE * scale)).astype(np.float64)
         if weight.sum() < _LEAST_PIXELS:
             return None
         weighted = design * weight
@@ -93,7 +91,7 @@ def gauss_newton(
         except np.linalg.LinAlgError:
             return None
         solution = inverse @ (weighted @ seen)
-        step = float(solution[2])
+        gain, offset, step = (float(v) for v in solution[:3])
         angle_rad += step
         if abs(angle_rad - start) > 0.35:
             return None
@@ -110,17 +108,6 @@ def gauss_newton(
         float(1.0 - inside.mean()),
         float(np.sqrt(weight @ residual**2 / weight.sum())),
     )
-
-
-def _light(value: Array, seen: Array, inside: NDArray[np.bool_]) -> tuple[float, float]:
-    value, seen = value[inside], seen[inside]
-    if seen.size < _LEAST_PIXELS:
-        return 1.0, 0.0
-    centred = value - value.mean()
-    power = float(centred @ centred)
-    gain = float(centred @ seen) / power if power > 0 else 1.0
-    gain = float(np.clip(gain, 0.2, 5.0))
-    return gain, float(seen.mean() - gain * value.mean())
 
 
 def _sandwich(influence: Array, block: NDArray[np.intp]) -> float:

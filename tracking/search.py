@@ -22,9 +22,8 @@ def search(
     Returns it with its correlation; ``pixels`` is best a thinned table.
     """
     stride = _STRIDE_PX / model.surface.grid.largest_px
-    tries: Array = (
-        centre_rad + np.arange(-int(half_rad / stride), int(half_rad / stride) + 1) * stride
-    )
+    count = int(half_rad / stride)
+    tries = np.asarray(centre_rad + np.arange(-count, count + 1) * stride, dtype=np.float64)
     found = scores(model, pixels, picture, tries)
     best = int(np.argmax(found))
     return float(tries[best]), float(found[best])

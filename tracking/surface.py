@@ -18,7 +18,8 @@ Image = NDArray[np.uint8]
 _SPACING_PX = 0.8
 # The outline mixes surface and bench over the optics' blur; the model is of the surface alone.
 _MARGIN_PX = 2.5
-_ROUNDS = 4
+_ROUNDS = 5
+_SETTLED_PX = 0.003
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,8 @@ def learn(
     pivot = np.array(grid.pivot_px)
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
     reach = edge_distance(on_grid(mask, grid, fine), fine)
-    for _ in range(_ROUNDS):
+    for round_number in range(_ROUNDS):
+        settled = fixed_pivot and round_number > 0
         fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
         chosen = np.flatnonzero(used)
         mean = average([splines[i] for i in chosen], angles[chosen], shifts[chosen], fine)
@@ -194,9 +196,12 @@ def learn(
         if not fixed_pivot and used.sum() >= 3:
             moved, common = pivot_error(angles[used], shifts[used])
             pivot = pivot + moved
+            settled = float(np.hypot(*moved)) < _SETTLED_PX
             # What the pivot explains is no longer a shift.
             shifts = shifts - np.array([(np.eye(2) - turning(a)) @ moved for a in angles])
             shifts -= np.array([turning(a) @ common for a in angles])
+        if settled:
+            break
     fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
     chosen = np.flatnonzero(used)
     mean = average([splines[i] for i in chosen], angles[chosen], np.zeros((len(chosen), 2)), fine)

@@ -19,8 +19,8 @@ from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
 from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
-    MIN_FRAMES,
     Frame,
+    check,
     even_times,
     frames,
     read_frame_table,
@@ -114,6 +114,7 @@ def track(
             "camera.exposure_s in recording.toml."
         )
     times = read_frame_table(frame_table) if frame_table is not None else None
+    check(video)
     images = [frame.image for frame in sample_frames(video, _SAMPLE)]
     surface = acquire(video, images, pivot, template)
     refine = Refine.of(surface, images[0].shape)
@@ -125,10 +126,6 @@ def track(
 
     exposures = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
     stamps, fits, flags = _follow(video, stage, surface, exposures, progress)
-    if len(stamps) < MIN_FRAMES:
-        raise InputError(
-            f"{video}: has {len(stamps)} frames; expected at least {MIN_FRAMES}, record longer."
-        )
     if times is not None and len(times[0]) != len(stamps):
         raise InputError(
             f"{frame_table}: lists {len(times[0])} frames and {video.name} has {len(stamps)}; "
@@ -148,11 +145,7 @@ def track(
         flags,
         surface.pivot_px,
         box,
-        turned(
-            surface.outline_px,
-            surface.pivot_px,
-            float(angle[0]) if method == "refine" else home_rad,
-        ),
+        outline,
     )
 
 

@@ -72,20 +72,43 @@ def _declared_end_s(stream: Any, container: InputContainer) -> float | None:
     return None
 
 
+def check(video: Path) -> int:
+    """Read a video through without decoding it, and count its pictures.
+
+    Raises ``InputError`` for a file that cannot be read, ends before its header says, or holds
+    fewer than 50 pictures.
+    """
+    with _opened(video) as container:
+        stream = container.streams.video[0]
+        base = float(stream.time_base or 0)
+        stamps = [packet.pts for packet in container.demux(stream) if packet.size]
+        last_s = base * max((stamp for stamp in stamps if stamp is not None), default=0)
+        end_s = _declared_end_s(stream, container)
+        if end_s is not None and end_s - last_s > max(4.0 * end_s / max(len(stamps), 1), 0.1):
+            raise InputError(
+                f"{video}: truncated, its header declares {end_s:.3f} s and its last frame is at "
+                f"{last_s:.3f} s; expected a whole file, copy it again or cut it with FFmpeg to "
+                "what is there."
+            )
+    if len(stamps) < MIN_FRAMES:
+        raise InputError(
+            f"{video}: holds {len(stamps)} frames; expected at least {MIN_FRAMES}, record longer."
+        )
+    return len(stamps)
+
+
 def frames(video: Path) -> Iterator[Frame]:
     """Stream the pictures of a video in order; memory does not grow with its length.
 
     Times are presentation times (pts x time base), the start of exposure; the declared rate
-    serves only a file without them. Raises ``InputError`` for a file that cannot be read, that
-    ends before its header says, that changes its picture size, or whose time does not advance.
+    serves only a file without them. Raises ``InputError`` for a file that cannot be decoded, that
+    changes its picture size, or whose time does not advance.
     """
     with _opened(video) as container:
         stream = container.streams.video[0]
         rate = stream.average_rate or stream.guessed_rate
         shape: tuple[int, ...] | None = None
         last_s = -np.inf
-        step_s = 0.0
-        index = -1
         for index, picture in enumerate(container.decode(stream)):
             time_s = _time_s(video, index, picture, rate)
             if time_s <= last_s:
@@ -102,20 +125,8 @@ def frames(video: Path) -> Iterator[Frame]:
                     f"{video}: frame {index} is {image.shape[1]} x {image.shape[0]} px where the "
                     f"first is {shape[1]} x {shape[0]}; expected one size, cut the file there."
                 )
-            step_s = time_s - last_s
             last_s = time_s
             yield Frame(index, time_s, image)
-        if index < 0:
-            raise InputError(
-                f"{video}: holds no frame; expected at least {MIN_FRAMES}, record it again."
-            )
-        end_s = _declared_end_s(stream, container)
-        if index > 0 and end_s is not None and end_s - last_s > max(4.0 * step_s, 0.1):
-            raise InputError(
-                f"{video}: truncated, its header declares {end_s:.3f} s and the last readable "
-                f"frame ({index}) is at {last_s:.3f} s; expected a whole file, copy it again or "
-                "cut it with FFmpeg to what is there."
-            )
 
 
 def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> float:
@@ -156,7 +167,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
         first = next(decoder, None)
         if first is None:
             raise InputError(
-                f"{video}: holds no frame; expected at least {MIN_FRAMES}, record it again."
+                f"{video}: holds no readable frame; expected a video, record it again."
             )
         rate = stream.average_rate or stream.guessed_rate
         start_s = _time_s(video, 0, first, rate)

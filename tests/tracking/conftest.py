@@ -84,7 +84,7 @@ def draw(scene: Scene) -> list[Image]:
     led = cv2.GaussianBlur(led, (0, 0), 1.0)
     pictures = []
     for number, (angle, smear) in enumerate(zip(scene.angle_deg, scene.smear_deg, strict=True)):
-        count = 1 + int(np.ceil(np.deg2rad(smear) * 210 * 2))
+        count = 1 + int(np.ceil(np.deg2rad(smear) * 210))
         total = np.zeros_like(bench)
         for part in (np.arange(count) + 0.5) / count - 0.5:
             turn = cv2.getRotationMatrix2D(centre.tolist(), float(angle + part * smear), 1.0)
@@ -133,3 +133,48 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         return path
 
     return to_video
+
+
+@pytest.fixture(scope="session")
+def scene() -> Callable[..., Scene]:
+    """Make a scene from angles and the share of the frame time that the shutter is open."""
+    return still_or_moving
+
+
+@pytest.fixture(scope="session", name="write")
+def write_fixture() -> Callable[[Path, list[Image], Array], Path]:
+    """Write lossless video: path, pictures, times."""
+    return write
+
+
+def _pictures_of(path: Path) -> list[Image]:
+    with av.open(str(path)) as container:
+        return [frame.to_ndarray(format="gray") for frame in container.decode(video=0)]
+
+
+@pytest.fixture(scope="session")
+def pictures_of() -> Callable[[Path], list[Image]]:
+    """Every picture of a video, by other means than the tracker's reader."""
+    return _pictures_of
+
+
+@pytest.fixture
+def rewrite(tmp_path: Path) -> Callable[[Path, Callable[[list[Image]], None]], Path]:
+    """Copy a 120 Hz video with its pictures changed in place."""
+
+    def changed(path: Path, change: Callable[[list[Image]], None]) -> Path:
+        pictures = [picture.copy() for picture in _pictures_of(path)]
+        change(pictures)
+        return write(tmp_path / "changed.mkv", pictures, np.arange(len(pictures)) / 120)
+
+    return changed
+
+
+@pytest.fixture
+def swinging_table(drawn: Callable[..., Path], tmp_path: Path) -> tuple[Path, Path]:
+    """A short swing of the fin and a frame table with a row too few."""
+    angle = 8 * np.sin(np.arange(60) / 8)
+    table = tmp_path / "frames.csv"
+    rows = "".join(f"{n},{n / 120:.6f}\n" for n in range(59))
+    table.write_text("frame,time_s\n" + rows)
+    return drawn("short_swing", still_or_moving(angle)), table

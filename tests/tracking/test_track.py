@@ -1,0 +1,179 @@
+"""Video to angle, scored against drawn truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.tracking.light import find_light
+from servosight.tracking.track import Flag, Track, outline_at, track
+from servosight.tracking.video import read_frame
+
+Draw = Callable[..., Path]
+
+RATE = 120.0
+EXPOSURE_SHARE = 0.48
+EXPOSURE_S = EXPOSURE_SHARE / RATE
+
+
+def swing(frames: int = 100) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Rest, then two sines: up to 220 deg/s, 22 deg peak to peak."""
+    t = np.arange(frames) / RATE - 0.12
+    return np.where(t < 0, 0.0, 9 * np.sin(2 * np.pi * 1.7 * t) + 5 * np.sin(2 * np.pi * 4 * t))
+
+
+def steps(frames: int = 110) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Second-order steps of 20 and -30 deg, up to 700 deg/s, 6 deg from frame to frame."""
+
+    def response(t: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+        T, xi = 0.02, 0.55
+        w = np.sqrt(1 - xi * xi) / T
+        late = np.maximum(t, 0.0)
+        shape = np.cos(w * late) + xi / np.sqrt(1 - xi * xi) * np.sin(w * late)
+        return np.where(t > 0, 1 - np.exp(-xi * late / T) * shape, 0.0)
+
+    t = np.arange(frames) / RATE
+    return 20 * response(t - 0.15) - 30 * response(t - 0.4) + 17 * response(t - 0.65)
+
+
+@pytest.fixture(scope="session")
+def swinging(drawn: Draw, scene: Any) -> tuple[Path, Any]:
+    truth = scene(swing(), EXPOSURE_SHARE, led_from=14.4)
+    return drawn("swing", truth), truth
+
+
+@pytest.fixture(scope="session")
+def swing_track(swinging: tuple[Path, Any]) -> Track:
+    return track(swinging[0], exposure_s=EXPOSURE_S)
+
+
+def error_deg(result: Track, truth: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Measured minus true, both relative to the first frame; its median is the first one's own."""
+    error = result.angle_deg - (truth.angle_deg - truth.angle_deg[0])
+    return error - np.median(error)
+
+
+def test_refine_reaches_five_thousandths_of_a_degree(
+    swing_track: Track, swinging: tuple[Path, Any]
+) -> None:
+    """Truth: the drawn angle at mid-exposure.
+
+    Bound: noise / sqrt(sum of squared gradients) of the interior is 0.0008 deg; the issue asks for
+    0.03, the aim is 0.005 still and moving.
+    """
+    error = error_deg(swing_track, swinging[1])
+    still = swinging[1].smear_deg < 0.01
+    assert np.sqrt(np.mean(error[still] ** 2)) < 0.005
+    assert np.sqrt(np.mean(error[~still] ** 2)) < 0.005
+    assert np.abs(error).max() < 0.02
+    assert not swing_track.flags.any()
+
+
+def test_sigma_is_honest(swing_track: Track, swinging: tuple[Path, Any]) -> None:
+    """Normalised errors have about unit variance; 1 +- 0.5 leaves room for 100 frames' model."""
+    error = error_deg(swing_track, swinging[1])
+    assert 0.5 < np.std(error / swing_track.sigma_deg) < 1.5
+
+
+def test_pivot_from_motion(swing_track: Track, swinging: tuple[Path, Any]) -> None:
+    """Truth: the drawn pivot. A pixel of pivot costs 0.08 deg, so 0.3 px is what may be lost."""
+    away = np.hypot(*(np.array(swing_track.pivot_px) - swinging[1].pivot_px))
+    assert away < 0.05
+
+
+def test_outline_turns_with_the_surface(swing_track: Track, swinging: tuple[Path, Any]) -> None:
+    """The drawn tip's corners, turned by hand, lie on the contour to within 4 px."""
+    truth = swinging[1]
+    for corner in ((192.0, -18.0), (198.0, 26.0)):
+        for angle in (0.0, 9.0):
+            a = np.deg2rad(angle)
+            x = truth.pivot_px[0] + corner[0] * np.cos(a) + corner[1] * np.sin(a)
+            y = truth.pivot_px[1] - corner[0] * np.sin(a) + corner[1] * np.cos(a)
+            contour = outline_at(swing_track, angle)
+            assert distance_to(contour, np.array([x, y])) < 4.0
+
+
+def distance_to(contour: Any, point: Any) -> float:
+    """Distance of a point from a closed polygon's edges [px]."""
+    start, end = contour, np.roll(contour, -1, axis=0)
+    edge = end - start
+    along = np.clip(((point - start) * edge).sum(1) / (edge**2).sum(1), 0.0, 1.0)
+    return float(np.hypot(*(start + along[:, None] * edge - point).T).min())
+
+
+def test_light_tells_its_instant_within_the_exposure(
+    swing_track: Track, swinging: tuple[Path, Any]
+) -> None:
+    """Truth: on from 40 % into frame 14's exposure. A frame is 8.3 ms, the exposure 4 ms."""
+    light = find_light(swing_track, EXPOSURE_S)
+    assert light is not None
+    assert np.hypot(light.place_px[0] - 340, light.place_px[1] - 40) < 1.5
+    true_s = 14 / RATE + 0.4 * EXPOSURE_S
+    assert abs(light.time_s - true_s) < 0.0005
+    assert light.sigma_s < 0.001
+
+
+def test_match_follows_within_a_fiftieth_of_a_degree(swinging: tuple[Path, Any]) -> None:
+    """Bound: a parabola's bias of 0.03 px at 170 px is 0.01 deg; the issue asks for 0.03."""
+    result = track(swinging[0], method="match", exposure_s=EXPOSURE_S)
+    error = error_deg(result, swinging[1])
+    assert np.sqrt(np.mean(error**2)) < 0.02
+
+
+def test_fast_steps_are_followed_and_their_blur_modelled(drawn: Draw, scene: Any) -> None:
+    """Jumps of 6 deg between frames and 2.8 deg of smear (10 px at the tip); the aim is 0.005.
+
+    The drawn blur is even over the exposure; only the speed is guessed from the neighbours.
+    """
+    truth = scene(steps(), EXPOSURE_SHARE)
+    result = track(drawn("steps", truth), exposure_s=EXPOSURE_S)
+    error = error_deg(result, truth)
+    assert np.sqrt(np.mean(error**2)) < 0.005
+    assert not (result.flags & Flag.LOST).any()
+
+
+def test_pointing_at_the_surface_is_enough(swinging: tuple[Path, Any]) -> None:
+    """With pivot and template given, nothing is searched for: the pivot is held as it is."""
+    path, truth = swinging
+    result = track(path, pivot=truth.pivot_px, template=(180, 140, 110, 40), exposure_s=EXPOSURE_S)
+    assert result.pivot_px == pytest.approx(truth.pivot_px)
+    assert result.template_px == (180, 140, 110, 40)
+    error = error_deg(result, truth)
+    assert np.sqrt(np.mean(error**2)) < 0.005
+
+
+def test_covered_repeated_and_dark_frames_are_flagged_not_filled_in(
+    swinging: tuple[Path, Any], rewrite: Callable[..., Path]
+) -> None:
+    """A hand over a third of the surface, a repeated picture, a black frame."""
+    path, truth = swinging
+
+    def spoil(pictures: list[Any]) -> None:
+        for number in range(40, 46):
+            pictures[number][120:210, 230:280] = 60
+        pictures[60] = pictures[59]
+        pictures[75][:] = 0
+
+    result = track(rewrite(path, spoil), exposure_s=EXPOSURE_S)
+    error = np.abs(error_deg(result, truth))
+    covered = (result.flags & Flag.COVERED) > 0
+    assert covered[40:46].all()
+    assert error[40:46].max() < 0.02
+    assert result.flags[60] & Flag.DUPLICATE
+    assert error[60] < 2 * result.sigma_deg[60]
+    assert result.flags[75] == Flag.LOST
+    assert result.sigma_deg[75] > 1.0
+    assert not result.found[75]
+    clear = np.setdiff1d(np.arange(len(error)), [*range(40, 46), 60, 75])
+    assert not result.flags[clear].any()
+    assert error[clear].max() < 0.02
+
+
+def test_one_frame_is_read_as_it_was_written(
+    swinging: tuple[Path, Any], pictures_of: Callable[[Path], list[Any]]
+) -> None:
+    assert np.array_equal(read_frame(swinging[0], 17), pictures_of(swinging[0])[17])

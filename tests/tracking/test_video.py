@@ -1,0 +1,115 @@
+"""Times, and videos that cannot be used: one sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.models.errors import InputError
+from servosight.tracking.track import track
+from servosight.tracking.video import check, even_times, frames, read_frame_table
+
+Write = Callable[..., Path]
+
+
+def noise(count: int, shape: tuple[int, int] = (64, 96)) -> list[Any]:
+    rng = np.random.default_rng(3)
+    return [rng.integers(90, 110, shape, dtype=np.uint8) for _ in range(count)]
+
+
+def refused(call: Callable[[], object], *words: str) -> None:
+    """The sentence names the file, says what was expected and how to mend it."""
+    with pytest.raises(InputError) as raised:
+        call()
+    text = str(raised.value)
+    assert "\n" not in text
+    for word in ("expected", *words):
+        assert word in text, text
+
+
+def test_presentation_times_come_from_the_file(tmp_path: Path, write: Write) -> None:
+    """An uneven rate, in whole milliseconds as Matroska counts them, comes back exactly."""
+    times = np.cumsum(np.resize([0.008, 0.009, 0.011], 60))
+    path = write(tmp_path / "uneven.mkv", noise(60), times)
+    assert [frame.time_s for frame in frames(path)] == pytest.approx(times, abs=1e-9)
+
+
+def test_rounding_of_an_even_rate_is_undone() -> None:
+    """Truth: 1/120 s. Stamps in ms are up to 0.5 ms off; the line through them is not."""
+    truth = 0.1 + np.arange(300) / 120
+    stamps = np.round(truth, 3)
+    assert np.abs(stamps - truth).max() > 3e-4
+    assert np.abs(even_times(stamps, 1e-3) - truth).max() < 5e-5
+
+
+def test_dropped_frames_keep_their_times() -> None:
+    stamps = np.round(np.delete(np.arange(300) / 120, [100, 101]), 3)
+    assert np.array_equal(even_times(stamps, 1e-3), stamps)
+
+
+def test_frame_table_goes_first(tmp_path: Path) -> None:
+    table = tmp_path / "frames.csv"
+    table.write_text("frame,time_s,exposure_s\n0,0.5,0.004\n1,0.6,0.004\n")
+    times, exposure = read_frame_table(table)
+    assert times.tolist() == [0.5, 0.6]
+    assert exposure is not None
+    assert exposure.tolist() == [0.004, 0.004]
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("", "row 1"),
+        ("frame,seconds\n0,1\n", "row 1"),
+        ("frame,time_s\n0,1\n1,x\n", "row 3"),
+        ("frame,time_s\n0,1\n1,nan\n", "row 3"),
+        ("frame,time_s\n0,1\n2,2\n", "row 3"),
+        ("frame,time_s\n0,1\n1,1\n", "row 3"),
+    ],
+)
+def test_bad_frame_tables(tmp_path: Path, text: str, word: str) -> None:
+    table = tmp_path / "frames.csv"
+    table.write_text(text)
+    refused(lambda: read_frame_table(table), "frames.csv", word)
+
+
+def test_no_such_video(tmp_path: Path) -> None:
+    refused(lambda: track(tmp_path / "none.mkv"), "none.mkv", "no such file")
+
+
+def test_what_is_no_video(tmp_path: Path) -> None:
+    path = tmp_path / "notes.mkv"
+    path.write_text("time_s,angle_deg\n0,0\n" * 100)
+    refused(lambda: track(path), "notes.mkv", "video")
+
+
+def test_too_short_a_video(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "short.mkv", noise(20), np.arange(20) / 100)
+    refused(lambda: track(path), "short.mkv", "20 frames", "50")
+
+
+def test_truncated_video(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "whole.mkv", noise(120), np.arange(120) / 100)
+    assert check(path) == 120
+    half = tmp_path / "half.mkv"
+    half.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    refused(lambda: track(half), "half.mkv", "truncated")
+
+
+def test_nothing_moves(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "still.mkv", noise(60), np.arange(60) / 100)
+    refused(lambda: track(path), "still.mkv", "--pivot", "--template")
+
+
+def test_a_box_outside_of_the_picture(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "box.mkv", noise(60), np.arange(60) / 100)
+    refused(lambda: track(path, template=(80, 10, 40, 20)), "80,10,40,20", "96 x 64")
+
+
+def test_a_table_of_another_length(swinging_table: tuple[Path, Path]) -> None:
+    video, table = swinging_table
+    refused(lambda: track(video, frame_table=table), "frames.csv", "one row a frame")
