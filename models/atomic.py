@@ -40,6 +40,25 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise unwritable(path, error) from None
 
 
+def check_target(path: Path) -> None:
+    """Refuse a place that cannot be written, before the work whose result shall go there."""
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise InputError(
+            f"{path}: is a folder, expected the name of a file to write; add a name to it"
+        )
+    if not target.parent.is_dir():
+        raise InputError(
+            f"{path}: the folder {path.parent} does not exist, expected an existing one; make it "
+            f"or choose another"
+        )
+    if not os.access(target if target.exists() else target.parent, os.W_OK):
+        raise InputError(
+            f"{path}: may not be written, expected a place of your own; choose another or mend "
+            f"its permissions"
+        )
+
+
 @contextmanager
 def new_folder(folder: Path, replaceable: Collection[str]) -> Iterator[Path]:
     """A folder to fill that takes the place of ``folder`` when the block ends without an error.

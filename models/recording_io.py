@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 FILES = ("recording.toml", "command.csv", "angle.csv")
 """What ``save_recording`` writes."""
+VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
+"""Endings by which a video is told from a table that cannot be read."""
 EXPOSURE_SHARE = 1.5
 """A frame's exposure cannot outlast the interval; the half allows for a doubtful clock."""
 
@@ -218,6 +220,11 @@ def _single(path: Path) -> Sheet:
         raise InputError(
             f"{path}: is no recording yet, expected a folder or a CSV file; bring it in with "
             f"`servosight import {path} -o REC`"
+        )
+    if path.suffix.lower() in VIDEOS:
+        raise InputError(
+            f"{path}: is a video without its command, expected a recording; put it as "
+            f"video{path.suffix.lower()} into a folder with command.csv and name the folder"
         )
     return read_sheet(path)
 

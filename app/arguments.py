@@ -1,0 +1,129 @@
+"""Arguments that several commands share, and the types that check them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+
+def add_recordings(parser: argparse.ArgumentParser) -> None:
+    """``REC...`` and the scale of a command given as pulse width."""
+    parser.add_argument(
+        "recordings", metavar="REC", nargs="+", type=Path, help="recording: a folder or a CSV file"
+    )
+    add_pulse(parser)
+
+
+def add_pulse(parser: argparse.ArgumentParser) -> None:
+    """``--deg-per-us`` and ``--neutral-us``."""
+    pulse = parser.add_argument_group("a command given as pulse width (column command_us)")
+    pulse.add_argument(
+        "--deg-per-us", metavar="DEG", type=number, help="degrees for one microsecond"
+    )
+    pulse.add_argument("--neutral-us", metavar="US", type=number, help="pulse width at 0 deg")
+
+
+def add_model_output(parser: argparse.ArgumentParser) -> None:
+    """``-o MODEL.toml``."""
+    parser.add_argument(
+        "-o", "--output", metavar="MODEL.toml", type=Path, help="write the fitted model's card"
+    )
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """``--json FILE``, ``-`` for standard output."""
+    parser.add_argument(
+        "--json", metavar="FILE", help="write the result as JSON; - for standard output"
+    )
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """``--report FILE.html``."""
+    parser.add_argument(
+        "--report", metavar="FILE.html", type=Path, help="write a report to read in a browser"
+    )
+
+
+def add_plugins(parser: argparse.ArgumentParser) -> None:
+    """``--plugin FILE.py``, repeatable."""
+    parser.add_argument(
+        "--plugin",
+        metavar="FILE.py",
+        type=Path,
+        action="append",
+        default=[],
+        help="a file with an effect of your own (it is run; may be repeated)",
+    )
+
+
+def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
+    """``--seed N``."""
+    parser.add_argument(
+        "--seed", metavar="N", type=seed, default=default, help="seed of everything random"
+    )
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    value = _float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not finite, expected a number")
+    return value
+
+
+def seed(text: str) -> int:
+    """A whole number from 0."""
+    if not text.isascii() or not text.isdigit() or len(text) > 18:
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed, expected a whole number from 0")
+    return int(text)
+
+
+def not_negative(text: str) -> float:
+    """A finite number from 0."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is negative, expected a number from 0")
+    return value
+
+
+def identifiers(text: str) -> list[str]:
+    """``a,b`` as a list of names."""
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def point(text: str) -> tuple[float, float]:
+    """``X,Y``."""
+    x, y = _numbers(text, 2, "X,Y such as 320,240")
+    return x, y
+
+
+def box(text: str) -> tuple[float, float, float, float]:
+    """``X,Y,W,H``."""
+    x, y, width, height = _numbers(text, 4, "X,Y,W,H such as 300,200,120,60")
+    return x, y, width, height
+
+
+def setting(text: str) -> tuple[str, str, float]:
+    """``ID.param=VALUE`` as identifier, parameter and value."""
+    place, _, value = text.partition("=")
+    effect, dot, parameter = place.partition(".")
+    if not dot or not effect or not parameter or not value:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected ID.param=VALUE such as backlash.gap=1.5"
+        )
+    return effect, parameter, number(value)
+
+
+def _numbers(text: str, count: int, shape: str) -> list[float]:
+    words = text.split(",")
+    if len(words) != count:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected {shape}")
+    return [number(word) for word in words]
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number, expected one") from None

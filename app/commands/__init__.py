@@ -1,0 +1,33 @@
+"""The commands, one file each, with ``configure(parser)`` and ``run(args)``.
+
+The first line of a file's docstring is its help. Nothing heavy is imported at the top of them.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from servosight.app.commands import (
+    add,
+    compare,
+    demo,
+    diagnose,
+    effects,
+    identify,
+    import_log,
+    simulate,
+    track,
+)
+
+COMMANDS: dict[str, ModuleType] = {
+    "demo": demo,
+    "simulate": simulate,
+    "import": import_log,
+    "track": track,
+    "identify": identify,
+    "compare": compare,
+    "diagnose": diagnose,
+    "add": add,
+    "effects": effects,
+}
+"""By name, in the order of the help."""

@@ -1,0 +1,49 @@
+"""Hold a model against recordings and show where it fails."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from servosight.app.arguments import add_json, add_plugins, add_recordings, add_report
+from servosight.app.output import check_outputs, console, progress, write_json
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``servosight compare``."""
+    parser.add_argument("model", metavar="MODEL.toml", type=Path, help="the model's card")
+    add_recordings(parser)
+    add_json(parser)
+    add_report(parser)
+    add_plugins(parser)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Simulate, compare, print, write the JSON and the report."""
+    from servosight.app.present import show_where
+    from servosight.app.sources import load
+    from servosight.diagnose.compare import compare
+    from servosight.models.actuator import Actuator
+    from servosight.models.registry import catalogue
+
+    check_outputs(args)
+    effects = catalogue(args.plugin)
+    actuator = Actuator.load(args.model, effects)
+    recordings = load(args.recordings, args)
+    with progress("comparing"):
+        result = compare(actuator, recordings, catalogue=effects)
+    values = result.to_json()
+    out = console(args)
+    out.print(
+        f"rmse {values['rmse_deg']:.4g} deg, floor {values['floor_deg']:.4g} deg (noise "
+        f"{values['noise_deg']:.4g} deg)"
+    )
+    show_where(out, values["where"])
+    if args.report is not None:
+        from servosight.app.report import write_report
+
+        write_report(args.report, result, recordings)
+        out.print(f"report: {args.report}")
+    write_json(args.json, values)
+    names = " ".join(map(str, args.recordings))
+    out.print(f"Next: servosight diagnose {names} --auto")

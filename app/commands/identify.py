@@ -1,0 +1,62 @@
+"""Fit the actuator's parameters to recordings."""
+
+from __future__ import annotations
+
+import argparse
+
+from servosight.app.arguments import (
+    add_json,
+    add_model_output,
+    add_plugins,
+    add_recordings,
+    add_seed,
+    identifiers,
+)
+from servosight.app.output import check_outputs, console, progress, write_json
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``servosight identify``."""
+    add_recordings(parser)
+    parser.add_argument(
+        "--effects",
+        metavar="ID,ID",
+        type=identifiers,
+        default=[],
+        help="effects to fit beside the linear core; see servosight effects",
+    )
+    parser.add_argument(
+        "--method",
+        default="combination",
+        help="combination (genetic operators and swarm, default), ga, pso or gradient",
+    )
+    add_seed(parser)
+    add_model_output(parser)
+    add_json(parser)
+    add_plugins(parser)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Fit, print, write the card and the JSON."""
+    from servosight.app.present import show_identification
+    from servosight.app.sources import load
+    from servosight.identify.fit import METHODS, identify
+    from servosight.models.errors import InputError
+    from servosight.models.registry import catalogue, select
+
+    check_outputs(args)
+    if args.method not in METHODS:
+        raise InputError(f"--method {args.method}: expected one of {', '.join(METHODS)}")
+    effects = catalogue(args.plugin)
+    chosen = select(effects, args.effects)
+    recordings = load(args.recordings, args)
+    with progress("fitting"):
+        result = identify(recordings, chosen, catalogue=effects, method=args.method, seed=args.seed)
+    if args.output is not None:
+        result.actuator.save(args.output)
+    values = result.to_json()
+    out = console(args)
+    show_identification(out, values)
+    write_json(args.json, values)
+    names = " ".join(map(str, args.recordings))
+    out.print(f"Next: servosight diagnose {names} --auto")

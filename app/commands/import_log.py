@@ -1,0 +1,57 @@
+"""Bring a log of another program in: bam's JSON, CSV with other headers, EMPS .mat."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from servosight.app.arguments import add_pulse, number
+from servosight.app.output import console
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``servosight import``."""
+    parser.add_argument("source", metavar="SOURCE", type=Path, help="the log")
+    parser.add_argument(
+        "-o", "--output", metavar="REC", type=Path, required=True, help="folder to write"
+    )
+    parser.add_argument(
+        "--map",
+        metavar="QUANTITY=COLUMN[:UNIT]",
+        action="append",
+        default=[],
+        help="which column is the time, command, angle or sigma, such as angle=pos:rad",
+    )
+    parser.add_argument("--unit", help="unit of command, angle and sigma where none is named: deg")
+    parser.add_argument(
+        "--unit-scale",
+        metavar="DEG",
+        type=number,
+        help="degrees that show one unit of an output that is no angle",
+    )
+    add_pulse(parser)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Read, check and write; say what was cut."""
+    from servosight.models.errors import InputError
+    from servosight.models.importers import Request, import_recording
+    from servosight.models.importers.request import parse_map
+    from servosight.models.recording_io import save_recording
+
+    if args.unit_scale == 0.0:
+        raise InputError("--unit-scale 0: expected degrees in one unit, so give another number")
+    request = Request(
+        parse_map(args.map), args.unit, args.unit_scale, args.deg_per_us, args.neutral_us
+    )
+    imported = import_recording(args.source, request)
+    recording = imported.recording
+    save_recording(recording, args.output)
+    out = console(args)
+    for note in imported.notes:
+        out.print(f"note: {note}")
+    out.print(
+        f"{args.output}: {recording.time_s.size} samples over {recording.duration_s:.2f} s, moved "
+        f"{recording.moved_range_deg:.4g} deg"
+    )
+    out.print(f"Next: servosight diagnose {args.output} --auto")

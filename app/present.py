@@ -1,0 +1,128 @@
+"""Results in words and tables, drawn from the same values as their JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+BAR = 32
+CANDIDATES = 6
+
+VERDICTS = {
+    "no_effect_missing": "No effect is missing: the linear model already reaches the floor.",
+    "explained": "Explained: with {effects} the model reaches the floor of the measurement.",
+    "unexplained": "Unexplained: something remains that no candidate accounts for.",
+}
+
+
+def show_identification(out: Console, result: Mapping[str, Any]) -> None:
+    """Parameters with their uncertainty, error against floor, warnings."""
+    show_parameters(out, result["parameters"])
+    out.print(
+        f"rmse {_deg(result['rmse_deg'])} over {result['samples']} samples; noise "
+        f"{_deg(result['noise_deg'])}, floor {_deg(result['floor_deg'])}"
+    )
+    out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
+    for warning in result["warnings"]:
+        out.print(f"note: {warning}")
+
+
+def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
+    """The ladder, the verdict, the parameters, where it fails, what to try."""
+    show_ladder(out, result["ladder"], result["floor_deg"])
+    effects = " + ".join(result["effects"])
+    out.print(VERDICTS[result["verdict"]].format(effects=effects))
+    if len(result["ladder"]) == 1 and result["verdict"] == "unexplained":
+        out.print("Only the linear model was fitted; --auto adds what earns its place.")
+    out.print()
+    show_parameters(out, result["ladder"][-1]["parameters"])
+    show_candidates(out, result["candidates"])
+    show_where(out, result["where"])
+    if result.get("next_experiment"):
+        out.print(f"To learn more: {result['next_experiment']}")
+
+
+def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
+    """One rung a line with its held-out error as a bar, and the floor below."""
+    largest = max([floor_deg, *(rung["held_out_rmse_deg"] or 0.0 for rung in ladder)])
+    table = _table("model", "held out", "", "trained on", "", title="error of the model, rms")
+    for rung in ladder:
+        error = rung["held_out_rmse_deg"]
+        table.add_row(
+            "linear" if rung["added"] is None else f"+ {rung['added']}",
+            _deg(error),
+            _bar(error, largest),
+            _deg(rung["train_rmse_deg"]),
+            "reaches the floor" if rung["explained"] else "",
+        )
+    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
+    out.print(table)
+
+
+def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:
+    """Each parameter with one standard deviation and its unit."""
+    table = _table("parameter", "value", "+- sigma", "unit")
+    for name, entry in parameters.items():
+        entries = entry if isinstance(entry, list) else [entry]
+        for place, one in enumerate(entries, 1):
+            label = name if len(entries) == 1 else f"{name} ({place})"
+            sigma = one["sigma"]
+            shown = "not known" if sigma is None else f"{sigma:.2g}"
+            table.add_row(label, f"{one['value']:.5g}", shown, one["unit"])
+    out.print(table)
+
+
+def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> None:
+    """The best candidates for the first step."""
+    if not candidates:
+        return
+    table = _table("candidate", "held out", "evidence", "cannot be told from")
+    for one in candidates[:CANDIDATES]:
+        table.add_row(
+            one["effect"],
+            _deg(one["held_out_rmse_deg"]),
+            "-" if one["evidence"] is None else f"{one['evidence']:.1f}",
+            ", ".join(one["confounded_with"]),
+        )
+    out.print(table)
+
+
+def show_where(out: Console, where: Sequence[Mapping[str, Any]]) -> None:
+    """The windows with the largest share of the error."""
+    if not where:
+        return
+    table = _table("where it fails", "from", "to", "rms", "share", "while")
+    for one in where:
+        table.add_row(
+            str(one["recording"]),
+            f"{one['start_s']:.2f} s",
+            f"{one['end_s']:.2f} s",
+            _deg(one["rmse_deg"]),
+            f"{100 * one['share']:.0f} %",
+            one["what"].replace("_", " "),
+        )
+    out.print(table)
+
+
+def _bar(value: float | None, largest: float) -> str:
+    if not value or largest <= 0.0:
+        return ""
+    return "█" * max(1, round(BAR * value / largest))
+
+
+def _deg(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g} deg"
+
+
+def _table(*columns: str, title: str | None = None) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE, title=title, title_justify="left", title_style="")
+    for column in columns:
+        table.add_column(column, no_wrap=True)
+    return table

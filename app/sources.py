@@ -1,0 +1,79 @@
+"""Recordings as commands take them: loaded, and tracked first where only the video is there."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from servosight.app.output import progress
+
+if TYPE_CHECKING:
+    from servosight.models.recording import Recording
+    from servosight.models.recording_io import RecordingFolder
+    from servosight.tracking.track import Track
+
+
+def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
+    """All recordings in order, with the command line's scale for pulse widths."""
+    from servosight.models.recording_io import inspect_folder, load_recording
+
+    recordings = []
+    for path in paths:
+        if path.is_dir():
+            folder = inspect_folder(path)
+            if folder.needs_tracking:
+                track_folder(folder)
+        recordings.append(
+            load_recording(path, deg_per_us=args.deg_per_us, neutral_us=args.neutral_us)
+        )
+    return recordings
+
+
+def track_folder(
+    folder: RecordingFolder,
+    output: Path | None = None,
+    *,
+    pivot: tuple[float, float] | None = None,
+    template: tuple[float, float, float, float] | None = None,
+    method: Literal["match", "refine"] = "refine",
+) -> Track:
+    """Track a recording's video and write its ``angle.csv``, on the command's clock."""
+    from servosight.models.errors import InputError
+
+    if folder.video is None:
+        raise InputError(
+            f"{folder.path}: holds no video, expected video.mkv or another container; add it, or "
+            f"name the video file itself"
+        )
+    settings = folder.settings
+    result = track_video(
+        folder.video,
+        pivot=pivot,
+        template=template,
+        method=method,
+        frame_table=folder.frames,
+        exposure_s=settings.exposure_s,
+    )
+    # Presentation times start the first row's exposure; the surface lies about the middle row.
+    rows_s = 0.0 if folder.frames is not None else 0.5 * settings.readout_s
+    time_s = result.time_s + (settings.video_offset_s + rows_s)
+    write_track(output or folder.angle, result, time_s=time_s, scale=settings.unit_scale)
+    return result
+
+
+def track_video(video: Path, **options: Any) -> Track:
+    """Track a video with a line of progress."""
+    from servosight.tracking.track import track
+
+    with progress(f"tracking {video}") as show:
+        return track(video, progress=lambda frames: show(f"{frames} frames"), **options)
+
+
+def write_track(path: Path, track: Track, *, time_s: Any = None, scale: float = 1.0) -> None:
+    """Write ``time_s,angle_deg,sigma_deg``; ``scale`` is the recording's unit_scale."""
+    from servosight.models.recording_io import write_angle
+
+    times = track.time_s if time_s is None else time_s
+    write_angle(path, times, track.angle_deg / scale, track.sigma_deg / abs(scale))
