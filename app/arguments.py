@@ -104,17 +104,6 @@ def box(text: str) -> tuple[float, float, float, float]:
     return x, y, width, height
 
 
-def setting(text: str) -> tuple[str, str, float]:
-    """``ID.param=VALUE`` as identifier, parameter and value."""
-    place, _, value = text.partition("=")
-    effect, dot, parameter = place.partition(".")
-    if not dot or not effect or not parameter or not value:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: expected ID.param=VALUE such as backlash.gap=1.5"
-        )
-    return effect, parameter, number(value)
-
-
 def _numbers(text: str, count: int, shape: str) -> list[float]:
     words = text.split(",")
     if len(words) != count:

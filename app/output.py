@@ -6,10 +6,10 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from servosight.models.atomic import check_target, write_text
 
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 STANDARD_OUTPUT = "-"
+
+
+class Report(Protocol):
+    """How work tells how far it is."""
+
+    def __call__(self, word: str, done: int, total: int | None = None) -> None:
+        """``done`` of ``total`` (None: not known) at what ``word`` says."""
 
 
 def plain(value: Any) -> Any:
@@ -72,15 +79,26 @@ def console(args: argparse.Namespace) -> Console:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[Any], None]]:
-    """A line on standard error that says how far a long piece of work is; silent off a terminal.
+def progress(title: str) -> Iterator[Report]:
+    """A bar on standard error while the block runs; silent where that is no terminal.
 
-    Gives a function that takes what is done so far: a count or a word.
+    Gives a function that takes a word, what is done and, where it is known, of how much.
     """
     if not sys.stderr.isatty():
-        yield lambda _done: None
+        yield _silent
         return
     from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    with Console(stderr=True, markup=False).status(title) as status:
-        yield lambda done: status.update(f"{title}: {done}")
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+
+        def report(word: str, done: int, total: int | None = None) -> None:
+            bar.update(task, description=f"{title}: {word}", completed=done, total=total)
+
+        yield report
+
+
+def _silent(word: str, done: int, total: int | None = None) -> None:
+    """Nobody watches."""

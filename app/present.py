@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-BAR = 32
+BAR = 20
 CANDIDATES = 6
 
 VERDICTS = {
@@ -49,7 +49,7 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
     """One rung a line with its held-out error as a bar, and the floor below."""
     largest = max([floor_deg, *(rung["held_out_rmse_deg"] or 0.0 for rung in ladder)])
-    table = _table("model", "held out", "", "trained on", "", title="error of the model, rms")
+    table = _table("model", "held out", "", "training", title="error of the model, rms")
     for rung in ladder:
         error = rung["held_out_rmse_deg"]
         table.add_row(
@@ -57,9 +57,8 @@ def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: fl
             _deg(error),
             _bar(error, largest),
             _deg(rung["train_rmse_deg"]),
-            "reaches the floor" if rung["explained"] else "",
         )
-    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
+    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "")
     out.print(table)
 
 

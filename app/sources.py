@@ -68,7 +68,7 @@ def track_video(video: Path, **options: Any) -> Track:
     from servosight.tracking.track import track
 
     with progress(f"tracking {video}") as show:
-        return track(video, progress=lambda frames: show(f"{frames} frames"), **options)
+        return track(video, progress=lambda frames: show("frames", frames), **options)
 
 
 def write_track(path: Path, track: Track, *, time_s: Any = None, scale: float = 1.0) -> None:

@@ -38,6 +38,8 @@ def run(args: argparse.Namespace) -> None:
         f"rmse {values['rmse_deg']:.4g} deg, floor {values['floor_deg']:.4g} deg (noise "
         f"{values['noise_deg']:.4g} deg)"
     )
+    for sentence in values["sentences"]:
+        out.print(sentence)
     show_where(out, values["where"])
     if args.report is not None:
         from servosight.app.report import write_report

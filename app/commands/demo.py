@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_seed
-from servosight.app.commands.simulate import FILES
 from servosight.app.output import console, json_text, progress
 
 
@@ -24,7 +23,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.report import write_report
     from servosight.app.sources import track_folder
     from servosight.diagnose.diagnose import diagnose
-    from servosight.models.atomic import new_folder, write_text
+    from servosight.models.atomic import write_text
     from servosight.models.recording_io import inspect_folder, load_recording
     from servosight.models.registry import catalogue
     from servosight.scenarios.produce import produce
@@ -32,27 +31,20 @@ def run(args: argparse.Namespace) -> None:
 
     out = console(args)
     place = args.output / "recording"
+    scenario = hidden(args.seed)
     out.print(f"1. A servo with a hidden effect moves a fin and is filmed (seed {args.seed}).")
-    with progress("simulating"), new_folder(place, FILES) as fresh:
-        produce(hidden(args.seed), fresh)
-        (fresh / "angle.csv").unlink(missing_ok=True)  # the camera alone shall tell
+    with progress("filming") as show:
+        produce(scenario, place, lambda done, total: show("frames", done, total))
     out.print("2. The camera measures the fin's angle.")
     track_folder(inspect_folder(place))
     recording = load_recording(place)
-    out.print("3. Model against measurement: what is missing?")
+    out.print("3. The model is held against the measurement: what is missing?")
     with progress("diagnosing") as show:
-        result = diagnose(
-            [recording],
-            [],
-            catalogue=catalogue(),
-            auto=True,
-            tolerance=None,
-            seed=args.seed,
-            progress=show,
-        )
+        result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)
     values = result.to_json()
     result.actuator.save(args.output / "model.toml")
     write_text(args.output / "diagnosis.json", json_text(values))
     write_report(args.output / "report.html", result, [recording])
     show_diagnosis(out, values)
-    out.print(f"4. Open {args.output / 'report.html'} in a browser.")
+    out.print(f"4. What was hidden: {', '.join(scenario.effects)}.")
+    out.print(f"5. Open {args.output / 'report.html'} in a browser.")

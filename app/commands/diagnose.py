@@ -38,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=not_negative,
         help="error that no model is asked to beat (default: 0.05 %% of the moved range)",
     )
-    add_seed(parser)
+    add_seed(parser)  # kept for scripts: the climb has no chance in it
     add_model_output(parser)
     add_json(parser)
     add_report(parser)
@@ -63,7 +63,6 @@ def run(args: argparse.Namespace) -> None:
             catalogue=effects,
             auto=args.auto,
             tolerance=args.tolerance,
-            seed=args.seed,
             progress=show,
         )
     if args.output is not None:

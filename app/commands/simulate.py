@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
-from servosight.app.arguments import add_seed, setting
+from servosight.app.arguments import add_seed
 from servosight.app.output import console, progress
-
-FILES = (
-    "recording.toml",
-    "command.csv",
-    "angle.csv",
-    "video.mkv",
-    "frames.csv",
-    "truth.toml",
-    "scenario.toml",
-)
-"""What a synthetic recording may consist of; a folder with more than this is not replaced."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,11 +25,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set",
         metavar="ID.param=VALUE",
-        type=setting,
         action="append",
         default=[],
-        help="with this strength, such as backlash.gap=1.5",
+        help="with this strength, such as backlash.gap=1.5; or the servo's own k, T, xi, bias",
     )
+    parser.add_argument("--video", action="store_true", help="film it: video in place of angles")
     add_seed(parser, default=None)
     parser.add_argument(
         "-o", "--output", metavar="REC", type=Path, required=True, help="folder to write"
@@ -48,20 +38,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate, film and write, whole or not at all."""
-    from servosight.models.atomic import new_folder
     from servosight.scenarios.produce import produce
-    from servosight.scenarios.scenario import Scenario
+    from servosight.scenarios.scenario import Scenario, parse_settings, with_effects
 
     scenario = Scenario() if args.scenario is None else Scenario.load(args.scenario)
     if args.seed is not None:
-        scenario = scenario.with_seed(args.seed)
+        scenario = replace(scenario, seed=args.seed)
+    if args.video:
+        scenario = replace(scenario, video=True)
     if args.effect or args.set:
-        strengths: dict[str, dict[str, float]] = {name: {} for name in args.effect}
-        for effect, parameter, value in args.set:
-            strengths.setdefault(effect, {})[parameter] = value
-        scenario = scenario.with_effects(strengths)
-    with progress("simulating"), new_folder(args.output, FILES) as fresh:
-        produce(scenario, fresh)
+        scenario = with_effects(scenario, args.effect, parse_settings(args.set))
+    with progress("simulating") as show:
+        produce(scenario, args.output, lambda done, total: show("frames", done, total))
     out = console(args)
-    out.print(f"{args.output}: written")
+    out.print(
+        f"{args.output}: {scenario.duration_s:g} s, seed {scenario.seed}, hidden: "
+        f"{', '.join(scenario.effects) or 'nothing'}"
+    )
     out.print(f"Next: servosight diagnose {args.output} --auto")

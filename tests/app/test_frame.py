@@ -1,0 +1,207 @@
+"""The command line's frame: help, exit codes, one sentence for what goes wrong."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.app.commands import COMMANDS
+from servosight.app.main import main
+from servosight.app.output import json_text, progress, write_json
+from servosight.models.errors import InputError
+
+NAMES = ["demo", "simulate", "import", "track", "identify", "compare", "diagnose", "add", "effects"]
+HEAVY = ("numpy", "scipy", "numba", "rich", "mujoco", "cv2", "av", "matplotlib", "OpenGL")
+
+
+def said(capsys: pytest.CaptureFixture[str], code: int, words: list[str]) -> str:
+    """Run a command that must leave with ``code`` and one line on standard error; the line."""
+    assert main(words) == code
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("servosight: ")
+    assert captured.err.count("\n") == 1, captured.err
+    return captured.err
+
+
+def raising(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Make ``servosight effects`` fail with ``error``."""
+
+    def run(args: argparse.Namespace) -> None:
+        raise error
+
+    monkeypatch.setattr(COMMANDS["effects"], "run", run)
+
+
+def test_help_names_the_commands_and_loads_nothing_heavy() -> None:
+    script = (
+        "import sys; from servosight.app.main import main; code = main(['--help']); "
+        f"print('HEAVY', [name for name in {HEAVY!r} if name in sys.modules], code)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.endswith("HEAVY [] 0\n"), done.stdout + done.stderr
+    for name in NAMES:
+        assert name in done.stdout
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, "--help"]) == 0
+    assert "usage: servosight" in capsys.readouterr().out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("servosight 0.")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], "required: COMMAND"),
+        (["workbench"], "invalid choice: 'workbench'"),
+        (["diagnose"], "required: REC"),
+        (["diagnose", "rec", "--seed", "-1"], "whole number"),
+        (["diagnose", "rec", "--seed", "x"], "whole number"),
+        (["diagnose", "rec", "--tolerance", "-1"], "number from 0"),
+        (["diagnose", "rec", "--tolerance", "nan"], "not finite"),
+        (["diagnose", "rec", "--fast"], "--fast"),
+        (["identify", "rec", "--deg-per-us", "x"], "'x' is no number"),
+        (["track", "rec", "--pivot", "3"], "X,Y"),
+        (["track", "rec", "--template", "1,2,3"], "X,Y,W,H"),
+        (["track", "rec", "--method", "guess"], "'match', 'refine'"),
+        (["import", "log.csv"], "required: -o"),
+    ],
+)
+def test_wrong_usage(words: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert expected in said(capsys, 2, words)
+
+
+def test_bad_input_leaves_with_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    raising(monkeypatch, InputError("log.csv, row 3: bad\nnews"))
+    assert said(capsys, 2, ["effects"]) == "servosight: log.csv, row 3: bad news\n"
+
+
+def test_errors_of_the_program_leave_with_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    raising(monkeypatch, ZeroDivisionError("by zero"))
+    sentence = said(capsys, 1, ["effects"])
+    assert "ZeroDivisionError: by zero" in sentence
+    assert "--debug" in sentence
+
+
+def test_an_interrupt_leaves_with_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    raising(monkeypatch, KeyboardInterrupt())
+    assert "interrupted" in said(capsys, 130, ["effects"])
+
+
+@pytest.mark.parametrize("words", [["--debug", "effects"], ["effects", "--debug"]])
+@pytest.mark.parametrize(("error", "code"), [(InputError("bad"), 2), (ValueError("bad"), 1)])
+def test_debug_shows_the_traceback(
+    words: list[str],
+    error: Exception,
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    raising(monkeypatch, error)
+    assert main(words) == code
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_exit_code_of_the_process(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "servosight.app", "identify", str(tmp_path / "nothing")]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("servosight: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_reader_that_leaves_early_is_no_error() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "servosight.app", "effects"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    complaint = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == 0, complaint
+    assert complaint == b""
+
+
+def test_json_knows_numpy_and_never_nan() -> None:
+    value = {
+        "b": np.float64(1.5),
+        "a": np.array([1.0, np.nan, np.inf]),
+        "n": (np.int64(3), np.bool_(True), -math.inf, None),
+        "p": Path("x"),
+    }
+    text = json_text(value)
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert list(json.loads(text)) == ["b", "a", "n", "p"]
+    assert json.loads(text) == {
+        "b": 1.5,
+        "a": [1.0, None, None],
+        "n": [3, True, None, None],
+        "p": "x",
+    }
+
+
+def test_json_to_files_and_nowhere(tmp_path: Path) -> None:
+    write_json(None, {})
+    write_json(str(tmp_path / "a.json"), {"a": 1})
+    assert json.loads((tmp_path / "a.json").read_text()) == {"a": 1}
+    with pytest.raises(InputError, match="cannot be written"):
+        write_json(str(tmp_path / "no" / "a.json"), {})
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.json"]
+
+
+class Terminal:
+    """A standard error that claims to be a terminal and keeps what it is told."""
+
+    encoding = "utf-8"
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def isatty(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        self.text += text
+        return len(text)
+
+    def flush(self) -> None:
+        pass
+
+
+def test_progress_is_shown_on_a_terminal_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with progress("work") as show:
+        show("step", 1, 2)
+    assert capsys.readouterr() == ("", "")
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("work") as show:
+        show("step", 1, 2)
+    assert "work: step" in terminal.text
+    assert "1/2" in terminal.text
