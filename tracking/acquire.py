@@ -23,6 +23,8 @@ _COARSE_PX = 1.5
 _MOVED_PX = 1.5
 _LEAST_FEATURES = 8
 _LEAST_FRAMES = 4
+_LEAST_SCORE = 0.6
+_SEARCH_RAD = np.deg2rad(75.0)
 _POINT = "point at it with --pivot X,Y and --template X,Y,W,H"
 
 
@@ -73,6 +75,7 @@ def acquire(
         grid = _coarse(pivot, hull)
         mask = _on_lattice(hull, grid)
         rough = None
+        angles = _completed(images, angles, single(images[reference], mask, grid))
     known = np.flatnonzero(np.isfinite(angles))
     shown = [images[int(i)] for i in known]
     for _ in range(2):
@@ -96,14 +99,25 @@ def _from_pointing(
     box = _hull_mask(np.empty((0, 2)), images[0].shape, template)
     grid = _coarse(np.array(pivot_px), box)
     mask = _on_lattice(box, grid)
-    model = single(images[0], mask, grid).blurred(0.0)
-    pixels = model.surface.pixels(images[0].shape, every=5)
     angles = np.full(len(images), np.nan)
-    for number, image in enumerate(images):
-        angle, score = search(model, pixels, image, 0.0, np.deg2rad(75.0))
-        if score > 0.6:
-            angles[number] = angle
-    return angles, mask, grid
+    return _completed(images, angles, single(images[0], mask, grid)), mask, grid
+
+
+def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> Array:
+    """The angles [rad] with those not known searched for; NaN where the surface is not found.
+
+    Features tell nothing of a frame in which the surface stands as in the reference.
+    """
+    model = surface.blurred(0.0)
+    pixels = surface.pixels(images[0].shape, every=5)
+    known = angles_rad[np.isfinite(angles_rad)]
+    reach = max(float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
+    completed = angles_rad.copy()
+    for number in np.flatnonzero(np.isnan(angles_rad)):
+        angle, score = search(model, pixels, images[int(number)], 0.0, reach)
+        if score > _LEAST_SCORE:
+            completed[number] = angle
+    return completed
 
 
 def _text(box: Sequence[float]) -> str:

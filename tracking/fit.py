@@ -95,7 +95,7 @@ def gauss_newton(
         angle_rad += step
         if abs(angle_rad - start) > 0.35:
             return None
-        if iteration > 0 and abs(step) < max(0.02 * np.sqrt(inverse[2, 2]), 2e-7):
+        if iteration > 0 and abs(step) < max(0.1 * np.sqrt(inverse[2, 2]), 2e-7):
             break
     residual = seen - solution @ design
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)

@@ -17,7 +17,7 @@ Box = tuple[int, int, int, int]
 
 _LEAST_SCORE = 0.6
 # The peak of a sampled correlation, interpolated by a parabola, leans towards whole pixels.
-_PEAK_BIAS_PX = 0.03
+_PEAK_BIAS_PX = 0.015
 _LARGEST_HALF_PX = 28
 
 

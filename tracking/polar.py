@@ -138,65 +138,58 @@ def sample(
     """
     part, turn = pixels.covering(grid, angle_rad)
     phi, radius = pixels.phi_rad[part], pixels.radius_px[part]
-    value, per_rad, per_px = np.empty((3, phi.size))
-    keep = np.empty(phi.size, np.bool_)
-    _spline(
-        coefficients,
-        reach,
-        phi,
-        radius,
-        np.array([turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px]),
-        0.5 * smear,
-        value,
-        per_rad,
-        per_px,
-        keep,
-    )
-    chosen = np.flatnonzero(keep)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    chosen = np.empty(phi.size, np.intp)
+    out = np.empty((3, phi.size))
+    count = _spline(coefficients, reach, phi, radius, place, 0.5 * smear, chosen, out)
+    chosen = chosen[:count]
     return Sample(
         pixels.index[part][chosen],
         pixels.block[part][chosen],
         phi[chosen],
         radius[chosen],
-        value[chosen],
-        per_rad[chosen],
-        per_px[chosen],
+        out[0, :count],
+        out[1, :count],
+        out[2, :count],
     )
 
 
-@njit(cache=True)
-def _spline(  # type: ignore[no-untyped-def]
-    coefficients, reach, phi, radius, place, half, value, per_rad, per_px, keep
-):
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _spline(coefficients, reach, phi, radius, place, half, chosen, out):  # type: ignore[no-untyped-def]
+    """Value and slopes at the pixels well inside; returns how many, their places in ``chosen``."""
     rows, columns = coefficients.shape
+    origin, per_rad, first, per_px = place
+    count = 0
     for i in range(phi.size):
-        keep[i] = False
-        u = (phi[i] - place[0]) * place[1]
-        v = (radius[i] - place[2]) * place[3]
-        m, j = int(np.floor(u)), int(np.floor(v))
-        if m < 1 or j < 1 or m > columns - 3 or j > rows - 3:
+        u = (phi[i] - origin) * per_rad
+        v = (radius[i] - first) * per_px
+        if u < 1.0 or v < 1.0 or u >= columns - 2 or v >= rows - 2:
             continue
+        m, j = int(u), int(v)
         if reach[int(v + 0.5), int(u + 0.5)] <= half:
             continue
-        t, s = u - m, v - j
-        a0, a1, a2, a3 = _weights(t)
-        d0, d1, d2, d3 = _slopes(t)
-        b = _weights(s)
-        e = _slopes(s)
+        a0, a1, a2, a3 = _weights(u - m)
+        d0, d1, d2, d3 = _slopes(u - m)
+        b0, b1, b2, b3 = _weights(v - j)
+        e0, e1, e2, e3 = _slopes(v - j)
+        # Along the rows first, with the value's and the slope's weights; then along the angle.
         total = by_u = by_v = 0.0
-        for k in range(4):
-            c = coefficients[j - 1 + k, m - 1 : m + 3]
-            line = a0 * c[0] + a1 * c[1] + a2 * c[2] + a3 * c[3]
-            total += b[k] * line
-            by_v += e[k] * line
-            by_u += b[k] * (d0 * c[0] + d1 * c[1] + d2 * c[2] + d3 * c[3])
-        value[i] = total
-        per_rad[i] = by_u * place[1]
-        per_px[i] = by_v * place[3]
-        keep[i] = True
+        for k, a, d in ((0, a0, d0), (1, a1, d1), (2, a2, d2), (3, a3, d3)):
+            c0, c1 = coefficients[j - 1, m - 1 + k], coefficients[j, m - 1 + k]
+            c2, c3 = coefficients[j + 1, m - 1 + k], coefficients[j + 2, m - 1 + k]
+            across = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
+            total += a * across
+            by_u += d * across
+            by_v += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
+        chosen[count] = i
+        out[0, count] = total
+        out[1, count] = by_u * per_rad
+        out[2, count] = by_v * per_px
+        count += 1
+    return count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _weights(t):  # type: ignore[no-untyped-def]
     """Cubic B-spline at the four nodes about a point ``t`` past the second."""
     w = 1.0 - t
@@ -208,7 +201,7 @@ def _weights(t):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _slopes(t):  # type: ignore[no-untyped-def]
     w = 1.0 - t
     return -0.5 * w * w, t * (1.5 * t - 2.0), -w * (1.5 * w - 2.0), 0.5 * t * t

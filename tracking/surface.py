@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.fit import Fit, gauss_newton, turn, turn_and_shift
+from servosight.tracking.fit import GATE, Fit, gauss_newton, turn, turn_and_shift
 from servosight.tracking.polar import Array, Grid, Mask, Pixels, Sample, Single, sample, smeared
 
 Image = NDArray[np.uint8]
@@ -144,15 +144,28 @@ def outline(mask: Mask, grid: Grid) -> Array:
 
 
 def average(splines: Sequence[Array], angles_rad: Array, shifts_px: Array, grid: Grid) -> Single:
-    """Spline coefficients of the mean of frames turned back, each shifted by its own; float32."""
-    total = np.zeros((grid.rows, grid.columns))
-    for spline, angle, shift in zip(splines, angles_rad, shifts_px, strict=True):
+    """Spline coefficients of the mean of frames turned back, each shifted by its own; float32.
+
+    A cell's mean leaves out what lies far from its median: what covered the surface for a while.
+    """
+    stack = np.empty((len(splines), grid.rows, grid.columns), np.float32)
+    for turned_back, spline, angle, shift in zip(
+        stack, splines, angles_rad, shifts_px, strict=True
+    ):
         x, y = grid.points(float(angle))
-        total += ndimage.map_coordinates(
-            spline, [y + shift[1], x + shift[0]], order=3, mode="nearest", prefilter=False
+        ndimage.map_coordinates(
+            spline,
+            [y + shift[1], x + shift[0]],
+            output=turned_back,
+            order=3,
+            mode="nearest",
+            prefilter=False,
         )
-    mean = ndimage.spline_filter(total / len(splines), order=3, mode="mirror", output=np.float64)
-    return np.ascontiguousarray(mean, dtype=np.float32)
+    away = np.abs(stack - np.median(stack, axis=0))
+    usual = away <= GATE * 1.4826 * np.median(away, axis=0) + 1.0
+    mean = (stack * usual).sum(0, dtype=np.float64) / usual.sum(0)
+    spline = ndimage.spline_filter(mean, order=3, mode="mirror", output=np.float64)
+    return np.ascontiguousarray(spline, dtype=np.float32)
 
 
 def single(image: Image, mask: Mask, grid: Grid) -> Surface:
@@ -248,10 +261,11 @@ def pivot_error(angles_rad: Array, shifts_px: Array) -> tuple[Array, Array]:
     """What to add to the assumed pivot so that the frames' shifts vanish; and their common part.
 
     The shift of a surface turned by R about p, seen about q: ``(1 - R) (p - q) + R c``, with c
-    the average's own offset. Least squares over (frames,) angles and (frames, 2) shifts.
+    the average's own offset. Least squares over (frames,) angles and (frames, 2) shifts; what
+    the turns are too small to tell (below a fifth of a degree) is left as it is.
     """
     rows = [np.hstack([np.eye(2) - turning(a), turning(a)]) for a in angles_rad]
-    solution = np.linalg.lstsq(np.vstack(rows), shifts_px.ravel(), rcond=1e-6)[0]
+    solution = np.linalg.lstsq(np.vstack(rows), shifts_px.ravel(), rcond=3e-3)[0]
     return np.asarray(solution[:2], np.float64), np.asarray(solution[2:], np.float64)
 
 

@@ -118,7 +118,7 @@ def test_light_tells_its_instant_within_the_exposure(
 
 
 def test_match_follows_within_a_fiftieth_of_a_degree(swinging: tuple[Path, Any]) -> None:
-    """Bound: a parabola's bias of 0.03 px at 170 px is 0.01 deg; the issue asks for 0.03."""
+    """Bound: a parabola errs by some hundredths of a pixel, 0.01 deg at 170 px; asked for: 0.03."""
     result = track(swinging[0], method="match", exposure_s=EXPOSURE_S)
     error = error_deg(result, swinging[1])
     assert np.sqrt(np.mean(error**2)) < 0.02
