@@ -25,7 +25,7 @@ class Draw:
 
 
 DRAWS: Mapping[str, Draw] = {
-    "dead_time": Draw({"delay": (0.008, 0.020)}),
+    "dead_time": Draw({"delay": (0.009, 0.020)}),
     "rate_limit": Draw({"rate": (150.0, 300.0)}),
     "dead_zone": Draw({"half_width": (0.8, 2.0)}),
     "torque_saturation": Draw({"limit": (4.0, 9.0)}),

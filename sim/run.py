@@ -19,6 +19,8 @@ from servosight.sim.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
+_SAME_S = 1e-8  # instants closer than this are one
+
 SETTLE = 25.0
 """Time constants for which the first command holds before the record begins."""
 
@@ -50,25 +52,29 @@ def run(
     start = float(excitation.time_s[0])
     steps = math.ceil(excitation.duration_s / TIME_STEP_S - 1e-6)
     settle = math.ceil(SETTLE * bench.T / TIME_STEP_S)
-    edges = start + TIME_STEP_S * np.arange(-settle, steps + 1, dtype=np.float64)
+    grid = start + TIME_STEP_S * np.arange(-settle, steps + 1, dtype=np.float64)
+    edges = split_at(grid, line[0])
     wanted = np.radians(bench.gain * step_means(line, edges) + bench.bias_deg)
 
     motor = model.joint("motor").qposadr[0]
     surface = [model.joint(name).qposadr[0] for name in assembly.surface]
     for address in {motor, surface[0]}:
         data.qpos[address] = wanted[0]
-    angles = np.empty((steps + settle + 1, model.nq))
+    angles = np.empty((edges.size, model.nq))
     angles[0] = data.qpos
-    control, position, step = data.ctrl, data.qpos, mujoco.mj_step
-    for n, angle in enumerate(wanted.tolist(), start=1):
+    control, position, options, step = data.ctrl, data.qpos, model.opt, mujoco.mj_step
+    for n, (angle, width) in enumerate(
+        zip(wanted.tolist(), np.diff(edges).tolist(), strict=True), start=1
+    ):
         control[:] = angle
+        options.timestep = width
         for regulate_step in regulators:
             regulate_step()
         step(model, data)
         angles[n] = position
-    angles = np.degrees(angles[settle:])
+    angles = np.degrees(angles[np.searchsorted(edges, grid[settle:])])
 
-    time_s: Array = edges[settle:]
+    time_s = grid[settle:]
     row = np.searchsorted(excitation.time_s, time_s + 1e-9, side="right") - 1
     return Trajectory(
         time_s,
@@ -87,12 +93,23 @@ def held(excitation: Excitation) -> Polyline:
     )
 
 
+def split_at(grid_s: Array, knots_s: Array) -> Array:
+    """The grid with the knots that fall between its points: no step straddles a jump.
+
+    Rounding a jump to the grid would be a delay of a fraction of a step; averaging the command
+    over the step would pass the wrong torque through a dead band or a limit.
+    """
+    inside = np.unique(knots_s[(knots_s > grid_s[0]) & (knots_s < grid_s[-1])])
+    index = np.searchsorted(grid_s, inside)
+    away = np.minimum(inside - grid_s[index - 1], grid_s[index] - inside) > _SAME_S
+    apart = np.diff(inside, prepend=-np.inf) > _SAME_S
+    return np.union1d(grid_s, inside[away & apart])
+
+
 def step_means(line: Polyline, edges_s: Array) -> Array:
     """Mean of a polyline over each step between ``edges_s`` (n + 1,); shape (n,).
 
-    With the mean, a jump that falls within a step gives the motor the right push, instead of a
-    delay of a fraction of the step. Before its first knot the line has the first value, after the
-    last the last.
+    Before its first knot the line has the first value, after the last the last.
     """
     time_s, value = line
     time_s = np.concatenate([[min(edges_s[0], time_s[0])], time_s, [max(edges_s[-1], time_s[-1])]])

@@ -17,13 +17,12 @@ def regulate(model: mujoco.MjModel, data: mujoco.MjData, values: Values) -> Call
     """Friction loss of the motor's hinge: what it has, plus ``ratio`` times the drive torque."""
     ratio = values["ratio"]
     level = float(model.dof_frictionloss[0])
-    half_step = 0.5 * model.opt.timestep
     angles, speeds, drive = data.qpos, data.qvel, data.qfrc_actuator
     loss = model.dof_frictionloss
 
     def set_friction() -> None:
         before = angles.copy()
-        angles[:] += half_step * speeds
+        angles[:] += 0.5 * model.opt.timestep * speeds
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
