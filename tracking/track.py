@@ -31,7 +31,7 @@ from servosight.tracking.video import (
 Method = Literal["match", "refine"]
 Progress = Callable[[int], None]
 
-_SAMPLE = 40
+_SAMPLE = 32
 _NEAR_RAD = np.deg2rad(15.0)
 # Worth fitting again: a blur that was guessed wrong by this much at the tip.
 _BLUR_PX = 0.3
@@ -114,7 +114,9 @@ def track(
             "camera.exposure_s in recording.toml."
         )
     times = read_frame_table(frame_table) if frame_table is not None else None
-    check(video)
+    count = check(video)
+    if times is not None:
+        _same_length(frame_table, len(times[0]), video, count)
     images = [frame.image for frame in sample_frames(video, _SAMPLE)]
     surface = acquire(video, images, pivot, template)
     refine = Refine.of(surface, images[0].shape)
@@ -126,12 +128,8 @@ def track(
 
     exposures = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
     stamps, fits, flags = _follow(video, stage, surface, exposures, progress)
-    if times is not None and len(times[0]) != len(stamps):
-        raise InputError(
-            f"{frame_table}: lists {len(times[0])} frames and {video.name} has {len(stamps)}; "
-            "expected one row a frame, mend or remove the table."
-        )
     if times is not None:
+        _same_length(frame_table, len(times[0]), video, len(stamps))
         time_s = times[0]
     else:
         time_s = even_times(stamps, tick_s(video)) + 0.5 * exposure_s
@@ -147,6 +145,14 @@ def track(
         box,
         outline,
     )
+
+
+def _same_length(table: Path | None, rows: int, video: Path, count: int) -> None:
+    if rows != count:
+        raise InputError(
+            f"{table}: lists {rows} frames and {video.name} has {count}; expected one row a "
+            "frame, mend or remove the table."
+        )
 
 
 def outline_at(track: Track, angle_deg: float) -> Array:

@@ -20,13 +20,13 @@ EXPOSURE_SHARE = 0.48
 EXPOSURE_S = EXPOSURE_SHARE / RATE
 
 
-def swing(frames: int = 100) -> np.ndarray[Any, np.dtype[np.float64]]:
+def swing(frames: int = 84) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Rest, then two sines: up to 220 deg/s, 22 deg peak to peak."""
     t = np.arange(frames) / RATE - 0.12
     return np.where(t < 0, 0.0, 9 * np.sin(2 * np.pi * 1.7 * t) + 5 * np.sin(2 * np.pi * 4 * t))
 
 
-def steps(frames: int = 110) -> np.ndarray[Any, np.dtype[np.float64]]:
+def steps(frames: int = 72) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Second-order steps of 20 and -30 deg, up to 700 deg/s, 6 deg from frame to frame."""
 
     def response(t: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -37,7 +37,7 @@ def steps(frames: int = 110) -> np.ndarray[Any, np.dtype[np.float64]]:
         return np.where(t > 0, 1 - np.exp(-xi * late / T) * shape, 0.0)
 
     t = np.arange(frames) / RATE
-    return 20 * response(t - 0.15) - 30 * response(t - 0.4) + 17 * response(t - 0.65)
+    return 20 * response(t - 0.15) - 30 * response(t - 0.37)
 
 
 @pytest.fixture(scope="session")
