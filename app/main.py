@@ -71,9 +71,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
-        words_of = f"{type(error).__name__}: {error}".rstrip(": ")
+        what = f"{type(error).__name__}: {error}".rstrip(": ")
         hint = "" if debug else "; run it again with --debug for the traceback"
-        return _complain(f"error of the program ({words_of}){hint}", FAILED, debug)
+        return _complain(f"error of the program ({what}){hint}", FAILED, debug)
     return DONE
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 STANDARD_OUTPUT = "-"
+PIPED_WIDTH = 120
 
 
 class Report(Protocol):
@@ -75,7 +77,14 @@ def console(args: argparse.Namespace) -> Console:
             raise BrokenPipeError
 
     on_error = getattr(args, "json", None) == STANDARD_OUTPUT
-    return Plain(stderr=on_error, markup=False, highlight=False, soft_wrap=True)
+    stream = sys.stderr if on_error else sys.stdout
+    width = None if stream.isatty() else PIPED_WIDTH
+    return Plain(stderr=on_error, width=width, markup=False, highlight=False, soft_wrap=True)
+
+
+def next_command(*words: object) -> str:
+    """The line that suggests a command, with names quoted as a shell needs them."""
+    return f"Next: servosight {shlex.join(map(str, words))}"
 
 
 @contextmanager

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import math
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,6 +15,10 @@ if TYPE_CHECKING:
     from servosight.models.recording import Recording
     from servosight.models.recording_io import RecordingFolder
     from servosight.tracking.track import Track
+
+DEG_PER_RAD = math.degrees(1.0)
+DOUBT = 1.5
+"""Overshoot and damping change the ratio of the two ranges by about as much."""
 
 
 def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
@@ -25,10 +31,26 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
             folder = inspect_folder(path)
             if folder.needs_tracking:
                 track_folder(folder)
-        recordings.append(
-            load_recording(path, deg_per_us=args.deg_per_us, neutral_us=args.neutral_us)
-        )
+        recording = load_recording(path, deg_per_us=args.deg_per_us, neutral_us=args.neutral_us)
+        recordings.append(recording)
+        hint = unit_hint(recording)
+        if hint is not None:
+            print(f"note: {path}: {hint}", file=sys.stderr)
     return recordings
+
+
+def unit_hint(recording: Recording) -> str | None:
+    """A doubt about radians; no refusal, for a servo may well move its surface that little."""
+    import numpy as np
+
+    ratio = recording.moved_range_deg / float(np.ptp(recording.command_deg))
+    for column, factor in (("angle", 1.0 / DEG_PER_RAD), ("command", DEG_PER_RAD)):
+        if factor / DOUBT < ratio < factor * DOUBT:
+            return (
+                f"the angle moves {ratio:.3g} times as far as the command; if the {column} is in "
+                f"radians, name its column {column}_rad"
+            )
+    return None
 
 
 def track_folder(

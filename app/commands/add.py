@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_json, add_model_output, add_plugins, add_recordings
-from servosight.app.output import check_outputs, console, progress, write_json
+from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,4 +49,4 @@ def run(args: argparse.Namespace) -> None:
     if args.output is None:
         out.print("The card is unchanged; -o MODEL.toml keeps the new model.")
     else:
-        out.print(f"Next: servosight compare {args.output} ANOTHER_REC")
+        out.print(next_command("compare", args.output, "ANOTHER_REC"))

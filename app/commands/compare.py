@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_json, add_plugins, add_recordings, add_report
-from servosight.app.output import check_outputs, console, progress, write_json
+from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -47,5 +47,4 @@ def run(args: argparse.Namespace) -> None:
         write_report(args.report, result, recordings)
         out.print(f"report: {args.report}")
     write_json(args.json, values)
-    names = " ".join(map(str, args.recordings))
-    out.print(f"Next: servosight diagnose {names} --auto")
+    out.print(next_command("diagnose", *args.recordings, "--auto"))

@@ -15,7 +15,7 @@ from servosight.app.arguments import (
     add_seed,
     not_negative,
 )
-from servosight.app.output import check_outputs, console, progress, write_json
+from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -76,15 +76,16 @@ def run(args: argparse.Namespace) -> None:
         write_report(args.report, result, [*recordings, *validate])
         out.print(f"report: {args.report}")
     write_json(args.json, values)
-    out.print(f"Next: {_next(args, values)}")
+    out.print(next_command(*_next(args, values)))
 
 
-def _next(args: argparse.Namespace, values: dict[str, Any]) -> str:
-    names = " ".join(map(str, args.recordings))
+def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
+    """What to type now: climb, then look at the report, keep the model, try it on another run."""
+    again: list[object] = ["diagnose", *args.recordings, "--auto"]
     if not args.auto and values["verdict"] != "no_effect_missing":
-        return f"servosight diagnose {names} --auto"
+        return again
     if args.report is None:
-        return f"servosight diagnose {names} --auto --report report.html"
+        return [*again, "--report", "report.html"]
     if args.output is None:
-        return f"servosight diagnose {names} --auto -o model.toml"
-    return f"servosight compare {args.output} ANOTHER_REC"
+        return [*again, "-o", "model.toml"]
+    return ["compare", args.output, "ANOTHER_REC"]

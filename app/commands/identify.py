@@ -12,7 +12,7 @@ from servosight.app.arguments import (
     add_seed,
     identifiers,
 )
-from servosight.app.output import check_outputs, console, progress, write_json
+from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -58,5 +58,4 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)
-    names = " ".join(map(str, args.recordings))
-    out.print(f"Next: servosight diagnose {names} --auto")
+    out.print(next_command("diagnose", *args.recordings, "--auto"))

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_pulse, number
-from servosight.app.output import console
+from servosight.app.output import console, next_command
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -50,8 +50,11 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     for note in imported.notes:
         out.print(f"note: {note}")
+    if "unit_scale" in recording.details:
+        scale, unit = recording.details["unit_scale"], recording.details["unit"]
+        out.print(f"note: one {unit} of the output is shown as {scale:g} deg")
     out.print(
         f"{args.output}: {recording.time_s.size} samples over {recording.duration_s:.2f} s, moved "
         f"{recording.moved_range_deg:.4g} deg"
     )
-    out.print(f"Next: servosight diagnose {args.output} --auto")
+    out.print(next_command("diagnose", args.output, "--auto"))

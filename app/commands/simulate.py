@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from servosight.app.arguments import add_seed
-from servosight.app.output import console, progress
+from servosight.app.output import console, next_command, progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -55,4 +55,4 @@ def run(args: argparse.Namespace) -> None:
         f"{args.output}: {scenario.duration_s:g} s, seed {scenario.seed}, hidden: "
         f"{', '.join(scenario.effects) or 'nothing'}"
     )
-    out.print(f"Next: servosight diagnose {args.output} --auto")
+    out.print(next_command("diagnose", args.output, "--auto"))

@@ -104,6 +104,18 @@ def test_bad_rows(
     complaint(capsys, [command, str(log(tmp_path / "log.csv", change=change))], *words)
 
 
+def test_radians_under_a_name_in_degrees_are_doubted_not_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: dict[str, Any]
+) -> None:
+    lines = [line.split(",") for line in log(tmp_path / "log.csv").read_text().splitlines()]
+    body = [f"{t},{u},{math.radians(float(y)):.6f}" for t, u, y in lines[1:]]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(lines[0]), *body]))
+    assert main(["diagnose", str(tmp_path / "log.csv")]) == 0
+    assert "if the angle is in radians, name its column angle_rad" in capsys.readouterr().err
+    assert main(["diagnose", str(log(tmp_path / "log.csv"))]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_bad_columns_and_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(log(tmp_path / "log.csv", "time_s,command_us,angle_deg"))
     complaint(capsys, ["identify", path], "command_us", "--deg-per-us", "--neutral-us")
