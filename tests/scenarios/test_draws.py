@@ -1,0 +1,63 @@
+"""Hidden effects are plain to see: the linear model misses them by ten times the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.registry import catalogue
+from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.sim.run import run
+
+# The weakest corner of each range: the end of each parameter, T and xi at which the misfit is
+# least, found by trying all corners.
+WEAKEST = {
+    "dead_time": ({"delay": 0}, 1, 1),
+    "rate_limit": ({"rate": 1}, 1, 1),
+    "dead_zone": ({"half_width": 0}, 1, 1),
+    "torque_saturation": ({"limit": 1}, 0, 1),
+    "coulomb_friction": ({"level": 0}, 1, 1),
+    "load_dependent_friction": ({"ratio": 0}, 0, 1),
+    "gravity_load": ({"sine": 1, "cosine": 0}, 1, 1),
+    "flexible_shaft": ({"frequency": 1, "damping": 1, "inertia_ratio": 1}, 1, 1),
+    "backlash": ({"gap": 0}, 1, 1),
+}
+
+
+@pytest.mark.parametrize("effect", DRAWS)
+def test_the_weakest_draw_misfits_by_ten_times_the_noise(effect: str) -> None:
+    draw = DRAWS[effect]
+    ends, slow, damped = WEAKEST[effect]
+    values = {name: draw.parameters[name][end] for name, end in ends.items()}
+    servo = Response(1.0, draw.T[slow], draw.xi[damped], values.get(draw.trimmed, 0.0))
+    scenario = Scenario(
+        duration_s=12.0,
+        servo=servo,
+        motion=Motion(amplitude_deg=draw.amplitude_deg),
+        effects={effect: values},
+    )
+    command = scenario.excitation()
+    twin = run(servo.bench(), scenario.effects, command)
+    time_s = scenario.camera.frame_starts(scenario.duration_s)
+    angle = twin.angle_at(time_s)
+
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    free = [plant.index(name) for name in ("k", "T", "xi", "bias", "initial_angle")]
+    asked = Stimulus(command.time_s, command.command_deg, False, time_s, np.ones(1))
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        row[free] = x
+        return plant.simulate(row, asked) - angle
+
+    fit = least_squares(
+        residual,
+        [1.0, servo.T, servo.xi, angle[0], angle[0]],
+        bounds=([0.1, 1e-3, 0.05, -90, -90], [3.0, 1.0, 10.0, 90, 90]),
+        x_scale=[1.0, servo.T, servo.xi, 1.0, 1.0],
+        max_nfev=40,
+    )
+    assert float(np.sqrt(np.mean(fit.fun**2))) >= 0.3

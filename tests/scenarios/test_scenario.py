@@ -1,0 +1,155 @@
+"""Scenarios: read, changed from the command line, hidden by a seed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.models.errors import InputError
+from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.scenario import (
+    KINDS,
+    Motion,
+    Scenario,
+    hidden,
+    hidden_effect,
+    parse_settings,
+    with_effects,
+)
+from servosight.sim.effects import HIDDEN_EFFECTS
+
+FULL = """
+seed = 4
+duration_s = 6
+noise_deg = 0.02
+video = false
+[servo]
+k = -1.027
+T = 0.0078
+xi = 0.55
+[motion]
+kind = "sine"
+frequency_hz = 1
+[camera]
+rate_hz = 240
+exposure_s = 0.001
+[effects.backlash]
+gap = 2
+[effects.coulomb_friction]
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "scenario.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_full_file_is_read(tmp_path: Path) -> None:
+    scenario = Scenario.load(written(tmp_path, FULL))
+    assert scenario.servo.k == -1.027
+    assert scenario.motion == Motion(kind="sine")
+    assert scenario.camera.rate_hz == 240.0
+    truth = scenario.truth()
+    assert truth["T"] == 0.0078
+    assert truth["backlash.gap"] == 2.0
+    assert truth["coulomb_friction.level"] == HIDDEN_EFFECTS["coulomb_friction"].defaults["level"]
+
+
+def test_an_empty_file_is_the_default(tmp_path: Path) -> None:
+    assert Scenario.load(written(tmp_path, "")) == Scenario()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x =", "is no TOML"),
+        ("dration_s = 5", "unknown key dration_s, expected one of seed, duration_s"),
+        ("duration_s = nan", "duration_s is nan, expected a finite number"),
+        ("duration_s = 0.1", "expected 1 to 600 seconds"),
+        ("seed = true", "seed is True, expected a whole number"),
+        ("seed = -1", "a whole number from 0"),
+        ("video = 1", "expected true or false"),
+        ("noise_deg = -1.0", "noise_deg is -1.0"),
+        ("camera = 2", r"write \[camera\]"),
+        ("effects = 3", r"write \[effects.backlash\]"),
+        ("[servo]\nT = 1e-5", "servo.T is 1e-05, expected 0.002 to 2 seconds"),
+        ("[servo]\nk = 0.0", "a gain that is not 0"),
+        ('[motion]\nkind = "saw"', "expected one of standard, steps"),
+        ("[motion]\nhz = 2", "unknown key motion.hz"),
+        ("[camera]\nexposure_s = 0.1", "camera.exposure_s"),
+        ("[effects.backlsh]\ngap = 2", "no effect 'backlsh'; expected one of dead_time"),
+        ("[effects.backlash]\nwidth = 2", "no parameter 'width'; expected one of gap"),
+        ("[effects.backlash]\ngap = 200", "expected 0 to 45 deg"),
+        ('[effects.backlash]\ngap = "2"', "effects.backlash.gap is '2', expected a finite number"),
+        ("[effects]\nbacklash = 2", "expected one table for each effect"),
+    ],
+)
+def test_bad_files_get_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        Scenario.load(written(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="check the name"):
+        Scenario.load(tmp_path / "none.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="is no TOML"):
+        Scenario.load(tmp_path / "bytes.toml")
+
+
+def test_effects_and_settings_of_the_command_line() -> None:
+    settings = parse_settings(["backlash.gap=1.5", "T = 0.03"])
+    scenario = with_effects(Scenario(), ["dead_zone"], settings)
+    assert scenario.effects == {"dead_zone": {}, "backlash": {"gap": 1.5}}
+    assert scenario.servo.T == 0.03
+    assert Scenario().effects == {}
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (["gap"], "--set gap"),
+        (["backlash.gap=wide"], "expected a finite number"),
+        (["backlash.gap=inf"], "expected a finite number"),
+        (["gap=2"], "write for instance backlash.gap=2"),
+        (["backlash.gap=-1"], "expected 0 to 45 deg"),
+        (["rate_limit.rate=0"], "rate_limit.rate is 0.0"),
+        (["slack.gap=1"], "no effect 'slack'"),
+    ],
+)
+def test_bad_settings_get_one_sentence(settings: list[str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        with_effects(Scenario(), [], parse_settings(settings))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_motion_fills_its_time_and_amplitude(kind: str) -> None:
+    command = Scenario(duration_s=5.0, motion=Motion(kind=kind)).excitation()
+    assert command.time_s[-1] == pytest.approx(5.0)
+    assert 10.0 < np.abs(command.command_deg).max() <= 20.0 + 1e-9
+
+
+def test_nine_seeds_in_a_row_hide_nine_effects() -> None:
+    for first in (0, 9, 90):
+        found = [next(iter(hidden(seed).effects)) for seed in range(first, first + 9)]
+        assert sorted(found) == sorted(DRAWS) == sorted(HIDDEN_EFFECTS)
+
+
+def test_the_same_seed_hides_the_same_and_another_another() -> None:
+    assert hidden(5) == hidden(5)
+    assert hidden_effect("backlash", 1).effects != hidden_effect("backlash", 2).effects
+    assert hidden(5).video
+    with pytest.raises(InputError, match="whole number from 0"):
+        hidden(-1)
+
+
+@pytest.mark.parametrize("effect", DRAWS)
+def test_drawn_scenarios_pass_the_checks_of_a_file(effect: str) -> None:
+    for seed in range(20):
+        scenario = hidden_effect(effect, seed)
+        assert with_effects(scenario, [], {}) == scenario
+        assert 12.0 <= scenario.duration_s <= 15.0
