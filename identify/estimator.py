@@ -47,13 +47,18 @@ class Outcome:
 
 
 def drive(estimator: Estimator, residuals: Residuals, budget: int) -> Outcome:
-    """Run an estimator until it stops or ``budget`` evaluations are spent."""
+    """Run an estimator until it stops or its next batch would pass ``budget`` evaluations.
+
+    At least one batch is run. The estimator may be driven on from where it was left.
+    """
     best: Array | None = None
     best_cost = np.inf
     spent = 0
-    history = []
-    while not estimator.stopped and spent < budget:
-        points = estimator.ask()[: budget - spent]
+    history: list[float] = []
+    while not estimator.stopped:
+        points = estimator.ask()
+        if best is not None and spent + len(points) > budget:
+            break
         answers = residuals(points)
         costs = half_squares(answers)
         spent += len(points)
@@ -61,10 +66,9 @@ def drive(estimator: Estimator, residuals: Residuals, budget: int) -> Outcome:
         if best is None or costs[winner] < best_cost:
             best, best_cost = points[winner].copy(), float(costs[winner])
         history.append(best_cost)
-        if spent < budget:
-            estimator.tell(points, answers)
+        estimator.tell(points, answers)
     if best is None:
-        raise ValueError(f"a budget of {budget} evaluations leaves nothing to try")
+        raise ValueError(f"the estimator had stopped before it began: {estimator.stopped}")
     reason = estimator.stopped or f"budget of {budget} evaluations spent; raise it to go on"
     return Outcome(best, best_cost, spent, reason, np.array(history))
 

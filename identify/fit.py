@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import Problem
-from servosight.identify.starts import cues, effect_starts, linear_start, search_box
+from servosight.identify.starts import effect_starts, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.effect import Effect
@@ -27,6 +27,8 @@ TOLERANCE_SHARE = 5e-4
 """Default tolerance as a share of the moved range: no model is right to the last digit."""
 POLISH_BUDGET = 4_000
 SEARCH_BUDGET = 6_000
+POLISHED_STARTS = 3
+HEAT_GENERATIONS = 5
 
 
 @dataclass(frozen=True)
@@ -93,20 +95,22 @@ def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | 
     return float(np.hypot(noise, tolerance))
 
 
-def polish(problem: Problem, starts: Sequence[Array], budget: int = POLISH_BUDGET) -> Fit:
-    """Gauss-Newton from each start; the best one."""
+def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Fit:
+    """Gauss-Newton from each start for a few generations, then to the end from the best."""
     low, high = problem.bounds
-    best: tuple[Outcome, Array] | None = None
-    for start in starts:
-        scale = coordinate_scale(problem, start)
-        descent = GaussNewton(start, low, high, scale)
-        outcome = drive(descent, problem.residuals, budget)
-        if best is None or outcome.cost < best[0].cost:
-            jacobian = difference_quotient(problem, outcome.point, scale)
-            best = (outcome, jacobian)
-    if best is None:
-        raise ValueError("no start to polish")
-    return Fit(problem, *best)
+    descents = [
+        GaussNewton(start, low, high, coordinate_scale(problem, start)) for start in starts
+    ]
+    if len(descents) > 1:
+        heat = HEAT_GENERATIONS * (len(problem.coordinates) + 7)
+        heats = [drive(descent, problem.residuals, heat) for descent in descents]
+        best = min(range(len(heats)), key=lambda i: heats[i].cost)
+        descents = [descents[best].resumed()]
+    outcome = drive(descents[0], problem.residuals, budget)
+    jacobian = difference_quotient(
+        problem, outcome.point, coordinate_scale(problem, outcome.point)
+    )
+    return Fit(problem, outcome, jacobian)
 
 
 def coordinate_scale(problem: Problem, point: Array) -> Array:
@@ -141,7 +145,9 @@ def fit_effects(problem: Problem, base: Fit | None = None) -> Fit:
         base = polish(linear, [linear_start(linear)])
     if not problem.effects:
         return base
-    return polish(problem, effect_starts(problem, base.problem, base.outcome.point))
+    starts = np.array(effect_starts(problem, base.problem, base.outcome.point))
+    order = np.argsort(half_squares(problem.residuals(starts)))
+    return polish(problem, starts[order[:POLISHED_STARTS]])
 
 
 def identify(
@@ -203,5 +209,3 @@ METHODS: dict[str, Callable[[Problem, int], tuple[Fit, Array]]] = {
     "gradient": _by_gradient,
 }
 """Search methods by name."""
-
-__all__ = ["METHODS", "Fit", "Identification", "cues", "fit_effects", "half_squares", "identify"]

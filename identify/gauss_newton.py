@@ -31,7 +31,7 @@ class GaussNewton:
         low: Array,
         high: Array,
         scale: Array,
-        tolerance: float = 1e-6,
+        tolerance: float = 1e-5,
         generations: int = 60,
     ) -> None:
         self.low, self.high = low, high
@@ -46,7 +46,6 @@ class GaussNewton:
         self._residual: Array | None = None
         self._steps = np.zeros_like(self.point)
         self._trying = False
-        self._misses = 0
 
     def ask(self) -> Array:
         """The point and its neighbours, or trial points at several dampings."""
@@ -58,6 +57,14 @@ class GaussNewton:
             self._move(points, residuals)
         else:
             self._differentiate(residuals)
+
+    def resumed(self) -> GaussNewton:
+        """A descent that goes on from here, also where this one has stopped."""
+        onward = GaussNewton(
+            self.point, self.low, self.high, self.scale, self.tolerance, max(self.left, 1)
+        )
+        onward.damping = self.damping
+        return onward
 
     def _neighbours(self) -> Array:
         steps = _QUOTIENT * (self.scale + np.abs(self.point))
@@ -99,12 +106,11 @@ class GaussNewton:
         if gain > 0.0:
             step = np.abs(points[best] - self.point) / (self.scale + np.abs(self.point))
             self.point = points[best].copy()
-            small = gain <= self.tolerance * (self.cost + 1e-300)
-            self._misses = self._misses + 1 if small else 0
+            small = gain <= self.tolerance * self.cost
             self.damping = float(np.clip(self.damping * _DAMPINGS[best] / 0.1, 1e-6, 1e4))
             self.cost = float(costs[best])
             self._trying = False
-            if self._misses >= 2 or float(step.max()) < 1e-9:
+            if small or float(step.max()) < 1e-9:
                 self.stopped = "converged: the cost no longer falls"
         else:
             self.damping *= 1e3

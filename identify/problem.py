@@ -161,8 +161,8 @@ class Problem:
                 self.recordings, self.predict(points), self.weights, self.masks, strict=True
             )
         ]
-        joined = np.concatenate(parts, axis=1)
-        return np.nan_to_num(joined, nan=1e6, posinf=1e6, neginf=-1e6)
+        joined = np.clip(np.concatenate(parts, axis=1), -1e6, 1e6)
+        return np.nan_to_num(joined, nan=1e6)
 
     def values(self, point: Array) -> dict[str, float]:
         """Physical values of the shared parameters at a search point."""

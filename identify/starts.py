@@ -13,6 +13,7 @@ from servosight.models.effect import Cues
 Array = NDArray[np.float64]
 
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
+_SHORTER_T = (1.0, 0.5, 0.2)
 _DAMPING_RATIOS = np.array([0.25, 0.6, 1.2, 3.0])
 
 
@@ -76,7 +77,8 @@ def cues(problem: Problem, point: Array) -> Cues:
 def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
     """Search points of ``problem``: the base's point, with guesses for effects it lacks.
 
-    With one new effect, each of its guesses; with several, all combinations of their guesses.
+    All combinations of the new effects' guesses, each with T as it is and shorter: a model that
+    lacks a limit or friction takes the lag for a long time constant.
     """
     size = cues(base, point)
     known = {(c.name, c.recording): x for c, x in zip(base.coordinates, point, strict=True)}
@@ -99,7 +101,10 @@ def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
             else c.to_search(guess[c.name])
             for c in problem.coordinates
         ]
-        found.append(np.clip(np.array(start), low, high))
+        for shorter in _SHORTER_T:
+            trial = np.array(start)
+            trial[1] += np.log(shorter)
+            found.append(np.clip(trial, low, high))
     return found
 
 

@@ -30,8 +30,12 @@ N_BASE = len(CORE) + len(OWN)
 _HEADER = '''"""Plant kernel for: {names}. Written by servosight; delete it freely."""
 import math
 
+import functools
+
 import numpy as np
-from numba import njit, prange
+from numba import njit as compiled, prange
+
+njit = functools.partial(compiled, error_model="numpy")
 '''
 
 
@@ -75,8 +79,8 @@ def source(effects: Iterable[Effect]) -> str:
     for effect in layout.effects:
         for role, function in effect.hooks.items():
             parts.append(_printed(function, _symbol(effect, role)))
-    parts.append(_dispatchers(layout))
-    parts += [_body(linear_core.__file__), _body(integrator.__file__)]
+    parts += [_body(linear_core.__file__), _dispatchers(layout)]
+    parts.append(_body(integrator.__file__))
     return "\n\n".join(parts)
 
 
@@ -173,14 +177,13 @@ def _dispatchers(layout: Layout) -> str:
     return "\n\n".join(
         [
             writer.constants(),
-            writer.flags(),
+            writer.rows(),
             writer.queries(),
+            writer.states(),
             writer.command(),
-            writer.feedback(),
-            writer.drive(),
+            writer.torques(),
+            writer.switches(),
             writer.friction(),
-            writer.load(),
-            writer.shaft(),
             writer.output(),
         ]
     )
@@ -197,7 +200,7 @@ class _Writer:
         for effect in sorted(layout.effects, key=lambda effect: effect.place is not Place.SHAFT):
             self.state[effect.id] = count
             count += effect.states
-        self.n_states = count
+        self.n_states = max(count, 2)
         shafts = self.at(Place.SHAFT)
         if len(shafts) > 1:
             names = [effect.id for _, effect in shafts]
@@ -217,49 +220,64 @@ class _Writer:
         switches = sum(e.switch is not None for _, e in self.at(Place.DRIVE))
         commands = sum(e.term is not None for _, e in self.at(Place.COMMAND))
         return (
-            f"N_EFFECTS = {len(self.layout.effects)}\nN_COMMAND = {commands}\n"
-            f"N_MEMORY = {len(self.at(Place.TRANSMISSION))}\nN_STATES = {self.n_states}\n"
+            f"N_COMMAND = {commands}\nN_MEMORY = {len(self.at(Place.TRANSMISSION))}\n"
             f"N_SWITCHES = {switches}"
         )
 
-    def flags(self) -> str:
-        lines = []
-        for i, effect in enumerate(self.layout.effects):
-            tests = []
-            for j, parameter in enumerate(effect.parameters):
-                if parameter.neutral is None:
-                    continue
-                neutral = "math.inf" if parameter.reciprocal else repr(parameter.neutral)
-                tests.append(f"p[{self.layout.offsets[i] + j}] != {neutral}")
-            lines.append(f"if {' or '.join(tests)}:\n    on[{i}] = 1")
-        return _function("raise_flags(p, on)", lines, "return")
+    def rows(self) -> str:
+        tests = []
+        for effect, offset in zip(self.layout.effects, self.layout.offsets, strict=True):
+            away = [
+                f"p[{offset + j}] != {'math.inf' if q.reciprocal else repr(q.neutral)}"
+                for j, q in enumerate(effect.parameters)
+                if q.neutral is not None
+            ]
+            tests.append(" or ".join(away))
+        row = ", ".join(f"row[{j}]" for j in range(self.layout.width))
+        return "\n\n".join(
+            [
+                _function("unpack(row)", [], f"return ({row},)"),
+                _function("flags(p)", [], f"return ({', '.join([*tests, 'False'])},)"),
+            ]
+        )
 
     def queries(self) -> str:
+        plant = (Place.FEEDBACK, Place.DRIVE, Place.LOAD)
         groups = {
             "has_friction": [i for i, _ in self.at(Place.FRICTION)],
             "has_memory": [i for i, _ in self.at(Place.TRANSMISSION)],
             "has_shaft": [i for i, _ in self.at(Place.SHAFT)],
             "has_states": [i for i, e in enumerate(self.layout.effects) if e.states],
-            "has_plant_terms": [
-                i
-                for place in (Place.FEEDBACK, Place.DRIVE, Place.LOAD)
-                for i, _ in self.at(place)
-            ],
+            "has_plant_terms": [i for place in plant for i, _ in self.at(place)],
         }
-        printed = []
-        for name, members in groups.items():
-            test = " or ".join(f"on[{i}] == 1" for i in members) or "False"
-            printed.append(_function(f"{name}(on)", [], f"return {test}"))
-        return "\n\n".join(printed)
+        return "\n\n".join(
+            _function(f"{name}(on)", [], f"return {_any(members)}")
+            for name, members in groups.items()
+        )
+
+    def states(self) -> str:
+        count = range(self.n_states)
+        start = ["p[4]", "p[5]"] if self.at(Place.SHAFT) else ["0.0", "0.0"]
+        start += ["0.0"] * (self.n_states - 2)
+        added = ", ".join(f"z[{i}] + h * r[{i}]" for i in count)
+        mixed = ", ".join(f"cubic(tau, h, z[{i}], r0[{i}], z1[{i}], r1[{i}])" for i in count)
+        return "\n\n".join(
+            [
+                _function("start_states(p)", [], f"return ({', '.join(start)})"),
+                _function("add_scaled(z, h, r)", [], f"return ({added})"),
+                _function("between_states(tau, h, z, r0, z1, r1)", [], f"return ({mixed})"),
+            ]
+        )
 
     def command(self) -> str:
         delay, start, chain = [], [], []
         slot = 0
         for i, effect in self.at(Place.COMMAND):
             if effect.latency is not None:
-                delay.append(f"if on[{i}]:\n    s += {_symbol(effect, 'latency')}({self.values(i)})")
+                call = f"{_symbol(effect, 'latency')}({self.values(i)})"
+                delay.append(f"if on[{i}]:\n    s += {call}")
                 continue
-            call = f"{_symbol(effect, 'term')}"
+            call = _symbol(effect, "term")
             start.append(
                 f"last[{slot}] = value\nif on[{i}]:\n"
                 f"    value, _, _ = {call}(value, 0.0, 1.0, value, {self.values(i)})\n"
@@ -288,40 +306,51 @@ class _Writer:
             ]
         )
 
-    def feedback(self) -> str:
-        lines = [
-            f"if on[{i}]:\n    theta = {_symbol(e, 'term')}(theta, {self.values(i)})"
-            for i, e in self.at(Place.FEEDBACK)
-        ]
-        return _function("feedback_chain(p, on, theta)", lines, "return theta")
+    def _position_error(self) -> list[str]:
+        """Lines that compute ``e`` from force and theta through the feedback terms."""
+        lines = ["felt = theta"]
+        for i, effect in self.at(Place.FEEDBACK):
+            call = f"{_symbol(effect, 'term')}(felt, {self.values(i)})"
+            lines.append(f"if on[{i}]:\n    felt = {call}")
+        return [*lines, "e = force - felt"]
 
     def _stateful(self, index: int, effect: Effect, leading: str, target: str, sign: str) -> str:
-        """A call whose term may own states; rates go to ``dz``."""
+        """A call whose term may own states; their rates are ``r0``, ``r1``, ..."""
         first = self.state[effect.id]
         states = "".join(f"z[{first + j}], " for j in range(effect.states))
         call = f"{_symbol(effect, 'term')}({leading}, {states}{self.values(index)})"
         if not effect.states:
             return f"if on[{index}]:\n    {target} {sign} {call}"
-        rates = ", ".join(f"dz[{first + j}]" for j in range(effect.states))
+        rates = ", ".join(f"r{first + j}" for j in range(effect.states))
         return f"if on[{index}]:\n    value, {rates} = {call}\n    {target} {sign} value"
 
-    def drive(self) -> str:
-        chain, switches = [], []
-        slot = 0
+    def torques(self) -> str:
+        rates = [f"r{i}" for i in range(self.n_states)]
+        lines = [f"{rate} = 0.0" for rate in rates]
+        lines += self._position_error()
+        lines += [self._stateful(i, f, "e, w", "e", "=") for i, f in self.at(Place.DRIVE)]
+        lines.append("load = 0.0")
+        lines += [self._stateful(i, f, "theta, w", "load", "+=") for i, f in self.at(Place.LOAD)]
+        lines.append("reaction = 0.0\nshare = 0.0")
+        for i, effect in self.at(Place.SHAFT):
+            call = f"{_symbol(effect, 'term')}(theta, w, p[1], z[0], z[1], {self.values(i)})"
+            lines.append(f"if on[{i}]:\n    reaction, share, r0, r1 = {call}")
+        end = f"return e, load, reaction, share, ({', '.join(rates)})"
+        return _function("torques(p, on, force, theta, w, z)", lines, end)
+
+    def switches(self) -> str:
+        lines = self._position_error()
+        names = []
         for i, effect in self.at(Place.DRIVE):
-            chain.append(self._stateful(i, effect, "e, w", "e", "="))
             if effect.switch is not None:
+                name = f"g{len(names)}"
                 call = f"{_symbol(effect, 'switch')}(e, w, {self.values(i)})"
-                switches.append(f"g[{slot}] = 1.0\nif on[{i}]:\n    g[{slot}] = {call}")
-                slot += 1
+                lines.append(f"{name} = 1.0\nif on[{i}]:\n    {name} = {call}")
+                names.append(name)
             if not effect.states:
-                switches.append(self._stateful(i, effect, "e, w", "e", "="))
-        return "\n\n".join(
-            [
-                _function("drive_chain(p, on, e, w, z, dz)", chain, "return e"),
-                _function("drive_switches(p, on, e, w, g)", switches, "return"),
-            ]
-        )
+                lines.append(self._stateful(i, effect, "e, w", "e", "="))
+        end = f"return ({', '.join([*names, '1.0'])},)"
+        return _function("drive_switches(p, on, force, theta, w)", lines, end)
 
     def friction(self) -> str:
         lines = ["size = 0.0"] + [
@@ -330,21 +359,6 @@ class _Writer:
             for i, e in self.at(Place.FRICTION)
         ]
         return _function("friction_size(p, on, speed, drive, load)", lines, "return size")
-
-    def load(self) -> str:
-        lines = ["torque = 0.0"] + [
-            self._stateful(i, e, "theta, w", "torque", "+=") for i, e in self.at(Place.LOAD)
-        ]
-        return _function("load_sum(p, on, theta, w, z, dz)", lines, "return torque")
-
-    def shaft(self) -> str:
-        lines = ["reaction = 0.0", "share = 0.0"]
-        for i, effect in self.at(Place.SHAFT):
-            lines.append(
-                f"if on[{i}]:\n    reaction, share, dz[0], dz[1] = {_symbol(effect, 'term')}"
-                f"(theta, w, p[1], z[0], z[1], {self.values(i)})"
-            )
-        return _function("shaft_term(p, on, theta, w, z, dz)", lines, "return reaction, share")
 
     def output(self) -> str:
         show, keep = [], []
@@ -358,6 +372,10 @@ class _Writer:
                 _function("memory_commit(p, on, angle, memory)", keep, "return"),
             ]
         )
+
+
+def _any(members: list[int]) -> str:
+    return " or ".join(f"on[{i}]" for i in members) or "False"
 
 
 def _function(signature: str, lines: list[str], end: str) -> str:

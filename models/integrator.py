@@ -6,9 +6,11 @@ scheme. A step ends where friction stops the motion (which then sticks exactly),
 has a kink, where the output turns round in front of a play, and at every row of the command.
 
 This file is compiled into the plant kernel (codegen.py): the terms come from ``terms.py``, of which
-the generated kernel holds the version for a registry of effects.
+the generated kernel holds the version for a registry of effects. States travel as tuples, in and
+out, so that the compiler keeps them in registers.
 """
 
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
 from __future__ import annotations
 
 import math
@@ -19,28 +21,27 @@ from numba import njit, prange
 from servosight.models.linear_core import core_update, cubic, cubic_root, quintic
 from servosight.models.terms import (
     N_COMMAND,
-    N_EFFECTS,
     N_MEMORY,
-    N_STATES,
     N_SWITCHES,
+    add_scaled,
+    between_states,
     command_chain,
     command_start,
-    drive_chain,
     drive_switches,
-    feedback_chain,
+    flags,
     friction_size,
     has_friction,
-    has_plant_terms,
     has_memory,
+    has_plant_terms,
     has_shaft,
     has_states,
     latency,
-    load_sum,
     longest_step,
     memory_commit,
     output_chain,
-    raise_flags,
-    shaft_term,
+    start_states,
+    torques,
+    unpack,
 )
 
 SLIDING_FREE = 2  # no friction at all; else -1, +1 for the direction of sliding and 0 for stuck
@@ -49,117 +50,108 @@ _EDGE = 1e-6  # a switch this close to the end of a step (as a share of it) is a
 
 
 @njit
-def _net(p, on, theta, w, z, dz, force, mode):  # type: ignore[no-untyped-def]
-    """Acceleration [deg/s^2] with friction opposing ``mode``; fills the rates ``dz``."""
+def _net(p, on, theta, w, z, force, mode):
+    """Acceleration [deg/s^2] with friction opposing ``mode``, and the rates of the states."""
     T = p[1]
-    drive = drive_chain(p, on, force - feedback_chain(p, on, theta), w, z, dz)
-    load = load_sum(p, on, theta, w, z, dz)
+    drive, load, reaction, share, rates = torques(p, on, force, theta, w, z)
     torque = drive - load - 2.0 * p[2] * T * w
     if mode != SLIDING_FREE:
         torque -= mode * friction_size(p, on, max(mode * w, 0.0), drive, load)
-    reaction, share = shaft_term(p, on, theta, w, z, dz)
-    return (torque - reaction) / (T * T * (1.0 - share))
+    return (torque - reaction) / (T * T * (1.0 - share)), rates
 
 
 @njit
-def _excess(p, on, theta, z, dz, force):  # type: ignore[no-untyped-def]
-    """At rest: torque beyond what friction holds (negative while stuck), and the torque's sign."""
-    drive = drive_chain(p, on, force - feedback_chain(p, on, theta), 0.0, z, dz)
-    load = load_sum(p, on, theta, 0.0, z, dz)
-    reaction, _ = shaft_term(p, on, theta, 0.0, z, dz)
+def _excess(p, on, theta, z, force):
+    """At rest: torque beyond what friction holds (negative while stuck), its sign, the rates."""
+    drive, load, reaction, _, rates = torques(p, on, force, theta, 0.0, z)
     torque = drive - load - reaction
-    return abs(torque) - friction_size(p, on, 0.0, drive, load), 1 if torque > 0.0 else -1
+    held = friction_size(p, on, 0.0, drive, load)
+    return abs(torque) - held, 1 if torque > 0.0 else -1, rates
 
 
 @njit
-def _slide(p, on, x, z, h, force, slope, mode, half, full, work, x1, z1):  # type: ignore[no-untyped-def]
-    """One step of h [s] from x = (theta, w, acceleration), states z; results in x1, z1.
+def _slide(p, on, x, z, h, force, slope, mode, half, full):
+    """One step of h [s] from x = (theta, w) and states z (Cox and Matthews 2002, eq. 26 to 29).
 
-    ``work`` (5, N_STATES) holds the stage rates; row 0 the rates at the start, row 4 at the end.
+    Returns (theta, w), the states, accelerations at both ends, and rates at both ends.
     """
-    T = p[1]
-    stiffness = 1.0 / (T * T)
-    damping = 2.0 * p[2] / T
-    theta, w = x[0], x[1]
-    n0 = _net(p, on, theta, w, z, work[0], force, mode)
-    x[2] = n0
-    n0 += stiffness * theta + damping * w
+    stiffness = 1.0 / (p[1] * p[1])
+    damping = 2.0 * p[2] / p[1]
+    theta, w = x
     middle = force + 0.5 * h * slope
     end = force + h * slope
+    a0, r0 = _net(p, on, theta, w, z, force, mode)
+    n0 = a0 + stiffness * theta + damping * w
 
     theta_a = half[0] * theta + half[1] * w + half[4] * n0
     w_a = half[2] * theta + half[3] * w + half[5] * n0
-    for i in range(N_STATES):
-        z1[i] = z[i] + 0.5 * h * work[0, i]
-    na = _net(p, on, theta_a, w_a, z1, work[1], middle, mode) + stiffness * theta_a + damping * w_a
+    acceleration, ra = _net(p, on, theta_a, w_a, add_scaled(z, 0.5 * h, r0), middle, mode)
+    na = acceleration + stiffness * theta_a + damping * w_a
 
     theta_b = half[0] * theta + half[1] * w + half[4] * na
     w_b = half[2] * theta + half[3] * w + half[5] * na
-    for i in range(N_STATES):
-        z1[i] = z[i] + 0.5 * h * work[1, i]
-    nb = _net(p, on, theta_b, w_b, z1, work[2], middle, mode) + stiffness * theta_b + damping * w_b
+    acceleration, rb = _net(p, on, theta_b, w_b, add_scaled(z, 0.5 * h, ra), middle, mode)
+    nb = acceleration + stiffness * theta_b + damping * w_b
 
     theta_c = half[0] * theta_a + half[1] * w_a + half[4] * (2.0 * nb - n0)
     w_c = half[2] * theta_a + half[3] * w_a + half[5] * (2.0 * nb - n0)
-    for i in range(N_STATES):
-        z1[i] = z[i] + h * work[2, i]
-    nc = _net(p, on, theta_c, w_c, z1, work[3], end, mode) + stiffness * theta_c + damping * w_c
+    acceleration, rc = _net(p, on, theta_c, w_c, add_scaled(z, h, rb), end, mode)
+    nc = acceleration + stiffness * theta_c + damping * w_c
 
     nm = 0.5 * (na + nb)
     linear = -3.0 * n0 + 4.0 * nm - nc
     square = 2.0 * n0 - 4.0 * nm + 2.0 * nc
-    x1[0] = full[0] * theta + full[1] * w + full[4] * n0 + full[6] * linear + full[8] * square
-    x1[1] = full[2] * theta + full[3] * w + full[5] * n0 + full[7] * linear + full[9] * square
-    for i in range(N_STATES):
-        rates = work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i]
-        z1[i] = z[i] + h / 6.0 * rates
-    x1[2] = _net(p, on, x1[0], x1[1], z1, work[4], end, mode)
+    x1 = (
+        full[0] * theta + full[1] * w + full[4] * n0 + full[6] * linear + full[8] * square,
+        full[2] * theta + full[3] * w + full[5] * n0 + full[7] * linear + full[9] * square,
+    )
+    z1 = _weighted(z, h, r0, ra, rb, rc)
+    a1, r1 = _net(p, on, x1[0], x1[1], z1, end, mode)
+    return x1, z1, a0, a1, r0, r1
 
 
 @njit
-def _coast(p, x, h, force, slope, full, x1):  # type: ignore[no-untyped-def]
+def _weighted(z, h, r0, ra, rb, rc):
+    """The classical Runge-Kutta sum."""
+    outer = add_scaled(add_scaled(z, h / 6.0, r0), h / 6.0, rc)
+    return add_scaled(add_scaled(outer, h / 3.0, ra), h / 3.0, rb)
+
+
+@njit
+def _coast(p, x, h, force, slope, full):
     """The exact step of the plain linear core under a force that rises along a line."""
     stiffness = 1.0 / (p[1] * p[1])
     damping = 2.0 * p[2] / p[1]
     n0 = stiffness * force
     rise = stiffness * slope * h
-    x[2] = n0 - stiffness * x[0] - damping * x[1]
-    x1[0] = full[0] * x[0] + full[1] * x[1] + full[4] * n0 + full[6] * rise
-    x1[1] = full[2] * x[0] + full[3] * x[1] + full[5] * n0 + full[7] * rise
-    x1[2] = n0 + rise - stiffness * x1[0] - damping * x1[1]
+    theta = full[0] * x[0] + full[1] * x[1] + full[4] * n0 + full[6] * rise
+    w = full[2] * x[0] + full[3] * x[1] + full[5] * n0 + full[7] * rise
+    a0 = n0 - stiffness * x[0] - damping * x[1]
+    return (theta, w), a0, n0 + rise - stiffness * theta - damping * w
 
 
 @njit
-def _rest(p, on, theta, z, h, force, slope, work, z1):  # type: ignore[no-untyped-def]
-    """Advance the states by h [s] while the motor is stuck (classical Runge-Kutta)."""
+def _rest(p, on, theta, z, h, force, slope):
+    """Advance the states by h [s] while the motor is stuck; states, rates at both ends."""
     middle = force + 0.5 * h * slope
-    _excess(p, on, theta, z, work[0], force)
-    for i in range(N_STATES):
-        z1[i] = z[i] + 0.5 * h * work[0, i]
-    _excess(p, on, theta, z1, work[1], middle)
-    for i in range(N_STATES):
-        z1[i] = z[i] + 0.5 * h * work[1, i]
-    _excess(p, on, theta, z1, work[2], middle)
-    for i in range(N_STATES):
-        z1[i] = z[i] + h * work[2, i]
-    _excess(p, on, theta, z1, work[3], force + h * slope)
-    for i in range(N_STATES):
-        rates = work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i]
-        z1[i] = z[i] + h / 6.0 * rates
-    _excess(p, on, theta, z1, work[4], force + h * slope)
+    _, _, r0 = _excess(p, on, theta, z, force)
+    _, _, ra = _excess(p, on, theta, add_scaled(z, 0.5 * h, r0), middle)
+    _, _, rb = _excess(p, on, theta, add_scaled(z, 0.5 * h, ra), middle)
+    _, _, rc = _excess(p, on, theta, add_scaled(z, h, rb), force + h * slope)
+    z1 = _weighted(z, h, r0, ra, rb, rc)
+    _, _, r1 = _excess(p, on, theta, z1, force + h * slope)
+    return z1, r0, r1
 
 
 @njit
-def _break_away(p, on, theta, z, z1, h, force, slope, work, between, spare):  # type: ignore[no-untyped-def]
+def _break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
     """When in (0, h] the torque first exceeds what friction holds; h where it does not [s]."""
-    if _excess(p, on, theta, z1, spare, force + h * slope)[0] <= 0.0:
+    if _excess(p, on, theta, z1, force + h * slope)[0] <= 0.0:
         return h
     low, high = 0.0, h
     for _ in range(48):
         tau = 0.5 * (low + high)
-        for i in range(N_STATES):
-            between[i] = cubic(tau, h, z[i], work[0, i], z1[i], work[4, i])
-        if _excess(p, on, theta, between, spare, force + tau * slope)[0] > 0.0:
+        if _excess(p, on, theta, between_states(tau, h, z, r0, z1, r1), force + tau * slope)[0] > 0:
             high = tau
         else:
             low = tau
@@ -167,11 +159,10 @@ def _break_away(p, on, theta, z, z1, h, force, slope, work, between, spare):  # 
 
 
 @njit
-def _first_kink(p, on, x, x1, h, force, slope, before, after, probe):  # type: ignore[no-untyped-def]
+def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
     """Earliest instant in (0, h] at which a drive term passes a kink; h where none does [s]."""
-    drive_switches(p, on, force - feedback_chain(p, on, x[0]), x[1], before)
-    end = force + h * slope
-    drive_switches(p, on, end - feedback_chain(p, on, x1[0]), x1[1], after)
+    before = drive_switches(p, on, force, x[0], x[1])
+    after = drive_switches(p, on, force + h * slope, x1[0], x1[1])
     first = h
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0:
@@ -179,10 +170,9 @@ def _first_kink(p, on, x, x1, h, force, slope, before, after, probe):  # type: i
         low, high = 0.0, first
         for _ in range(40):
             tau = 0.5 * (low + high)
-            theta = quintic(tau, h, x[0], x[1], x[2], x1[0], x1[1], x1[2])
-            w = cubic(tau, h, x[1], x[2], x1[1], x1[2])
-            drive_switches(p, on, force + tau * slope - feedback_chain(p, on, theta), w, probe)
-            if before[i] * probe[i] > 0.0:
+            theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
+            w = cubic(tau, h, x[1], a0, x1[1], a1)
+            if before[i] * drive_switches(p, on, force + tau * slope, theta, w)[i] > 0.0:
                 low = tau
             else:
                 high = tau
@@ -191,11 +181,11 @@ def _first_kink(p, on, x, x1, h, force, slope, before, after, probe):  # type: i
 
 
 @njit
-def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyped-def]
+def _row(row_values, times, values, linear, samples, step, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out."""
+    p = unpack(row_values)
+    on = flags(p)
     T, xi, gain, bias = p[1], p[2], p[0], p[3]
-    on = np.zeros(N_EFFECTS + 1, dtype=np.uint8)
-    raise_flags(p, on)
     friction = has_friction(on)
     memory_on = has_memory(on)
     shaft = has_shaft(on)
@@ -206,26 +196,12 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
     last = np.zeros(N_COMMAND + 1)
     piece_value = np.zeros(N_COMMAND + 1)
     piece_slope = np.zeros(N_COMMAND + 1)
-    memory = np.zeros(N_MEMORY + 1)
-    z = np.zeros(N_STATES)
-    z1 = np.zeros(N_STATES)
-    between = np.zeros(N_STATES)
-    work = np.zeros((5, N_STATES))
-    spare = np.zeros(N_STATES)
-    before = np.zeros(N_SWITCHES + 1)
-    after = np.zeros(N_SWITCHES + 1)
-    probe = np.zeros(N_SWITCHES + 1)
-    half = np.zeros(10)
-    full = np.zeros(10)
-    held = -1.0  # the step for which half and full hold
-
-    x = np.array([p[4], p[5], 0.0])
-    x1 = np.zeros(3)
-    if shaft:
-        z[0] = x[0]
-        z[1] = x[1]
-    for i in range(N_MEMORY):
-        memory[i] = x[0]
+    memory = np.full(N_MEMORY + 1, p[4])
+    x = (p[4], p[5])
+    z = start_states(p)
+    full = core_update(T, xi, limit)
+    half = core_update(T, xi, 0.5 * limit)
+    known = limit  # the step for which full and half hold
     mode = SLIDING_FREE
     if friction:
         mode = 0 if x[1] == 0.0 else (1 if x[1] > 0.0 else -1)
@@ -236,18 +212,18 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
     row = np.searchsorted(times, t - shift, side="right") - 1
     started = False
     n = 0
-    budget = 200_000 + int(40.0 * ((stop - t) / limit + len(times)))
+    budget = 100_000 + int(20.0 * ((stop - t) / limit + len(times)))
     while n < len(samples):
         # The command's next straight piece.
         while row + 1 < len(times) and times[row + 1] + shift - t <= _TINY:
             row += 1
+        slope = 0.0
         if row < 0:
-            value, slope, horizon = values[0], 0.0, times[0] + shift - t
+            value, horizon = values[0], times[0] + shift - t
         elif row + 1 == len(times):
-            value, slope, horizon = values[row], 0.0, math.inf
+            value, horizon = values[row], math.inf
         else:
-            horizon = times[row + 1] + shift - t
-            value, slope = values[row], 0.0
+            value, horizon = values[row], times[row + 1] + shift - t
             if linear:
                 slope = (values[row + 1] - value) / (times[row + 1] - times[row])
                 value += slope * (t - shift - times[row])
@@ -257,7 +233,11 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
         value, slope, horizon = command_chain(
             p, on, value, slope, horizon, last, piece_value, piece_slope
         )
-        horizon = max(min(horizon, stop - t + step), _TINY)
+        horizon = max(min(horizon, stop - t + step), 2.0 * _TINY)
+        budget -= 1
+        if budget < 0:
+            out[n:] = np.nan
+            return
         force = gain * value + bias
         rise = gain * slope
         gone = 0.0
@@ -268,48 +248,42 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
                 out[n:] = np.nan
                 return
             left = horizon - gone
+            h = left / math.ceil(left / limit - _EDGE)
             now = force + gone * rise
+            stopped = False
             if mode == 0:
-                excess, direction = _excess(p, on, x[0], z, spare, now)
-                if excess > 0.0:
+                beyond, direction, _ = _excess(p, on, x[0], z, now)
+                if beyond > 0.0:
                     mode = direction
             if mode == 0:
-                h = left
-                if states or rise != 0.0:
-                    h = left / math.ceil(left / limit)
-                    if states:
-                        _rest(p, on, x[0], z, h, now, rise, work, z1)
-                    tau = _break_away(
-                        p, on, x[0], z, z1, h, now, rise, work, between, spare
-                    )
+                z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
+                if not states and rise == 0.0:
+                    h = left
+                else:
+                    tau = _break_away(p, on, x[0], z, z1, r0, r1, h, now, rise)
                     if tau < h:
                         h = max(tau, _EDGE * h)
-                        if states:
-                            _rest(p, on, x[0], z, h, now, rise, work, z1)
-                x[1] = 0.0
-                x[2] = 0.0
-                x1[0] = x[0]
-                x1[1] = 0.0
-                x1[2] = 0.0
-                stopped = False
+                        z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
+                x1, a0, a1 = (x[0], 0.0), 0.0, 0.0
             else:
-                h = left / math.ceil(left / limit)
-                if h != held:
-                    core_update(T, xi, h, full)
+                if abs(h - known) > _TINY:
+                    full = core_update(T, xi, h)
                     if not plain:
-                        core_update(T, xi, 0.5 * h, half)
-                    held = h
+                        half = core_update(T, xi, 0.5 * h)
+                    known = h
                 if plain:
-                    _coast(p, x, h, now, rise, full, x1)
+                    x1, a0, a1 = _coast(p, x, h, now, rise, full)
+                    z1, r0, r1 = z, z, z
                 else:
-                    _slide(p, on, x, z, h, now, rise, mode, half, full, work, x1, z1)
+                    x1, z1, a0, a1, r0, r1 = _slide(
+                        p, on, x, z, h, now, rise, mode, half, full
+                    )
                 tau = h
-                stopped = False
                 if friction and mode * x1[1] <= 0.0:
-                    tau = cubic_root(h, x[1], x[2], x1[1], x1[2])
+                    tau = cubic_root(h, x[1], a0, x1[1], a1)
                     stopped = True
                 if N_SWITCHES > 0 and not plain:
-                    kink = _first_kink(p, on, x, x1, h, now, rise, before, after, probe)
+                    kink = _first_kink(p, on, x, x1, a0, a1, h, now, rise)
                     if kink < tau:
                         tau = kink
                         stopped = False
@@ -317,50 +291,44 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
                     turn = h
                     if shaft:
                         if z[1] * z1[1] < 0.0:
-                            turn = cubic_root(h, z[1], work[0, 1], z1[1], work[4, 1])
+                            turn = cubic_root(h, z[1], r0[1], z1[1], r1[1])
                     elif x[1] * x1[1] < 0.0 and not stopped:
-                        turn = cubic_root(h, x[1], x[2], x1[1], x1[2])
+                        turn = cubic_root(h, x[1], a0, x1[1], a1)
                     if turn < tau:
                         tau = turn
                         stopped = False
                 if _EDGE * h < tau < (1.0 - _EDGE) * h:
                     h = tau
-                    core_update(T, xi, h, full)
-                    held = -1.0
+                    known = -1.0
+                    full = core_update(T, xi, h)
                     if plain:
-                        _coast(p, x, h, now, rise, full, x1)
+                        x1, a0, a1 = _coast(p, x, h, now, rise, full)
                     else:
-                        core_update(T, xi, 0.5 * h, half)
-                        _slide(p, on, x, z, h, now, rise, mode, half, full, work, x1, z1)
+                        half = core_update(T, xi, 0.5 * h)
+                        x1, z1, a0, a1, r0, r1 = _slide(
+                            p, on, x, z, h, now, rise, mode, half, full
+                        )
                 elif stopped and tau <= _EDGE * h:
                     # Stopped before it moved. From rest it stays for the step; else look again.
                     if x[1] != 0.0:
                         h = _EDGE * h
-                    x[1] = 0.0
-                    x[2] = 0.0
-                    x1[0] = x[0]
-                    if states:
-                        _rest(p, on, x[0], z, h, now, rise, work, z1)
+                    x1, a0, a1 = (x[0], 0.0), 0.0, 0.0
+                    x = x1
+                    z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
                 if stopped:
-                    x1[1] = 0.0
+                    x1 = (x1[0], 0.0)
 
             # What falls into this step.
             while n < len(samples) and samples[n] <= t + gone + h + _TINY:
                 tau = min(max(samples[n] - t - gone, 0.0), h)
                 if shaft:
-                    angle = quintic(
-                        tau, h, z[0], z[1], work[0, 1], z1[0], z1[1], work[4, 1]
-                    )
+                    angle = quintic(tau, h, z[0], z[1], r0[1], z1[0], z1[1], r1[1])
                 else:
-                    angle = quintic(tau, h, x[0], x[1], x[2], x1[0], x1[1], x1[2])
+                    angle = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
                 out[n] = output_chain(p, on, angle, memory)
                 n += 1
-            for i in range(N_STATES):
-                if states:
-                    z[i] = z1[i]
-            x[0] = x1[0]
-            x[1] = x1[1]
-            x[2] = x1[2]
+            x = x1
+            z = z1
             if memory_on:
                 memory_commit(p, on, z[0] if shaft else x[0], memory)
             if stopped:
@@ -373,7 +341,7 @@ def _row(p, times, values, linear, samples, step, out):  # type: ignore[no-untyp
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, samples, step, out):  # type: ignore[no-untyped-def]
+def simulate_rows(rows, times, values, linear, samples, step, out):
     """Simulate each row of ``rows`` (batch, parameters) into ``out`` (batch, samples)."""
     for b in prange(rows.shape[0]):
         _row(rows[b], times, values, linear, samples, step, out[b])

@@ -18,8 +18,8 @@ _TERMS = 14
 
 
 @njit
-def core_update(T, xi, h, c):  # type: ignore[no-untyped-def]
-    """Fill ``c`` = (e11, e12, e21, e22, S_theta, S_w, R_theta, R_w, Q_theta, Q_w) for step h [s]."""
+def core_update(T, xi, h):  # type: ignore[no-untyped-def]
+    """(e11, e12, e21, e22, S_theta, S_w, R_theta, R_w, Q_theta, Q_w) for a step of h [s]."""
     a0 = -1.0 / (T * T)
     a1 = -2.0 * xi / T
     if h * (1.0 + 2.0 * xi) < _SERIES * T:
@@ -65,16 +65,18 @@ def core_update(T, xi, h, c):  # type: ignore[no-untyped-def]
         whole = e12 + 2.0 * xi * T * (1.0 - e11)  # integral of e11
         ramp = T * T * (h - whole)
         quad = T * T * (0.5 * h * h - s_theta - 2.0 * xi * T * (h - whole))
-    c[0] = e11
-    c[1] = e12
-    c[2] = a0 * e12
-    c[3] = e22
-    c[4] = s_theta
-    c[5] = e12
-    c[6] = ramp / h
-    c[7] = s_theta / h
-    c[8] = 2.0 * quad / (h * h)
-    c[9] = 2.0 * ramp / (h * h)
+    return (
+        e11,
+        e12,
+        a0 * e12,
+        e22,
+        s_theta,
+        e12,
+        ramp / h,
+        s_theta / h,
+        2.0 * quad / (h * h),
+        2.0 * ramp / (h * h),
+    )
 
 
 @njit

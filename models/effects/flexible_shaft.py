@@ -23,8 +23,8 @@ def term(
 
 
 def resolution(frequency: float, damping: float, inertia_ratio: float) -> float:
-    """Longest step [s] that follows the spring: a twentieth of a cycle with the motor free."""
-    return 0.05 * (1.0 - inertia_ratio) ** 0.5 / (frequency * (1.0 + 2.0 * damping))
+    """Longest step [s] that follows the spring: a twelfth of a cycle with the motor free."""
+    return 0.08 * (1.0 - inertia_ratio) ** 0.5 / (frequency * (1.0 + 2.0 * damping))
 
 
 def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
@@ -38,10 +38,10 @@ EFFECT = Effect(
     place=Place.SHAFT,
     parameters=(
         Parameter(
-            "frequency", "Hz", 0.3, float("inf"), float("inf"), "resonance with the motor locked"
+            "frequency", "Hz", 0.3, 300.0, float("inf"), "resonance with the motor locked"
         ),
         Parameter("damping", "-", 0.0, 1.5, None, "damping ratio of that resonance"),
-        Parameter("inertia_ratio", "-", 0.0, 0.95, None, "far inertia over the total"),
+        Parameter("inertia_ratio", "-", 0.0, 0.9, None, "far inertia over the total"),
     ),
     equation="far'' = (2 pi frequency)^2 (theta - far) + 2 damping (2 pi frequency) (w - far'); "
     "the motor carries 1 - inertia_ratio of T^2 and the spring's reaction",

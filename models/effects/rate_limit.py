@@ -14,7 +14,7 @@ def term(
     The linear piece ends where the output catches up with the command.
     """
     gap = value - last
-    if abs(gap) <= 1e-12 * (1.0 + abs(value)):
+    if abs(gap) <= 1e-9 * rate:  # caught up to within a nanosecond
         if abs(slope) <= rate:
             return value, slope, horizon
         if slope > 0.0:

@@ -1,0 +1,101 @@
+"""A given model against recordings, without fitting its physics anew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from servosight.diagnose.evidence import EXPLAINED
+from servosight.diagnose.profiles import sentences
+from servosight.diagnose.trial import Judged, predict_fixed
+from servosight.diagnose.where import Window, worst_windows
+from servosight.identify.fit import floor_deg
+from servosight.identify.noise import joint_noise_deg
+from servosight.identify.problem import Problem
+from servosight.models.actuator import Actuator
+from servosight.models.effect import Effect
+from servosight.models.recording import Recording
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model's error on recordings that it need not have been fitted on."""
+
+    actuator: Actuator
+    judged: tuple[Judged, ...]
+    noise_deg: float
+    floor_deg: float
+    where: tuple[Window, ...]
+    sentences: tuple[str, ...]
+
+    @property
+    def rmse_deg(self) -> float:
+        """Rms error over all recordings [deg]."""
+        errors = np.concatenate([one.error_deg for one in self.judged])
+        return float(np.sqrt(np.mean(errors**2)))
+
+    @property
+    def explained(self) -> bool:
+        """True where the error is at the floor."""
+        return self.rmse_deg <= EXPLAINED * self.floor_deg
+
+    def to_json(self) -> dict[str, Any]:
+        """Errors in all and for each recording, and where they are."""
+        return {
+            "schema": 1,
+            "effects": list(self.actuator.effects),
+            "rmse_deg": self.rmse_deg,
+            "noise_deg": self.noise_deg,
+            "floor_deg": self.floor_deg,
+            "explained": self.explained,
+            "recordings": [
+                {
+                    "recording": one.recording.name,
+                    "rmse_deg": float(np.sqrt(np.mean(one.error_deg**2))),
+                    "samples": int(one.recording.time_s.size),
+                }
+                for one in self.judged
+            ],
+            "where": [window.to_json() for window in self.where],
+            "sentences": list(self.sentences),
+        }
+
+
+def compare(
+    actuator: Actuator,
+    recordings: Sequence[Recording],
+    *,
+    catalogue: Mapping[str, Effect],
+    tolerance: float | None = None,
+) -> Comparison:
+    """Simulate ``actuator`` on each recording.
+
+    The physical parameters are the model's. Bias, initial angle and initial speed belong to each
+    recording and are found on it.
+    """
+    judged = tuple(_judge(actuator, recording, catalogue) for recording in recordings)
+    noise = joint_noise_deg(tuple(recordings))
+    floor = floor_deg(recordings, noise, tolerance)
+    return Comparison(
+        actuator,
+        judged,
+        noise,
+        floor,
+        tuple(worst_windows(judged)),
+        tuple(sentences(judged, floor)),
+    )
+
+
+def _judge(actuator: Actuator, recording: Recording, catalogue: Mapping[str, Effect]) -> Judged:
+    problem = Problem.of([recording], catalogue, actuator.effects)
+    physical = np.array(
+        [
+            coordinate.to_search(actuator.value(coordinate.name))
+            for coordinate in problem.coordinates[: problem.physical]
+        ]
+    )
+    predicted = predict_fixed(recording, problem, physical)
+    return Judged(recording, predicted, np.zeros(recording.time_s.size, dtype=bool))

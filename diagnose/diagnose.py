@@ -1,0 +1,228 @@
+"""From recordings to the missing effect: the diagnosis that the user reads."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from servosight.diagnose.confounding import confounded
+from servosight.diagnose.evidence import earns_place, evidence, explained
+from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
+from servosight.diagnose.trial import Laboratory, Trial
+from servosight.diagnose.where import Window, worst_windows
+from servosight.identify.fit import TOLERANCE_SHARE, floor_deg, parameters_json
+from servosight.identify.noise import joint_noise_deg
+from servosight.identify.uncertainty import estimates, own_estimates
+from servosight.models.actuator import Actuator, Estimate
+from servosight.models.effect import Effect
+from servosight.models.recording import Recording
+
+Verdict = Literal["no_effect_missing", "explained", "unexplained"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A rung of the ladder with its parameters and their uncertainty."""
+
+    rung: Rung
+    explained: bool
+    parameters: Mapping[str, Estimate]
+    biases: tuple[Estimate, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def trial(self) -> Trial:
+        """The fitted model of this step."""
+        return self.rung.trial
+
+    def to_json(self) -> dict[str, Any]:
+        """The form that INTERFACES fixes; ``removed`` is added where an effect was taken out."""
+        entry: dict[str, Any] = {
+            "added": self.rung.added,
+            "effects": list(self.trial.effects),
+            "train_rmse_deg": self.trial.train_rmse_deg,
+            "held_out_rmse_deg": self.trial.held_out_rmse_deg,
+            "explained": self.explained,
+            "parameters": parameters_json(self.parameters, self.biases),
+        }
+        if self.rung.removed is not None:
+            entry["removed"] = self.rung.removed
+        return entry
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect tried alone on the linear model."""
+
+    effect: str
+    trial: Trial
+    held_out_rmse_deg: float
+    evidence: float
+    confounded_with: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """The form that INTERFACES fixes."""
+        return {
+            "effect": self.effect,
+            "held_out_rmse_deg": self.held_out_rmse_deg,
+            "evidence": self.evidence,
+            "confounded_with": list(self.confounded_with),
+        }
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is missing, how sure that is, where the linear model fails and what adding gains."""
+
+    noise_deg: float
+    floor_deg: float
+    tolerance_deg: float
+    verdict: Verdict
+    effects: tuple[str, ...]
+    ladder: tuple[Step, ...]
+    candidates: tuple[Candidate, ...]
+    where: tuple[Window, ...]
+    next_experiment: str
+    seconds: float
+    actuator: Actuator
+
+    def to_json(self) -> dict[str, Any]:
+        """The form that INTERFACES fixes."""
+        return {
+            "schema": 1,
+            "noise_deg": self.noise_deg,
+            "floor_deg": self.floor_deg,
+            "verdict": self.verdict,
+            "effects": list(self.effects),
+            "ladder": [step.to_json() for step in self.ladder],
+            "candidates": [candidate.to_json() for candidate in self.candidates],
+            "where": [window.to_json() for window in self.where],
+            "next_experiment": self.next_experiment,
+            "seconds": self.seconds,
+        }
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    validate: Sequence[Recording] = (),
+    *,
+    catalogue: Mapping[str, Effect],
+    auto: bool = False,
+    tolerance: float | None = None,
+    progress: Progress = silent,
+) -> Diagnosis:
+    """Compare the linear model with recordings, rank what could be missing and, with ``auto``, climb.
+
+    ``validate`` recordings are held out whole; without them, every third second is. ``tolerance``
+    [deg] is what no model need reach (default 0.05 % of the moved range).
+    """
+    began = time.perf_counter()
+    every = (*recordings, *validate)
+    noise = joint_noise_deg(every)
+    allowed = tolerance
+    if allowed is None:
+        allowed = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
+    floor = floor_deg(every, noise, allowed)
+    laboratory = Laboratory(tuple(recordings), tuple(validate), catalogue)
+    climber = Climber(laboratory, floor, allowed, progress)
+    climb = climber.climb() if auto else climber.first_step()
+    linear, last = climb.rungs[0].trial, climb.rungs[-1].trial
+    steps = tuple(_step(rung, floor) for rung in climb.rungs)
+    candidates = _candidates(climb, linear, noise, allowed)
+    return Diagnosis(
+        noise,
+        floor,
+        allowed,
+        _verdict(linear, last, floor),
+        _in_order(climb),
+        steps,
+        candidates,
+        tuple(worst_windows(linear.judged)),
+        _next_experiment(candidates, linear, last, floor, allowed, auto),
+        time.perf_counter() - began,
+        _actuator(steps[-1], recordings),
+    )
+
+
+def _step(rung: Rung, floor: float) -> Step:
+    fit = rung.trial.fit
+    arguments = (fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+    table, warnings = estimates(*arguments)
+    return Step(
+        rung,
+        explained(rung.trial, floor),
+        table,
+        own_estimates(*arguments, "bias"),
+        tuple(warnings),
+    )
+
+
+def _verdict(linear: Trial, last: Trial, floor: float) -> Verdict:
+    if explained(linear, floor):
+        return "no_effect_missing"
+    return "explained" if explained(last, floor) else "unexplained"
+
+
+def _in_order(climb: Climb) -> tuple[str, ...]:
+    """The final effects in the order in which they were added."""
+    final = climb.rungs[-1].trial.effects
+    added = [rung.added for rung in climb.rungs if rung.added in final]
+    return tuple(dict.fromkeys(name for name in added if name is not None))
+
+
+def _candidates(
+    climb: Climb, linear: Trial, noise: float, tolerance: float
+) -> tuple[Candidate, ...]:
+    groups = confounded(climb.singles, linear, noise, tolerance)
+    found = []
+    for trial in climb.singles:
+        (name,) = trial.effects
+        gain = evidence(trial, linear, tolerance)
+        found.append(Candidate(name, trial, trial.held_out_rmse_deg, gain, groups[name]))
+    return tuple(found)
+
+
+def _next_experiment(
+    candidates: Sequence[Candidate],
+    linear: Trial,
+    last: Trial,
+    floor: float,
+    tolerance: float,
+    auto: bool,
+) -> str:
+    """One sentence on what to do next."""
+    if explained(linear, floor):
+        return "Nothing is missing here; to look further, use a larger and faster command."
+    best = candidates[0]
+    if best.confounded_with:
+        rivals = ", ".join(best.confounded_with)
+        return (
+            f"{best.effect} cannot be told from {rivals} on this recording: record triangles at "
+            f"two amplitudes, steps of several sizes and a chirp, and diagnose both recordings "
+            f"together."
+        )
+    if explained(last, floor):
+        return "The ladder reached the floor: confirm on a recording with another command."
+    if not auto:
+        if earns_place(best.trial, linear, tolerance, len(candidates)):
+            return f"Add {best.effect}: `servosight add MODEL.toml {best.effect} REC`, or use --auto."
+        return "No single effect earns its place: use --auto, which tries pairs."
+    return (
+        "Something remains that no catalogued effect accounts for: repeat the recording to see "
+        "what repeats, at half and at double the amplitude to see what scales, and slower to see "
+        "what depends on speed."
+    )
+
+
+def _actuator(step: Step, recordings: Sequence[Recording]) -> Actuator:
+    return Actuator(
+        {**step.parameters, "bias": step.biases[0]},
+        step.trial.effects,
+        {
+            "fitted_on": [recording.name for recording in recordings],
+            "held_out_rmse_deg": step.trial.held_out_rmse_deg,
+            "method": "diagnose",
+        },
+    )

@@ -1,0 +1,135 @@
+"""The ladder: add the best effect, refit, repeat, until the floor or until nothing earns a place."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from servosight.diagnose.evidence import (
+    criterion,
+    earns_place,
+    evidence,
+    explained,
+)
+from servosight.diagnose.trial import Laboratory, Trial
+
+PAIR_CANDIDATES = 12
+"""Pairs are formed among this many of the best single candidates."""
+MAX_RUNGS = 6
+
+Progress = Callable[[str, int, int], None]
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """No progress shown."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the ladder: a trial, and what was added and removed to get there."""
+
+    trial: Trial
+    added: str | None = None
+    removed: str | None = None
+
+
+@dataclass(frozen=True)
+class Climb:
+    """All that was tried: the rungs and, for the first step, each single candidate."""
+
+    rungs: tuple[Rung, ...]
+    singles: tuple[Trial, ...]
+
+
+@dataclass(frozen=True)
+class Climber:
+    """A laboratory, what counts as reaching the floor, and who watches."""
+
+    laboratory: Laboratory
+    floor_deg: float
+    tolerance_deg: float
+    progress: Progress = silent
+
+    def rank(self, base: Trial, label: str) -> list[Trial]:
+        """Each candidate that ``base`` lacks, added alone; best first."""
+        names = [name for name in self.laboratory.catalogue if name not in base.effects]
+        trials = []
+        for i, name in enumerate(names):
+            self.progress(f"{label}: trying {name}", i, len(names))
+            trials.append(self.laboratory.extended(base, [name]))
+        self.progress(f"{label}: tried all", len(names), len(names))
+        return sorted(trials, key=self._criterion, reverse=True)
+
+    def first_step(self) -> Climb:
+        """The linear model and the candidates for the first addition, none of them added."""
+        linear = self.laboratory.linear()
+        return Climb((Rung(linear),), tuple(self.rank(linear, "first effect")))
+
+    def climb(self) -> Climb:
+        """From the linear model up."""
+        first = self.first_step()
+        rungs = list(first.rungs)
+        singles = list(first.singles)
+        ranked = singles
+        while len(rungs) < MAX_RUNGS and not self._explained(rungs[-1].trial):
+            base = rungs[-1].trial
+            best = ranked[0] if ranked else None
+            if best is not None and self._earns(best, base, len(ranked)):
+                rungs.append(Rung(best, _news(best, base)))
+            else:
+                pair = self._best_pair(base, ranked)
+                if pair is None:
+                    break
+                rungs += pair
+            rungs += self._settle(rungs[-1].trial)
+            if not self._explained(rungs[-1].trial):
+                ranked = self.rank(rungs[-1].trial, f"effect {len(rungs[-1].trial.effects) + 1}")
+        return Climb(tuple(rungs), tuple(singles))
+
+    def _best_pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
+        """Two rungs for the best pair that earns its place, or None."""
+        by_name = {_news(trial, base): trial for trial in ranked[:PAIR_CANDIDATES]}
+        pairs = list(itertools.combinations(by_name, 2))
+        best: tuple[Trial, str, str] | None = None
+        for i, (first, second) in enumerate(pairs):
+            self.progress(f"trying {first} with {second}", i, len(pairs))
+            trial = self.laboratory.extended(by_name[first], [second])
+            if best is None or self._criterion(trial) > self._criterion(best[0]):
+                best = (trial, first, second)
+        self.progress("tried all pairs", len(pairs), len(pairs))
+        if best is None or not self._earns(best[0], base, len(pairs)):
+            return None
+        trial, first, second = best
+        return [Rung(by_name[first], first), Rung(trial, second)]
+
+    def _settle(self, trial: Trial) -> Iterator[Rung]:
+        """Try to do without each earlier effect, then to swap each for another."""
+        for name in trial.effects if len(trial.effects) > 1 else ():
+            self.progress(f"trying without {name}", 0, 1)
+            smaller = self.laboratory.reduced(trial, name)
+            if not self._earns(trial, smaller, 1):
+                yield Rung(smaller, removed=name)
+                yield from self._settle(smaller)
+                return
+            swapped = self.rank(smaller, f"in place of {name}")[0]
+            gain = evidence(swapped, trial, self.tolerance_deg)
+            if _news(swapped, smaller) != name and gain > 0.0:
+                if swapped.held_out_rmse_deg < trial.held_out_rmse_deg:
+                    yield Rung(swapped, _news(swapped, smaller), name)
+                    return
+
+    def _criterion(self, trial: Trial) -> float:
+        return criterion(trial, self.tolerance_deg)
+
+    def _explained(self, trial: Trial) -> bool:
+        return explained(trial, self.floor_deg)
+
+    def _earns(self, trial: Trial, base: Trial, tried: int) -> bool:
+        return earns_place(trial, base, self.tolerance_deg, tried)
+
+
+def _news(trial: Trial, base: Trial) -> str:
+    """The one effect that ``trial`` has and ``base`` lacks."""
+    (name,) = set(trial.effects) - set(base.effects)
+    return name

@@ -1,0 +1,183 @@
+"""One model tried on recordings: fitted on some samples, judged on others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.identify.fit import Fit, fit_effects, polish
+from servosight.identify.gauss_newton import GaussNewton
+from servosight.identify.estimator import drive
+from servosight.identify.problem import Problem
+from servosight.identify.starts import linear_start
+from servosight.models.effect import Effect
+from servosight.models.recording import Recording
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+BLOCK_S = 1.0
+HELD_OUT_EVERY = 3
+
+
+def training_mask(recording: Recording) -> Mask:
+    """True for the samples to fit on: every third block of one second is held out."""
+    block = np.floor((recording.time_s - recording.time_s[0]) / BLOCK_S).astype(int)
+    return np.asarray(block % HELD_OUT_EVERY != HELD_OUT_EVERY - 1)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a recording says about a model: prediction, error, and which samples were held out."""
+
+    recording: Recording
+    predicted_deg: Array
+    training: Mask
+
+    @cached_property
+    def error_deg(self) -> Array:
+        """Measured minus predicted angle [deg], (samples,)."""
+        return self.recording.angle_deg - self.predicted_deg
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A fitted set of effects with its errors. ``judged`` lists all recordings, fitted ones first.
+
+    Held-out samples are the masked blocks, or the validation recordings where there are any.
+    """
+
+    effects: tuple[str, ...]
+    fit: Fit
+    judged: tuple[Judged, ...]
+
+    @cached_property
+    def train_rmse_deg(self) -> float:
+        """Rms error of the samples that were fitted [deg]."""
+        return _rms([one.error_deg[one.training] for one in self.judged])
+
+    @cached_property
+    def held_out_rmse_deg(self) -> float:
+        """Rms error of the samples that the fit has not seen [deg]."""
+        return _rms([one.error_deg[~one.training] for one in self.judged])
+
+    @cached_property
+    def mean_square(self) -> float:
+        """Mean square error over all samples, seen and held out [deg^2]."""
+        errors = np.concatenate([one.error_deg for one in self.judged])
+        return float(np.mean(errors**2))
+
+    @property
+    def samples(self) -> int:
+        """How many samples there are in all."""
+        return sum(one.recording.time_s.size for one in self.judged)
+
+    @property
+    def parameters(self) -> int:
+        """How many physical parameters the model has."""
+        return self.fit.problem.physical
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """Recordings to fit on, recordings to validate on, and the catalogue to choose from."""
+
+    recordings: tuple[Recording, ...]
+    validate: tuple[Recording, ...]
+    catalogue: Mapping[str, Effect]
+
+    @cached_property
+    def masks(self) -> tuple[Mask, ...]:
+        """Samples to fit on; all of them where others validate."""
+        if self.validate:
+            return tuple(np.ones(r.time_s.size, dtype=bool) for r in self.recordings)
+        return tuple(training_mask(recording) for recording in self.recordings)
+
+    def problem(self, effects: Sequence[str]) -> Problem:
+        """The fit of some effects to the training samples."""
+        ordered = [name for name in self.catalogue if name in set(effects)]
+        return Problem.of(self.recordings, self.catalogue, ordered, self.masks)
+
+    def linear(self) -> Trial:
+        """The linear model: where every ladder stands."""
+        problem = self.problem(())
+        return self.judge(polish(problem, [linear_start(problem)]))
+
+    def extended(self, base: Trial, effects: Sequence[str]) -> Trial:
+        """``base`` with more effects, all parameters fitted anew."""
+        return self.judge(fit_effects(self.problem((*base.effects, *effects)), base.fit))
+
+    def reduced(self, base: Trial, without: str) -> Trial:
+        """``base`` with one effect fewer, fitted anew from where the rest stood."""
+        problem = self.problem([name for name in base.effects if name != without])
+        known = dict(
+            zip(
+                ((c.name, c.recording) for c in base.fit.problem.coordinates),
+                base.fit.outcome.point,
+                strict=True,
+            )
+        )
+        start = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
+        return self.judge(polish(problem, [start]))
+
+    def judge(self, fit: Fit) -> Trial:
+        """Simulate every recording at the fitted point."""
+        point = fit.outcome.point
+        seen = [
+            Judged(recording, angles[0], mask)
+            for recording, angles, mask in zip(
+                self.recordings, fit.problem.predict(point), self.masks, strict=True
+            )
+        ]
+        unseen = [
+            Judged(
+                recording,
+                carried_over(recording, self.catalogue, fit.problem.effects, fit),
+                np.zeros(recording.time_s.size, dtype=bool),
+            )
+            for recording in self.validate
+        ]
+        return Trial(fit.problem.effects, fit, (*seen, *unseen))
+
+
+def carried_over(
+    recording: Recording, catalogue: Mapping[str, Effect], effects: Sequence[str], fit: Fit
+) -> Array:
+    """Prediction [deg] for another recording with the physical parameters held fixed.
+
+    Only what each recording has for itself (bias, initial angle and speed) is found on it.
+    """
+    values = fit.outcome.point[: fit.problem.physical]
+    return predict_fixed(recording, Problem.of([recording], catalogue, effects), values)
+
+
+def predict_fixed(recording: Recording, problem: Problem, physical: Array) -> Array:
+    """Prediction [deg] at fixed physical coordinates, with the recording's own numbers fitted."""
+    low, high = problem.bounds
+    fixed = problem.physical
+    values = problem.values(np.concatenate([physical, np.zeros(3)]))
+    own = np.array(
+        [
+            float(np.median(recording.angle_deg) - values["k"] * np.median(recording.command_deg)),
+            float(recording.angle_deg[:3].mean()),
+            0.0,
+        ]
+    )
+
+    def residuals(points: Array) -> Array:
+        return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))
+
+    descent = GaussNewton(own, low[fixed:], high[fixed:], np.ones(3))
+    outcome = drive(descent, residuals, 600)
+    return problem.predict(np.concatenate([physical, outcome.point]))[0][0]
+
+
+def _rms(parts: Sequence[Array]) -> float:
+    joined = np.concatenate(parts)
+    if joined.size == 0:
+        return 0.0
+    return float(np.sqrt(np.mean(joined**2)))
