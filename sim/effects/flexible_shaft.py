@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from servosight.sim.bench import Assembly, linear
+from servosight.models.errors import InputError
+from servosight.sim.bench import TIME_STEP_S, Assembly, linear
 from servosight.sim.effect import HiddenEffect, Values
 
 
@@ -13,8 +14,17 @@ def edit(assembly: Assembly, values: Values) -> None:
 
     With the motor locked it rings at ``frequency`` [Hz] with ratio ``damping`` [-]; it carries
     ``inertia_ratio`` of the bench's inertia, the motor's side keeps the rest.
+    Raises InputError for a spring too stiff for the time step.
     """
     bench = assembly.bench
+    highest = (1.0 - values["inertia_ratio"]) / (1.0 + 2.0 * values["damping"])
+    highest /= 2.0 * math.pi * TIME_STEP_S
+    if not 0.0 < values["frequency"] <= highest:
+        raise InputError(
+            f"flexible_shaft.frequency is {values['frequency']:g} Hz, expected more than 0 and at "
+            f"most {highest:.0f} Hz, which the twin's time step resolves; lower it or leave the "
+            f"effect out"
+        )
     omega = 2.0 * math.pi * values["frequency"]
     inertia = values["inertia_ratio"] * bench.inertia_kg_m2
     surface = assembly.spec.body("surface")

@@ -16,7 +16,8 @@ from servosight.sim.effect import HiddenEffect, Values
 def regulate(model: mujoco.MjModel, data: mujoco.MjData, values: Values) -> Callable[[], None]:
     """Friction loss of the motor's hinge: what it has, plus ``ratio`` times the drive torque."""
     ratio = values["ratio"]
-    level = float(model.dof_frictionloss[0])
+    motor = int(model.joint("motor").dofadr[0])
+    level = float(model.dof_frictionloss[motor])
     angles, speeds, drive = data.qpos, data.qvel, data.qfrc_actuator
     loss = model.dof_frictionloss
 
@@ -27,7 +28,7 @@ def regulate(model: mujoco.MjModel, data: mujoco.MjData, values: Values) -> Call
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fwdActuation(model, data)
         angles[:] = before
-        loss[0] = level + ratio * abs(drive[0])
+        loss[motor] = level + ratio * abs(drive[motor])
 
     return set_friction
 

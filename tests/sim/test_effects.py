@@ -247,6 +247,11 @@ def test_flexible_shaft(frequency: float, damping: float, share: float) -> None:
     assert np.ptp(trajectory.motor_deg - trajectory.surface_deg) > 1.0
 
 
+def test_a_shaft_too_stiff_for_the_time_step_is_refused() -> None:
+    with pytest.raises(InputError, match="at most 69 Hz"):
+        twin(0.02, "flexible_shaft", frequency=1000.0, damping=0.08, inertia_ratio=0.95)
+
+
 @pytest.mark.parametrize("T", TIMES)
 @pytest.mark.parametrize("gap", [0.6, 3.0])
 def test_backlash_is_the_play_operator(T: float, gap: float) -> None:
