@@ -19,6 +19,8 @@ FIN_FRICTION_DEG = 0.001  # decelerates the fin as a position error of 100 deg w
 
 def edit(assembly: Assembly, values: Values) -> None:
     """Put the fin behind a play of full width ``gap`` [deg]."""
+    if values["gap"] == 0.0:  # MuJoCo refuses an empty range
+        return
     spec, bench = assembly.spec, assembly.bench
     inertia = FIN_SHARE * bench.inertia_kg_m2
     assembly.motor.armature -= inertia

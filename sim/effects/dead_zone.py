@@ -15,6 +15,8 @@ from servosight.sim.effect import HiddenEffect, Values
 
 def edit(assembly: Assembly, values: Values) -> None:
     """Add the counter-amplifier, limited to ``half_width`` [deg]."""
+    if values["half_width"] == 0.0:  # MuJoCo refuses an empty range
+        return
     stiffness = assembly.bench.loop_stiffness_nm_rad
     edge = assembly.bench.torque(values["half_width"])
     assembly.spec.add_actuator(

@@ -19,6 +19,8 @@ def edit(assembly: Assembly, values: Values) -> None:
     bench = assembly.bench
     highest = (1.0 - values["inertia_ratio"]) / (1.0 + 2.0 * values["damping"])
     highest /= 2.0 * math.pi * TIME_STEP_S
+    if values["inertia_ratio"] == 0.0:  # nothing on the spring: the surface stays welded
+        return
     if not 0.0 < values["frequency"] <= highest:
         raise InputError(
             f"flexible_shaft.frequency is {values['frequency']:g} Hz, expected more than 0 and at "

@@ -135,6 +135,27 @@ def test_unknown_names_are_told_the_alternatives(
         resolve(settings)
 
 
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("dead_time", {"delay": 0.0}),
+        ("dead_zone", {"half_width": 0.0}),
+        ("coulomb_friction", {"level": 0.0}),
+        ("load_dependent_friction", {"ratio": 0.0}),
+        ("gravity_load", {"sine": 0.0, "cosine": 0.0}),
+        ("flexible_shaft", {"inertia_ratio": 0.0}),
+        ("backlash", {"gap": 0.0}),
+    ],
+)
+def test_an_effect_at_its_neutral_value_changes_nothing(
+    effect: str, values: dict[str, float]
+) -> None:
+    bench = BenchParameters.with_response()
+    calm = Excitation(np.array([0.0, 0.01, 0.05]), np.array([0.0, 10.0, 10.0]))
+    with_effect, without = run(bench, {effect: values}, calm), run(bench, {}, calm)
+    np.testing.assert_allclose(with_effect.surface_deg, without.surface_deg, atol=1e-9)
+
+
 @pytest.mark.parametrize("T", TIMES)
 def test_dead_time_shifts_by_a_fraction_of_a_step(T: float) -> None:
     time_s, angle = thin(twin(T, "dead_time", delay=0.00777))
