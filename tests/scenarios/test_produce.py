@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -71,3 +74,28 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(KeyboardInterrupt):
         produce(SMALL, tmp_path / "rec")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_video_takes_the_place_of_the_angles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The renderer is a stand-in here; tests/sim holds the real one to its own promises."""
+    seeds = []
+
+    def render_video(
+        trajectory: object, camera: object, path: Path, *, seed: int, progress: object
+    ) -> SimpleNamespace:
+        seeds.append(seed)
+        path.write_bytes(b"frames")
+        return SimpleNamespace(pivot_px=(320.5, 240.0))
+
+    video = ModuleType("servosight.sim.video")
+    video.render_video = render_video  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "servosight.sim.video", video)
+    for seed in (3, 4):
+        produce(replace(SMALL, seed=seed, video=True), tmp_path / "rec")
+    names = {path.name for path in (tmp_path / "rec").iterdir()}
+    assert names == {"recording.toml", "command.csv", "video.mkv", "truth.toml", "truth_angle.csv"}
+    truth = tomllib.loads((tmp_path / "rec" / "truth.toml").read_text(encoding="utf-8"))
+    assert truth["video"]["pivot_px"] == [320.5, 240.0]
+    assert len(set(seeds)) == 2
