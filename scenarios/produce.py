@@ -58,7 +58,10 @@ def _render(
     frames = render_video(
         trajectory, scenario.camera, path, seed=_stream(scenario, 1), progress=progress
     )
-    return {"pivot_px": [float(x) for x in frames.pivot_px]}
+    truth: dict[str, Any] = {"pivot_px": [float(x) for x in frames.pivot_px]}
+    if frames.led_on_s is not None:
+        truth["led_on_s"] = float(frames.led_on_s)
+    return truth
 
 
 def _stream(scenario: Scenario, number: int) -> int:

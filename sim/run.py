@@ -136,7 +136,8 @@ def angle_recording(
 
     ``with_sigma`` False leaves the noise to be estimated, as with an encoder's log.
     """
-    starts = camera.frame_starts(trajectory.duration_s, float(trajectory.time_s[0]))
+    duration_s = trajectory.duration_s - camera.readout_s  # the last row ends within the record
+    starts = camera.frame_starts(duration_s, float(trajectory.time_s[0]))
     time_s = camera.mid_exposure(starts)
     noise = np.random.default_rng(seed).normal(0.0, noise_deg, time_s.size)
     return Recording(

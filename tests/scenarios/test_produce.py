@@ -87,7 +87,7 @@ def test_a_video_takes_the_place_of_the_angles(
     ) -> SimpleNamespace:
         seeds.append(seed)
         path.write_bytes(b"frames")
-        return SimpleNamespace(pivot_px=(320.5, 240.0))
+        return SimpleNamespace(pivot_px=(320.5, 240.0), led_on_s=0.3)
 
     video = ModuleType("servosight.sim.video")
     video.render_video = render_video  # type: ignore[attr-defined]
@@ -97,5 +97,5 @@ def test_a_video_takes_the_place_of_the_angles(
     names = {path.name for path in (tmp_path / "rec").iterdir()}
     assert names == {"recording.toml", "command.csv", "video.mkv", "truth.toml", "truth_angle.csv"}
     truth = tomllib.loads((tmp_path / "rec" / "truth.toml").read_text(encoding="utf-8"))
-    assert truth["video"]["pivot_px"] == [320.5, 240.0]
+    assert truth["video"] == {"pivot_px": [320.5, 240.0], "led_on_s": 0.3}
     assert len(set(seeds)) == 2
