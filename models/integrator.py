@@ -192,6 +192,10 @@ def _row(row_values, times, values, linear, samples, step, out):
     states = has_states(on)
     plain = not (friction or shaft or has_plant_terms(on))
     limit = min(step, longest_step(p, on))
+    if shaft:
+        # What the far inertia takes off the motor is forcing, and must not outrun the step.
+        near = 1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3]
+        limit = min(limit, 0.7 * near * T / (1.0 + 2.0 * xi))
 
     last = np.zeros(N_COMMAND + 1)
     piece_value = np.zeros(N_COMMAND + 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from servosight.models.effect import Effect
@@ -44,7 +44,7 @@ def catalogue(plugins: Sequence[Path] = ()) -> dict[str, Effect]:
     return effects
 
 
-def select(effects: dict[str, Effect], ids: Sequence[str]) -> list[str]:
+def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
     """Check identifiers against the catalogue and return them in the catalogue's order."""
     for name in ids:
         if name not in effects:

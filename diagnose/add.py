@@ -1,0 +1,34 @@
+"""Add one effect to a model and fit anew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from servosight.identify.fit import Identification, identify
+from servosight.models.actuator import Actuator
+from servosight.models.effect import Effect
+from servosight.models.errors import InputError
+from servosight.models.recording import Recording
+from servosight.models.registry import select
+
+
+def add(
+    actuator: Actuator,
+    effect: str,
+    recordings: Sequence[Recording],
+    *,
+    catalogue: Mapping[str, Effect],
+) -> Identification:
+    """The model with one more effect, all parameters fitted to the recordings jointly.
+
+    Raises InputError where the model has that effect already.
+    """
+    if effect in actuator.effects:
+        raise InputError(
+            f"the model has the effect {effect!r} already; expected one it lacks, so choose "
+            f"another or refit with `servosight identify`"
+        )
+    wanted = select(catalogue, [*actuator.effects, effect])
+    return identify(recordings, wanted, catalogue=catalogue, method="gradient")
+
+
