@@ -30,5 +30,3 @@ def add(
         )
     wanted = select(catalogue, [*actuator.effects, effect])
     return identify(recordings, wanted, catalogue=catalogue, method="gradient")
-
-

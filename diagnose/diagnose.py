@@ -113,7 +113,7 @@ def diagnose(
     tolerance: float | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
-    """Compare the linear model with recordings, rank what could be missing and, with ``auto``, climb.
+    """Compare the linear model with recordings, rank what could be missing; climb with ``auto``.
 
     ``validate`` recordings are held out whole; without them, every third second is. ``tolerance``
     [deg] is what no model need reach (default 0.05 % of the moved range).
@@ -169,7 +169,7 @@ def _in_order(climb: Climb) -> tuple[str, ...]:
     """The final effects in the order in which they were added."""
     final = climb.rungs[-1].trial.effects
     added = [rung.added for rung in climb.rungs if rung.added in final]
-    return tuple(dict.fromkeys(name for name in added if name is not None))
+    return tuple(dict.fromkeys(added))
 
 
 def _candidates(
@@ -207,7 +207,9 @@ def _next_experiment(
         return "The ladder reached the floor: confirm on a recording with another command."
     if not auto:
         if earns_place(best.trial, linear, tolerance, len(candidates)):
-            return f"Add {best.effect}: `servosight add MODEL.toml {best.effect} REC`, or use --auto."
+            return (
+                f"Add {best.effect}: `servosight add MODEL.toml {best.effect} REC`, or use --auto."
+            )
         return "No single effect earns its place: use --auto, which tries pairs."
     return (
         "Something remains that no catalogued effect accounts for: repeat the recording to see "

@@ -9,7 +9,7 @@ from servosight.diagnose.trial import Trial
 MIN_GAIN = 0.05
 """An effect must lower the held-out rmse by at least this share."""
 MIN_EVIDENCE = 10.0
-"""And it must gain this much log-likelihood, parameters counted, plus log of how many were tried."""
+"""And gain this much log-likelihood, parameters counted, plus the log of how many were tried."""
 EXPLAINED = 1.10
 """A model explains a recording when its held-out rmse is within this factor of the floor."""
 TIE = 10.0

@@ -1,4 +1,4 @@
-"""The ladder: add the best effect, refit, repeat, until the floor or until nothing earns a place."""
+"""The ladder: add the best effect, refit, repeat, up to the floor or till nothing earns a place."""
 
 from __future__ import annotations
 
@@ -114,10 +114,10 @@ class Climber:
                 return
             swapped = self.rank(smaller, f"in place of {name}")[0]
             gain = evidence(swapped, trial, self.tolerance_deg)
-            if _news(swapped, smaller) != name and gain > 0.0:
-                if swapped.held_out_rmse_deg < trial.held_out_rmse_deg:
-                    yield Rung(swapped, _news(swapped, smaller), name)
-                    return
+            lower = swapped.held_out_rmse_deg < trial.held_out_rmse_deg
+            if _news(swapped, smaller) != name and gain > 0.0 and lower:
+                yield Rung(swapped, _news(swapped, smaller), name)
+                return
 
     def _criterion(self, trial: Trial) -> float:
         return criterion(trial, self.tolerance_deg)

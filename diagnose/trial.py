@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.identify.estimator import drive
 from servosight.identify.fit import Fit, fit_effects, polish
 from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.estimator import drive
 from servosight.identify.problem import Problem
 from servosight.identify.starts import linear_start
 from servosight.models.effect import Effect
@@ -173,7 +173,7 @@ def predict_fixed(recording: Recording, problem: Problem, physical: Array) -> Ar
 
     descent = GaussNewton(own, low[fixed:], high[fixed:], np.ones(3))
     outcome = drive(descent, residuals, 600)
-    return problem.predict(np.concatenate([physical, outcome.point]))[0][0]
+    return np.asarray(problem.predict(np.concatenate([physical, outcome.point]))[0][0])
 
 
 def _rms(parts: Sequence[Array]) -> float:

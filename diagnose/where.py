@@ -41,7 +41,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Motion:
-    """What the servo was doing: speed from the model's prediction, and the command at each sample."""
+    """What the servo was doing: speed by the model's prediction, and the command at each sample."""
 
     speed_deg_s: Array
     command_deg: Array

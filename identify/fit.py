@@ -98,18 +98,14 @@ def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Fit:
     """Gauss-Newton from each start for a few generations, then to the end from the best."""
     low, high = problem.bounds
-    descents = [
-        GaussNewton(start, low, high, coordinate_scale(problem, start)) for start in starts
-    ]
+    descents = [GaussNewton(start, low, high, coordinate_scale(problem, start)) for start in starts]
     if len(descents) > 1:
         heat = HEAT_GENERATIONS * (len(problem.coordinates) + 7)
         heats = [drive(descent, problem.residuals, heat) for descent in descents]
         best = min(range(len(heats)), key=lambda i: heats[i].cost)
         descents = [descents[best].resumed()]
     outcome = drive(descents[0], problem.residuals, budget)
-    jacobian = difference_quotient(
-        problem, outcome.point, coordinate_scale(problem, outcome.point)
-    )
+    jacobian = difference_quotient(problem, outcome.point, coordinate_scale(problem, outcome.point))
     return Fit(problem, outcome, jacobian)
 
 

@@ -79,7 +79,8 @@ class GaussNewton:
         self._trying = True
 
     def _trials(self) -> Array:
-        assert self.jacobian is not None and self._residual is not None
+        assert self.jacobian is not None
+        assert self._residual is not None
         gradient = self.jacobian.T @ self._residual
         outward = ((self.point <= self.low) & (gradient > 0)) | (
             (self.point >= self.high) & (gradient < 0)

@@ -7,6 +7,8 @@ servo does in a hurry does not count as noise. Never below the angle's own resol
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,7 +29,7 @@ def noise_deg(recording: Recording) -> float:
         return float(np.sqrt(np.mean(sigma**2)))
     calm = np.argsort(_activity(recording), kind="stable")
     estimates = [_spread(recording, calm, order) for order in _ORDERS]
-    return max(min(estimates), resolution_deg(recording.angle_deg) / np.sqrt(12.0))
+    return max(min(estimates), resolution_deg(recording.angle_deg) / math.sqrt(12.0))
 
 
 def joint_noise_deg(recordings: tuple[Recording, ...]) -> float:
@@ -52,7 +54,7 @@ def resolution_deg(angle_deg: Array) -> float:
     return step if crowded and np.mean(on_grid) > 0.95 else 0.0
 
 
-def _spread(recording: Recording, calm: Array, order: int) -> float:
+def _spread(recording: Recording, calm: NDArray[np.intp], order: int) -> float:
     """Robust standard deviation of normalised divided differences where the command is calm."""
     differences = divided_differences(recording.time_s, recording.angle_deg, order)
     chosen = np.zeros(recording.time_s.size, dtype=bool)

@@ -48,7 +48,7 @@ def linear_start(problem: Problem) -> Array:
         point[own] = recording.angle_deg.mean() - gain[best] * shapes[r][best].mean()
         point[own + 1] = recording.angle_deg[:3].mean()
         point[own + 2] = 0.0
-    return np.clip(point, low, high)
+    return np.asarray(np.clip(point, low, high))
 
 
 def cues(problem: Problem, point: Array) -> Cues:

@@ -55,11 +55,7 @@ class Actuator:
             "format": FORMAT,
             "effects": list(self.effects),
             "parameters": {
-                name: {
-                    key: value
-                    for key, value in estimate.to_json().items()
-                    if value is not None
-                }
+                name: {key: value for key, value in estimate.to_json().items() if value is not None}
                 for name, estimate in self.parameters.items()
             },
             "provenance": dict(self.provenance),

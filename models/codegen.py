@@ -65,7 +65,7 @@ class Layout:
         return base + own
 
     def neutral_row(self) -> list[float]:
-        """A row in which no effect acts; parameters without a neutral value take their lower bound."""
+        """A row in which no effect acts; parameters without neutral value take their low bound."""
         row = [1.0, 0.05, 0.7, 0.0, 0.0, 0.0]
         for effect in self.effects:
             row += [q.low if q.neutral is None else q.neutral for q in effect.parameters]
@@ -158,11 +158,7 @@ def _body(path: str | None) -> str:
     """A module's functions with caching switched on, without docstring and imports."""
     assert path is not None
     tree = ast.parse(Path(path).read_text(encoding="utf-8"))
-    kept = [
-        node
-        for node in tree.body[1:]
-        if not isinstance(node, ast.Import | ast.ImportFrom)
-    ]
+    kept = [node for node in tree.body[1:] if not isinstance(node, ast.Import | ast.ImportFrom)]
     for node in kept:
         if isinstance(node, ast.FunctionDef) and node.name == "simulate_rows":
             node.decorator_list = [
@@ -340,7 +336,7 @@ class _Writer:
 
     def switches(self) -> str:
         lines = self._position_error()
-        names = []
+        names: list[str] = []
         for i, effect in self.at(Place.DRIVE):
             if effect.switch is not None:
                 name = f"g{len(names)}"
@@ -354,8 +350,7 @@ class _Writer:
 
     def friction(self) -> str:
         lines = ["size = 0.0"] + [
-            f"if on[{i}]:\n"
-            f"    size += {_symbol(e, 'term')}(speed, drive, load, {self.values(i)})"
+            f"if on[{i}]:\n    size += {_symbol(e, 'term')}(speed, drive, load, {self.values(i)})"
             for i, e in self.at(Place.FRICTION)
         ]
         return _function("friction_size(p, on, speed, drive, load)", lines, "return size")

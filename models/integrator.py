@@ -279,9 +279,7 @@ def _row(row_values, times, values, linear, samples, step, out):
                     x1, a0, a1 = _coast(p, x, h, now, rise, full)
                     z1, r0, r1 = z, z, z
                 else:
-                    x1, z1, a0, a1, r0, r1 = _slide(
-                        p, on, x, z, h, now, rise, mode, half, full
-                    )
+                    x1, z1, a0, a1, r0, r1 = _slide(p, on, x, z, h, now, rise, mode, half, full)
                 tau = h
                 if friction and mode * x1[1] <= 0.0:
                     tau = cubic_root(h, x[1], a0, x1[1], a1)
@@ -309,9 +307,7 @@ def _row(row_values, times, values, linear, samples, step, out):
                         x1, a0, a1 = _coast(p, x, h, now, rise, full)
                     else:
                         half = core_update(T, xi, 0.5 * h)
-                        x1, z1, a0, a1, r0, r1 = _slide(
-                            p, on, x, z, h, now, rise, mode, half, full
-                        )
+                        x1, z1, a0, a1, r0, r1 = _slide(p, on, x, z, h, now, rise, mode, half, full)
                 elif stopped and tau <= _EDGE * h:
                     # Stopped before it moved. From rest it stays for the step; else look again.
                     if x[1] != 0.0:

@@ -81,7 +81,7 @@ def core_update(T, xi, h):  # type: ignore[no-untyped-def]
 
 @njit
 def quintic(tau, h, x0, v0, a0, x1, v1, a1):  # type: ignore[no-untyped-def]
-    """Hermite interpolation at ``tau`` in [0, h] from value, speed and acceleration at both ends."""
+    """Hermite interpolation at ``tau`` in [0, h]: value, speed and acceleration at both ends."""
     s = tau / h
     s2 = s * s
     s3 = s2 * s
@@ -114,4 +114,3 @@ def cubic_root(h, v0, a0, v1, a1):  # type: ignore[no-untyped-def]
         else:
             high = middle
     return high
-

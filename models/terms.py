@@ -6,7 +6,6 @@ initial_angle, initial_speed, then the effects' own), ``on`` the flags of the ef
 neutral, ``z`` the states.
 """
 
-# ruff: noqa: ARG001
 from __future__ import annotations
 
 import math
@@ -69,9 +68,7 @@ def add_scaled(z: States, h: float, r: States) -> States:
     return (z[0] + h * r[0], z[1] + h * r[1])
 
 
-def between_states(
-    tau: float, h: float, z: States, r0: States, z1: States, r1: States
-) -> States:
+def between_states(tau: float, h: float, z: States, r0: States, z1: States, r1: States) -> States:
     """States within a step by cubic interpolation."""
     return z
 
@@ -91,7 +88,14 @@ def command_start(p: Row, on: Flags, value: float, last: Memory) -> None:
 
 
 def command_chain(
-    p: Row, on: Flags, value: float, slope: float, horizon: float, last: Memory, v: Memory, s: Memory
+    p: Row,
+    on: Flags,
+    value: float,
+    slope: float,
+    horizon: float,
+    last: Memory,
+    v: Memory,
+    s: Memory,
 ) -> tuple[float, float, float]:
     """Pass a straight piece of the command through the terms; ``v``, ``s`` keep each one's own."""
     return value, slope, horizon

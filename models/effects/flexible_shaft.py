@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from servosight.models.effect import Cues, Effect, Place
 from servosight.models.parameter import Parameter
 
@@ -24,7 +26,7 @@ def term(
 
 def resolution(frequency: float, damping: float, inertia_ratio: float) -> float:
     """Longest step [s] that follows the spring: a twelfth of a cycle with the motor free."""
-    return 0.08 * (1.0 - inertia_ratio) ** 0.5 / (frequency * (1.0 + 2.0 * damping))
+    return 0.08 * math.sqrt(1.0 - inertia_ratio) / (frequency * (1.0 + 2.0 * damping))
 
 
 def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
@@ -37,9 +39,7 @@ EFFECT = Effect(
     id="flexible_shaft",
     place=Place.SHAFT,
     parameters=(
-        Parameter(
-            "frequency", "Hz", 0.3, 300.0, float("inf"), "resonance with the motor locked"
-        ),
+        Parameter("frequency", "Hz", 0.3, 300.0, float("inf"), "resonance with the motor locked"),
         Parameter("damping", "-", 0.0, 1.5, None, "damping ratio of that resonance"),
         Parameter("inertia_ratio", "-", 0.0, 0.9, None, "far inertia over the total"),
     ),
