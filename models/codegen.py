@@ -213,7 +213,7 @@ class _Writer:
         return ", ".join(f"p[{start + j}]" for j in range(count))
 
     def constants(self) -> str:
-        switches = sum(e.switch is not None for _, e in self.at(Place.DRIVE))
+        switches = sum(effect.switch is not None for effect in self.layout.effects)
         commands = sum(e.term is not None for _, e in self.at(Place.COMMAND))
         return (
             f"N_COMMAND = {commands}\nN_MEMORY = {len(self.at(Place.TRANSMISSION))}\n"
@@ -337,16 +337,27 @@ class _Writer:
     def switches(self) -> str:
         lines = self._position_error()
         names: list[str] = []
+
+        def watch(index: int, effect: Effect, leading: str) -> None:
+            if effect.switch is None:
+                return
+            name = f"g{len(names)}"
+            call = f"{_symbol(effect, 'switch')}({leading}, {self.values(index)})"
+            lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
+            names.append(name)
+
         for i, effect in self.at(Place.DRIVE):
-            if effect.switch is not None:
-                name = f"g{len(names)}"
-                call = f"{_symbol(effect, 'switch')}(e, w, {self.values(i)})"
-                lines.append(f"{name} = 1.0\nif on[{i}]:\n    {name} = {call}")
-                names.append(name)
+            watch(i, effect, "e, w")
             if not effect.states:
                 lines.append(self._stateful(i, effect, "e, w", "e", "="))
+        lines.append("load = 0.0")
+        for i, effect in self.at(Place.LOAD):
+            if not effect.states:
+                lines.append(self._stateful(i, effect, "theta, w", "load", "+="))
+        for i, effect in self.at(Place.FRICTION):
+            watch(i, effect, "abs(w), e, load")
         end = f"return ({', '.join([*names, '1.0'])},)"
-        return _function("drive_switches(p, on, force, theta, w)", lines, end)
+        return _function("kinks(p, on, force, theta, w)", lines, end)
 
     def friction(self) -> str:
         lines = ["size = 0.0"] + [

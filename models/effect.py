@@ -66,8 +66,8 @@ class Effect:
     """One physical effect.
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
-    ``switch`` returns a number that changes sign where the term has a kink: the integrator ends
-    a step there. ``resolution`` returns the longest step in seconds that resolves the effect.
+    ``switch`` (DRIVE and FRICTION, same arguments as the term) returns a number that changes sign
+    where the term has a kink: the integrator ends a step there. ``resolution`` returns the longest step in seconds that resolves the effect.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
     """
 

@@ -27,7 +27,6 @@ from servosight.models.terms import (
     between_states,
     command_chain,
     command_start,
-    drive_switches,
     flags,
     friction_size,
     has_friction,
@@ -35,6 +34,7 @@ from servosight.models.terms import (
     has_plant_terms,
     has_shaft,
     has_states,
+    kinks,
     latency,
     longest_step,
     memory_commit,
@@ -160,9 +160,9 @@ def _break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
 
 @njit
 def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
-    """Earliest instant in (0, h] at which a drive term passes a kink; h where none does [s]."""
-    before = drive_switches(p, on, force, x[0], x[1])
-    after = drive_switches(p, on, force + h * slope, x1[0], x1[1])
+    """Earliest instant in (0, h] at which a term passes a kink; h where none does [s]."""
+    before = kinks(p, on, force, x[0], x[1])
+    after = kinks(p, on, force + h * slope, x1[0], x1[1])
     first = h
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0:
@@ -172,7 +172,7 @@ def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
             tau = 0.5 * (low + high)
             theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
             w = cubic(tau, h, x[1], a0, x1[1], a1)
-            if before[i] * drive_switches(p, on, force + tau * slope, theta, w)[i] > 0.0:
+            if before[i] * kinks(p, on, force + tau * slope, theta, w)[i] > 0.0:
                 low = tau
             else:
                 high = tau

@@ -108,8 +108,8 @@ def torques(
     return force - theta, 0.0, 0.0, 0.0, (0.0, 0.0)
 
 
-def drive_switches(p: Row, on: Flags, force: float, theta: float, w: float) -> Row:
-    """Numbers that change sign where a drive term has a kink; a 1 at the end."""
+def kinks(p: Row, on: Flags, force: float, theta: float, w: float) -> Row:
+    """Numbers that change sign where a drive or friction term has a kink; a 1 at the end."""
     return (1.0,)
 
 

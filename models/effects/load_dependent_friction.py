@@ -11,6 +11,11 @@ def term(speed: float, drive: float, load: float, ratio: float) -> float:
     return ratio * abs(drive)
 
 
+def switch(speed: float, drive: float, load: float, ratio: float) -> float:
+    """Changes sign with the drive, where the size has its corner."""
+    return drive
+
+
 def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
     """A tenth, a third and two thirds of the transmitted torque."""
     return ((0.08,), (0.25,), (0.6,))
@@ -32,4 +37,5 @@ EFFECT = Effect(
     source="Duclusaud et al., BAM: extended friction models (2024), model m3",
     starts=starts,
     term=term,
+    switch=switch,
 )
