@@ -44,9 +44,7 @@ class Optics:
     @property
     def clean(self) -> Optics:
         """The same camera without any noise; 8 bits remain."""
-        return replace(
-            self, gain=0.0, read_noise_e=0.0, pixel_gain_rms=0.0, pixel_offset_rms=0.0
-        )
+        return replace(self, gain=0.0, read_noise_e=0.0, pixel_gain_rms=0.0, pixel_offset_rms=0.0)
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def blur_and_bin(light: Light, blur_px: float, factor: int, margin: int) -> Ligh
     for j in range(factor):
         for i in range(factor):
             total += core[j::factor, i::factor]
-    return total / np.float32(factor * factor)
+    return np.asarray(total / factor**2, dtype=np.float32)
 
 
 def vignette(height: int, width: int, axis_px: tuple[float, float], loss: float) -> Light:

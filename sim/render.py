@@ -1,17 +1,17 @@
 """Draw the bench once, as layers in linear light, with pyrender.
 
-Lit surfaces cost 0.2 us a pixel in software OpenGL: 92 ms for the part of a 640 x 480 picture that
-moves, at twofold supersampling. With ten thousand sub-frames in a demo that is out of reach, so
-every body is drawn once, at :data:`SUPERSAMPLING` times the resolution, and turned by
-``render_compose.py``. This is no approximation here: the lens and its ring light lie on the hinge,
-so shading and perspective of a part do not depend on its angle. The crank and the rod, off the
-axis, move by some millimetres at depths where that is good to a fraction of a pixel, and nothing is
-measured on them.
+Lit surfaces cost 0.2 us a pixel in software OpenGL: 92 ms a sub-frame for the part of a 640 x 480
+picture that moves, at twofold supersampling, and a demo has ten thousand sub-frames. So every body
+is drawn once, at :data:`SUPERSAMPLING` times the resolution, and turned by ``render_compose.py``,
+which takes 2 ms. For the fin this is no approximation: the lens and its ring light lie on the
+hinge, so shading and perspective do not depend on its angle. The crank and the rod are off the
+axis; nothing is measured on them.
 """
 
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,7 @@ MARGIN = 4
 """Pixels drawn beyond the picture on each side, so that blur reaches no edge."""
 
 _AMBIENT, _LAMP = 0.22, 0.72
-_SHADOW, _PENUMBRA_MM = 0.62, 2.0
+_SHADOW, _PENUMBRA_MM = 0.85, 2.4
 _LED_COLOUR = (1.0, 0.28, 0.2)
 _SCREEN_GAMMA = 2.2  # what pyrender's shader encodes with
 
@@ -70,7 +70,7 @@ class Layers:
 
 def render_layers(camera: Camera, seed: int) -> Layers:
     """Draw the bench for ``camera`` with the surfaces that belong to ``seed``."""
-    scene.headless()
+    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before anything imports OpenGL
     import pyrender
 
     view = View.of(camera)

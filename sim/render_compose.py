@@ -1,4 +1,4 @@
-"""Turn the bench's layers and sum them in linear light: what falls on the sensor in one exposure."""
+"""Turn the bench's layers and sum them in linear light: what one exposure gathers."""
 
 from __future__ import annotations
 
@@ -198,11 +198,15 @@ def _lay_over(  # type: ignore[no-untyped-def]
             d = q * (one - p)
             e = q * p
             light = (
-                a * body[n, m, 0] + b * body[n, m + 1, 0]
-                + d * body[n + 1, m, 0] + e * body[n + 1, m + 1, 0]
+                a * body[n, m, 0]
+                + b * body[n, m + 1, 0]
+                + d * body[n + 1, m, 0]
+                + e * body[n + 1, m + 1, 0]
             )
             cover = (
-                a * body[n, m, 1] + b * body[n, m + 1, 1]
-                + d * body[n + 1, m, 1] + e * body[n + 1, m + 1, 1]
+                a * body[n, m, 1]
+                + b * body[n, m + 1, 1]
+                + d * body[n + 1, m, 1]
+                + e * body[n + 1, m + 1, 1]
             )
             picture[j, begin + i] = picture[j, begin + i] * (one - cover) + light

@@ -8,23 +8,18 @@ drawn once be turned instead of drawn anew (see ``render.py``).
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.models.camera import Camera
 from servosight.sim import texture
+from servosight.sim.scene_shapes import bar, box, disc, extrude, mesh, rounded
 
 if TYPE_CHECKING:
     import pyrender
-
-Array = NDArray[np.float64]
-Outline = list[tuple[float, float]]
 
 LENS_HEIGHT_MM = 700.0
 WIDTH_MM = 640.0 / 3.0
@@ -81,99 +76,11 @@ class Part:
     build: Callable[[int], list[pyrender.Mesh]]
 
 
-def rounded(corners: Sequence[tuple[float, float, float]], step_deg: float = 6.0) -> Outline:
-    """A polygon with round corners: (x, y, radius) counter-clockwise, as points [mm]."""
-    points: Outline = []
-    n = len(corners)
-    for i, (x, y, radius) in enumerate(corners):
-        corner = np.array([x, y])
-        before = np.array(corners[i - 1][:2]) - corner
-        after = np.array(corners[(i + 1) % n][:2]) - corner
-        before, after = before / np.linalg.norm(before), after / np.linalg.norm(after)
-        half = 0.5 * math.acos(float(before @ after))
-        centre = corner + (before + after) / np.linalg.norm(before + after) * radius / math.sin(half)
-        first = corner + before * radius / math.tan(half) - centre
-        turn = math.pi - 2.0 * half
-        for a in np.linspace(0.0, turn, max(2, math.ceil(math.degrees(turn) / step_deg) + 1)):
-            c, s = math.cos(a), math.sin(a)
-            points.append(
-                (float(centre[0] + c * first[0] - s * first[1]),
-                 float(centre[1] + s * first[0] + c * first[1]))
-            )
-    return points
-
-
-def disc(x: float, y: float, radius: float) -> Outline:
-    """A circle as an outline [mm]."""
-    turns = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)
-    return [(float(x + radius * math.cos(a)), float(y + radius * math.sin(a))) for a in turns]
-
-
-def bar(start: tuple[float, float], end: tuple[float, float], width: float) -> Outline:
-    """A bar with round ends as an outline [mm]."""
-    along = math.atan2(end[1] - start[1], end[0] - start[0])
-    half = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 24)
-    return [
-        (float(x + 0.5 * width * math.cos(a)), float(y + 0.5 * width * math.sin(a)))
-        for (x, y), first in ((end, along), (start, along + math.pi))
-        for a in half + first
-    ]
-
-
-FIN_OUTLINE = rounded(
-    [(-13, 13.5, 9), (-13, -14, 9), (85, -21, 5), (90, -9, 4), (55, 9, 30)]
-)
-
-
-def extrude(
-    outline: Outline,
-    top: float,
-    bottom: float,
-    bevel: float,
-    sheet: texture.Sheet,
-    picture: texture.Picture,
-    roughness: float = 0.75,
-) -> pyrender.Mesh:
-    """A plate of the given outline with a bevelled upper edge, its picture seen from above.
-
-    The outline is star-shaped about the mean of its points, counter-clockwise.
-    """
-    import pyrender
-
-    rim = np.array(outline)
-    ahead, behind = np.roll(rim, -1, axis=0), np.roll(rim, 1, axis=0)
-    tangent = ahead - behind
-    outward = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-    outward /= np.linalg.norm(outward, axis=1)[:, None]
-    inner = rim - bevel * outward
-
-    def ring(xy: Array, z: float) -> Array:
-        return np.column_stack([xy, np.full(len(xy), z)])
-
-    up = np.tile([0.0, 0.0, 1.0], (len(rim), 1))
-    side = np.column_stack([outward, np.zeros(len(rim))])
-    slope = (up + side) / math.sqrt(2.0)
-    positions = np.vstack(
-        [ring(inner, top), ring(inner, top), ring(rim, top - bevel), ring(rim, top - bevel),
-         ring(rim, bottom), [[*inner.mean(axis=0), top]]]
-    )
-    normals = np.vstack([up, slope, slope, side, side, [[0.0, 0.0, 1.0]]])
-    n = len(rim)
-    here, following = np.arange(n), (np.arange(n) + 1) % n
-    faces = [np.column_stack([np.full(n, 5 * n), here, following])]
-    for upper in (n, 3 * n):
-        lower = upper + n
-        faces += [
-            np.column_stack([upper + here, lower + here, lower + following]),
-            np.column_stack([upper + here, lower + following, upper + following]),
-        ]
-    return _mesh(pyrender, positions, normals, np.vstack(faces), sheet, picture, roughness)
+FIN_OUTLINE = rounded([(-13, 13.5, 9), (-13, -14, 9), (85, -21, 5), (90, -9, 4), (55, 9, 30)])
 
 
 def table(seed: int) -> pyrender.Mesh:
     """The plane behind everything: the ruled plate on the table, one picture."""
-    import pyrender
-
     sheet = texture.Sheet(-130.0, -115.0, 190.0, 115.0, 5.0)
     corners = np.array(
         [(x, y, PLATE_Z_MM) for x, y in ((-130, -115), (190, -115), (190, 115), (-130, 115))],
@@ -181,28 +88,19 @@ def table(seed: int) -> pyrender.Mesh:
     )
     normals = np.tile([0.0, 0.0, 1.0], (4, 1))
     picture = texture.plate(sheet, PLATE, seed)
-    return _mesh(pyrender, corners, normals, np.array([[0, 1, 2], [0, 2, 3]]), sheet, picture, 0.9)
+    return mesh(corners, normals, np.array([[0, 1, 2], [0, 2, 3]]), sheet, picture, 0.9)
 
 
 def case_meshes(seed: int) -> list[pyrender.Mesh]:
     """The servo's case with its mounting lugs, and the socket of the light."""
     x, y = SHAFT_MM
     body = texture.Sheet(x - 10.5, y - 27.5, x + 10.5, y + 11.0, 6.0)
-    lid = rounded(
-        [(body.right, body.top, 2), (body.left, body.top, 2), (body.left, body.bottom, 2),
-         (body.right, body.bottom, 2)]
-    )
+    lid = box(body, 2.0)
     lugs = texture.Sheet(*LUGS_MM, 6.0)
-    ears = rounded(
-        [(lugs.right, lugs.top, 2), (lugs.left, lugs.top, 2), (lugs.left, lugs.bottom, 2),
-         (lugs.right, lugs.bottom, 2)]
-    )
+    ears = box(lugs, 2.0)
     lx, ly = LED_MM
     socket = texture.Sheet(lx - 6.0, ly - 9.0, lx + 6.0, ly + 5.0, 6.0)
-    block = rounded(
-        [(socket.right, socket.top, 1), (socket.left, socket.top, 1),
-         (socket.left, socket.bottom, 1), (socket.right, socket.bottom, 1)]
-    )
+    block = box(socket, 1.0)
     dome = texture.Sheet(lx - 3.0, ly - 3.0, lx + 3.0, ly + 3.0, 6.0)
     label = texture.Pen(socket, texture.plain(socket, (38, 40, 44), seed))
     label.text((lx, ly - 6.0), "CMD", 2.8, (214, 214, 208))
@@ -211,8 +109,15 @@ def case_meshes(seed: int) -> list[pyrender.Mesh]:
         extrude(ears, -10.5, PLATE_Z_MM, 0.5, lugs, lug_paint),
         extrude(lid, _CASE_TOP_MM, PLATE_Z_MM, 0.7, body, texture.case(body, seed)),
         extrude(block, -11.0, PLATE_Z_MM, 0.5, socket, label.finish()),
-        extrude(disc(lx, ly, LED_RADIUS_MM), -9.0, -11.0, 1.0, dome,
-                texture.plain(dome, (112, 40, 34), seed), 0.5),
+        extrude(
+            disc(lx, ly, LED_RADIUS_MM),
+            -9.0,
+            -11.0,
+            1.0,
+            dome,
+            texture.plain(dome, (112, 40, 34), seed),
+            0.5,
+        ),
     ]
 
 
@@ -224,8 +129,15 @@ def _fin_meshes(seed: int) -> list[pyrender.Mesh]:
     return [
         extrude(FIN_OUTLINE, 0.0, -3.0, 0.7, sheet, texture.fin(sheet, FIN_OUTLINE, seed)),
         extrude(horn, -1.0, -3.0, 0.4, sheet, texture.plain(sheet, (36, 60, 104), seed)),
-        extrude(disc(-CRANK_MM, 0.0, 1.7), 0.0, -1.0, 0.4, pin,
-                texture.plain(pin, (158, 158, 160), seed), 0.5),
+        extrude(
+            disc(-CRANK_MM, 0.0, 1.7),
+            0.0,
+            -1.0,
+            0.4,
+            pin,
+            texture.plain(pin, (158, 158, 160), seed),
+            0.5,
+        ),
         extrude(disc(0.0, 0.0, 7.0), 1.5, 0.0, 0.6, hub, texture.turned_metal(hub, seed), 0.6),
     ]
 
@@ -237,10 +149,22 @@ def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
     return [
         extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), _ARM_TOP_MM, -6.0, 0.5, sheet, paint),
         extrude(disc(x, y, 4.6), _ARM_TOP_MM + 0.8, -7.0, 0.5, sheet, paint),
-        extrude(disc(x, y, 1.6), _ARM_TOP_MM + 1.4, _ARM_TOP_MM, 0.4, sheet,
-                texture.plain(sheet, (60, 60, 62), seed)),
-        extrude(disc(x - CRANK_MM, y, 1.6), _ARM_TOP_MM + 0.8, -6.0, 0.4, sheet,
-                texture.plain(sheet, (120, 104, 60), seed)),
+        extrude(
+            disc(x, y, 1.6),
+            _ARM_TOP_MM + 1.4,
+            _ARM_TOP_MM,
+            0.4,
+            sheet,
+            texture.plain(sheet, (60, 60, 62), seed),
+        ),
+        extrude(
+            disc(x - CRANK_MM, y, 1.6),
+            _ARM_TOP_MM + 0.8,
+            -6.0,
+            0.4,
+            sheet,
+            texture.plain(sheet, (120, 104, 60), seed),
+        ),
     ]
 
 
@@ -260,39 +184,3 @@ _X, _Y = SHAFT_MM
 ROD = Part("rod", (-CRANK_MM, 0.0, -5.0), (-24.5, _Y - 4.5, -15.5, 4.5), _rod_meshes)
 ARM = Part("arm", (_X, _Y, _ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes)
 FIN = Part("fin", (0.0, 0.0, 0.0), (-25.5, -22.5, 91.5, 15.5), _fin_meshes)
-
-
-def _mesh(
-    pyrender: Any,
-    positions: Array,
-    normals: Array,
-    faces: NDArray[np.int64],
-    sheet: texture.Sheet,
-    picture: texture.Picture,
-    roughness: float,
-) -> pyrender.Mesh:
-    extent = (sheet.right - sheet.left, sheet.top - sheet.bottom)
-    uv = (positions[:, :2] - (sheet.left, sheet.bottom)) / extent
-    # Four channels: OpenGL expects rows of whole words.
-    opaque = np.dstack([picture, np.full(picture.shape[:2], 255, dtype=np.uint8)])
-    material = pyrender.MetallicRoughnessMaterial(
-        baseColorTexture=pyrender.Texture(source=opaque, source_channels="RGBA"),
-        metallicFactor=0.0,
-        roughnessFactor=roughness,
-    )
-    return pyrender.Mesh(
-        [
-            pyrender.Primitive(
-                positions=positions.astype(np.float32),
-                normals=normals.astype(np.float32),
-                texcoord_0=uv.astype(np.float32),
-                indices=faces.astype(np.uint32),
-                material=material,
-            )
-        ]
-    )
-
-
-def headless() -> None:
-    """Choose EGL, before anything imports OpenGL, unless the environment has chosen already."""
-    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")

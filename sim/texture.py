@@ -107,15 +107,13 @@ def noise(
 def paper(colour: Colour, *fields: NDArray[np.float64]) -> Picture:
     """A colour whose brightness varies by the sum of ``fields`` [sRGB levels]."""
     total = np.sum(np.stack(fields), axis=0)[:, :, None]
-    return np.clip(np.array(colour, dtype=np.float64) + total, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.array(colour) + total, 0, 255), dtype=np.uint8)
 
 
 def fin(sheet: Sheet, outline: Sequence[Point], seed: int) -> Picture:
     """A painted fin: panel lines, stripe, scale, letters, targets, speckle, scratches."""
     rng = np.random.default_rng([seed, 1])
-    base = paper(
-        (222, 221, 214), 3.0 * noise(sheet, rng, 14, 9), 2.0 * noise(sheet, rng, 0.4, 0.4)
-    )
+    base = paper((222, 221, 214), 3.0 * noise(sheet, rng, 14, 9), 2.0 * noise(sheet, rng, 0.4, 0.4))
     pen = Pen(sheet, base)
     ink, grey, orange = (26, 27, 30), (142, 143, 142), (214, 92, 24)
 
@@ -130,8 +128,12 @@ def fin(sheet: Sheet, outline: Sequence[Point], seed: int) -> Picture:
         if n % 10 == 0:
             pen.text((x, -8.6), str(n), 2.2, ink)
     pen.text((28.5, 2.2), "SERVOSIGHT", 4.8, ink)
-    pen.text((26, -3.6), f"SF-{int(rng.integers(10, 99))}   No. {int(rng.integers(100, 999))}",
-             3.0, (150, 30, 26))
+    pen.text(
+        (26, -3.6),
+        f"SF-{int(rng.integers(10, 99))}   No. {int(rng.integers(100, 999))}",
+        3.0,
+        (150, 30, 26),
+    )
     pen.target((-10.0, 0.0), 1.8)
     pen.target((77.0, -9.5), 3.6)
     _speckle(pen, rng, (69.0, -20.0, 86.0, 3.0), 60)
@@ -192,8 +194,12 @@ def plate(sheet: Sheet, extent: tuple[float, float, float, float], seed: int) ->
         pen.line(ends, white, 0.28)
         if degree % 10 == 0:
             pen.text((103.6 * math.cos(a), 103.6 * math.sin(a)), str(degree), 2.9, white)
-    for x, y in ((left + 6, top - 6), (right - 6, top - 6), (left + 6, bottom + 6),
-                 (right - 6, bottom + 6)):
+    for x, y in (
+        (left + 6, top - 6),
+        (right - 6, top - 6),
+        (left + 6, bottom + 6),
+        (right - 6, bottom + 6),
+    ):
         pen.disc((x + 0.25, y - 0.35), 2.7, (36, 40, 41))
         pen.disc((x, y), 2.4, (150, 152, 150))
         pen.disc((x, y), 1.25, (40, 41, 42))
@@ -209,8 +215,12 @@ def case(sheet: Sheet, seed: int) -> Picture:
     x, y = 0.5 * (sheet.left + sheet.right), 0.5 * (sheet.bottom + sheet.top)
     low = sheet.bottom + 0.2 * height
     pen.polygon(
-        [(x - 0.4 * width, low - 3.4), (x + 0.4 * width, low - 3.4), (x + 0.4 * width, low + 3.4),
-         (x - 0.4 * width, low + 3.4)],
+        [
+            (x - 0.4 * width, low - 3.4),
+            (x + 0.4 * width, low - 3.4),
+            (x + 0.4 * width, low + 3.4),
+            (x - 0.4 * width, low + 3.4),
+        ],
         (196, 178, 60),
     )
     pen.text((x, low + 1.3), "DIGITAL", 2.6, (30, 30, 30))
@@ -263,7 +273,9 @@ def _scratches(pen: Pen, rng: np.random.Generator, count: int, colour: Colour) -
         y = rng.uniform(sheet.bottom, sheet.top)
         angle, length = rng.uniform(0, math.pi), rng.exponential(7.0)
         bend = rng.normal(0, 0.06) * length
-        middle = (x + 0.5 * length * math.cos(angle) - bend * math.sin(angle),
-                  y + 0.5 * length * math.sin(angle) + bend * math.cos(angle))
+        middle = (
+            x + 0.5 * length * math.cos(angle) - bend * math.sin(angle),
+            y + 0.5 * length * math.sin(angle) + bend * math.cos(angle),
+        )
         end = (x + length * math.cos(angle), y + length * math.sin(angle))
         pen.line([(x, y), middle, end], colour, 0.14)

@@ -7,7 +7,6 @@ does not depend on how the work was divided.
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import os
 import signal
@@ -18,8 +17,8 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Protocol
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,43 +26,16 @@ from servosight.models.atomic import unwritable
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
 from servosight.sim.optics import FixedPattern, Light, Optics, expose, fixed_pattern, vignette
-from servosight.sim.render import MARGIN, SUPERSAMPLING, Layers, render_layers
+from servosight.sim.render import Layers, render_layers
 from servosight.sim.render_compose import Plane, Pose, light_of
-from servosight.sim.scene import FIN_RADIUS_MM
 from servosight.sim.video_matroska import TICK_S, MatroskaWriter
+from servosight.sim.video_plan import Motion, Shot, command_start, frame_starts, plan
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 
-SUBFRAME_PX = 0.5
-"""Longest way of the fin's tip between two sub-frames."""
-
-_STILL_DEG = 1e-7
 _CHUNK = 16  # frames a worker does at a time
-_SHORTEST_EXPOSURE_S = 1e-7
-
-
-class Motion(Protocol):
-    """What a video needs of a trajectory; ``servosight.sim.trajectory.Trajectory`` has it."""
-
-    @property
-    def time_s(self) -> Array:
-        """Instants of the grid [s]."""
-
-    @property
-    def motor_deg(self) -> Array:
-        """The horn's angle on the grid."""
-
-    @property
-    def command_deg(self) -> Array:
-        """The command on the grid."""
-
-    def angle_at(self, time_s: Array) -> Array:
-        """The surface's angle at any instants."""
-
-    def mean_angle(self, mid_s: Array, exposure_s: float) -> Array:
-        """The surface's mean angle over exposures about ``mid_s``."""
 
 
 @dataclass(frozen=True)
@@ -92,16 +64,6 @@ class FrameTable:
     exposure_s: float
     pivot_px: tuple[float, float]
     led_on_s: float | None
-
-
-@dataclass(frozen=True)
-class Shot:
-    """One frame to take: poses of its sub-frames, each row's share of them and of the light."""
-
-    index: int
-    poses: tuple[Pose, ...]
-    weights: Array
-    led: Array
 
 
 def render_video(
@@ -173,55 +135,6 @@ def check(camera: Camera, starts: Array) -> None:
         )
 
 
-def frame_starts(trajectory: Motion, camera: Camera) -> Array:
-    """Start of exposure of every frame whose last row is read within the trajectory [s]."""
-    first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
-    return camera.frame_starts(last - first - camera.readout_s, first)
-
-
-def command_start(trajectory: Motion) -> float | None:
-    """When the command first leaves its initial value [s]; None where it never does."""
-    changed = np.flatnonzero(trajectory.command_deg != trajectory.command_deg[0])
-    return float(trajectory.time_s[changed[0]]) if changed.size else None
-
-
-def plan(
-    trajectory: Motion, camera: Camera, starts: Array, led_on_s: float | None
-) -> Iterator[Shot]:
-    """The sub-frames of each exposure: one where all is still, else as many as the tip's way needs.
-
-    A sub-frame shows the mean angle of its share of the exposure, not the angle at its middle, so
-    the mean over sub-frames is the mean over the exposure exactly.
-    """
-    exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
-    length = exposure + camera.readout_s
-    tip_px = math.radians(1.0) * FIN_RADIUS_MM * camera.width / (640.0 / 3.0)
-    delays = camera.readout_s * np.arange(camera.height) / max(camera.height - 1, 1)
-    ticks = np.linspace(0.0, length, max(2, math.ceil(length / 1e-4) + 1))
-    for index, start in enumerate(starts):
-        way_deg = np.abs(np.diff(trajectory.angle_at(start + ticks))).sum()
-        count = 1 if way_deg < _STILL_DEG else max(2, math.ceil(way_deg * tip_px / SUBFRAME_PX))
-        step = length / count
-        mids = start + step * (np.arange(count) + 0.5)
-        surface = trajectory.mean_angle(mids, step)
-        motor = np.interp(mids, trajectory.time_s, trajectory.motor_deg)
-        opens = start + delays
-        edges = start + step * np.arange(count + 1)
-        weights = shares(edges, opens, opens + exposure)
-        led = np.zeros(camera.height)
-        if led_on_s is not None:
-            led = np.clip((opens + exposure - led_on_s) / exposure, 0.0, 1.0)
-        poses = tuple(Pose(float(s), float(m)) for s, m in zip(surface, motor, strict=True))
-        yield Shot(index, poses, weights, led)
-
-
-def shares(edges: Array, opens: Array, closes: Array) -> Array:
-    """Share of each row's exposure that lies between consecutive ``edges``: (edges - 1, rows)."""
-    inside = np.clip(edges[:, None], opens, closes)
-    total = np.diff(inside, axis=0)
-    return np.asarray(total / total.sum(axis=0))
-
-
 class Studio:
     """Everything that turns a shot into a picture: the bench, the lens, the sensor."""
 
@@ -273,13 +186,11 @@ def _packets(
 ) -> Iterator[bytes]:
     """Compressed frames in order; never more than a few chunks are under way."""
     if workers <= 1:
-        _open_studio(*studio)
+        alone = Worker(*studio)
         for shot in shots:
-            yield _take([shot])[0]
+            yield from alone.take([shot])
         return
-    pool = ProcessPoolExecutor(
-        workers, multiprocessing.get_context("spawn"), _open_studio, (*studio, True)
-    )
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin, studio)
     waiting: deque[Future[list[bytes]]] = deque()
     try:
         for chunk in _chunks(shots):
@@ -303,18 +214,26 @@ def _chunks(shots: Iterator[Shot]) -> Iterator[list[Shot]]:
         yield chunk
 
 
-_worker: tuple[Studio, Encoder] | None = None
+class Worker:
+    """A studio and an encoder, which turn shots into packets."""
+
+    def __init__(self, layers: Layers, optics: Optics, seed: int) -> None:
+        self.studio = Studio(layers, optics, seed)
+        self.encoder = Encoder(layers.view.width, layers.view.height)
+
+    def take(self, shots: list[Shot]) -> list[bytes]:
+        """Compressed pictures of the shots."""
+        return [self.encoder.packet(self.studio.picture(shot)) for shot in shots]
 
 
-def _open_studio(layers: Layers, optics: Optics, seed: int, own_process: bool = False) -> None:
-    global _worker
-    if own_process:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
-    view = layers.view
-    _worker = Studio(layers, optics, seed), Encoder(view.width, view.height)
+_of_this_process: list[Worker] = []
+
+
+def _begin(layers: Layers, optics: Optics, seed: int) -> None:
+    cv2.setNumThreads(1)  # the processes share the cores already
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
+    _of_this_process.append(Worker(layers, optics, seed))
 
 
 def _take(shots: list[Shot]) -> list[bytes]:
-    assert _worker is not None
-    studio, encoder = _worker
-    return [encoder.packet(studio.picture(shot)) for shot in shots]
+    return _of_this_process[0].take(shots)

@@ -45,9 +45,13 @@ class MatroskaWriter:
         file.write(
             _element(
                 _EBML,
-                _uint(_EBML_VERSION, 1) + _uint(_EBML_READ_VERSION, 1) + _uint(_EBML_MAX_ID, 4)
-                + _uint(_EBML_MAX_SIZE, 8) + _element(_DOC_TYPE, b"matroska")
-                + _uint(_DOC_VERSION, 4) + _uint(_DOC_READ_VERSION, 2),
+                _uint(_EBML_VERSION, 1)
+                + _uint(_EBML_READ_VERSION, 1)
+                + _uint(_EBML_MAX_ID, 4)
+                + _uint(_EBML_MAX_SIZE, 8)
+                + _element(_DOC_TYPE, b"matroska")
+                + _uint(_DOC_VERSION, 4)
+                + _uint(_DOC_READ_VERSION, 2),
             )
         )
         file.write(_identifier(_SEGMENT))
@@ -65,9 +69,14 @@ class MatroskaWriter:
                 _TRACKS,
                 _element(
                     _ENTRY,
-                    _uint(_NUMBER, 1) + _uint(_UID, 1) + _uint(_TYPE, 1) + _uint(_LACING, 0)
-                    + _element(_CODEC, b"V_FFV1") + _element(_PRIVATE, codec_private)
-                    + _uint(_PERIOD, round(period_s * 1e9)) + _element(_VIDEO, video),
+                    _uint(_NUMBER, 1)
+                    + _uint(_UID, 1)
+                    + _uint(_TYPE, 1)
+                    + _uint(_LACING, 0)
+                    + _element(_CODEC, b"V_FFV1")
+                    + _element(_PRIVATE, codec_private)
+                    + _uint(_PERIOD, round(period_s * 1e9))
+                    + _element(_VIDEO, video),
                 ),
             )
         )
