@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from servosight.tracking.polar import Array, Sample
@@ -25,8 +26,8 @@ class Fit:
 
     ``shift_px`` is zero unless the motion frees it. ``kept`` is the share of pixels that passed
     the gate, ``saturated`` the share at either end of the range, ``correlation`` that of picture
-    and model over the kept pixels, ``noise`` their residual's rms [grey levels], ``in_view`` the
-    share of the surface's pixels that the picture shows.
+    and model over the kept pixels, ``noise`` their residual's rms [grey levels]. ``pixels`` counts
+    those that the model covers, ``in_view`` is the share of the surface that they are.
     """
 
     angle_rad: float
@@ -36,6 +37,7 @@ class Fit:
     kept: float
     saturated: float
     noise: float
+    pixels: int
     in_view: float = 1.0
 
 
@@ -52,8 +54,8 @@ def turn_and_shift(sample: Sample) -> list[Array]:
 def correlation(a: Array, b: Array) -> float:
     """Pearson's correlation of two samples of grey levels; 0 where either is flat."""
     a, b = a - a.mean(), b - b.mean()
-    scale = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / scale if scale > 0 else 0.0
+    aa, bb, ab = (float(np.einsum("i,i", p, q)) for p, q in ((a, a), (b, b), (a, b)))
+    return ab / np.sqrt(aa * bb) if aa * bb > 0 else 0.0
 
 
 def gauss_newton(
@@ -84,13 +86,12 @@ def gauss_newton(
         weight = (inside & (np.abs(residual) < GATE * scale)).astype(np.float64)
         if weight.sum() < _LEAST_PIXELS:
             return None
-        weighted = design * weight
-        normal = weighted @ design.T
+        normal, right = _normal(design, weight, seen)
         try:
             inverse = np.linalg.inv(normal)
         except np.linalg.LinAlgError:
             return None
-        solution = inverse @ (weighted @ seen)
+        solution = inverse @ right
         gain, offset, step = (float(v) for v in solution[:3])
         angle_rad += step
         if abs(angle_rad - start) > 0.35:
@@ -101,13 +102,30 @@ def gauss_newton(
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
     return Fit(
         angle_rad,
-        _sandwich(inverse[2] @ weighted * residual, now.block),
+        _sandwich(inverse[2] @ design * weight * residual, now.block),
         shift,
         correlation(seen[weight > 0], now.value[weight > 0]),
         float(weight.sum() / max(inside.sum(), 1)),
         float(1.0 - inside.mean()),
-        float(np.sqrt(weight @ residual**2 / weight.sum())),
+        float(np.sqrt((weight * residual**2).sum() / weight.sum())),
+        now.index.size,
     )
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _normal(design, weight, seen):  # type: ignore[no-untyped-def]
+    """Normal matrix and right side; a plain loop, as threaded products wait for threads."""
+    count, pixels = design.shape
+    normal, right = np.zeros((count, count)), np.zeros(count)
+    for a in range(count):
+        for i in range(pixels):
+            right[a] += design[a, i] * weight[i] * seen[i]
+        for b in range(a + 1):
+            total = 0.0
+            for i in range(pixels):
+                total += design[a, i] * weight[i] * design[b, i]
+            normal[a, b] = normal[b, a] = total
+    return normal, right
 
 
 def _sandwich(influence: Array, block: NDArray[np.intp]) -> float:

@@ -90,6 +90,7 @@ class Match:
             1.0,
             float(((seen <= 0) | (seen >= 255)).mean()),
             float((seen - template).std()),
+            seen.size,
         )
 
     def _turned(self, turn: Array, corner: NDArray[np.intp]) -> NDArray[np.float32]:

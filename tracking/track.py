@@ -33,8 +33,9 @@ Progress = Callable[[int], None]
 
 _SAMPLE = 32
 _NEAR_RAD = np.deg2rad(15.0)
-# Worth fitting again: a blur that was guessed wrong by this much at the tip.
-_BLUR_PX = 0.3
+# Worth fitting again: a blur that was guessed wrong by this much at the tip. Less is even about
+# the angle and moves nothing.
+_BLUR_PX = 1.0
 
 
 class Flag(IntFlag):

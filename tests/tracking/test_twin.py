@@ -1,0 +1,48 @@
+"""The tracker on the twin's own video: whole bench, shadows, moving horn and rod, sensor noise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.models.camera import Camera
+from servosight.models.excitation import Excitation
+from servosight.sim.trajectory import Trajectory
+from servosight.sim.video import render_video
+from servosight.tracking.light import find_light
+from servosight.tracking.track import track
+
+pytestmark = pytest.mark.slow
+
+
+def test_angle_pivot_and_light_from_the_twins_video(tmp_path: Path) -> None:
+    """Truth: the mean angle over each exposure, the drawn hinge, the command's start.
+
+    Bound: 0.005 deg is aimed at and 0.03 asked for; noise over gradient allows 0.0005.
+    """
+    time_s = np.arange(0.0, 0.8, 0.0005)
+    late = np.maximum(time_s - 0.1503, 0.0)
+    angle = 14 * np.sin(2 * np.pi * 1.3 * late) + 5 * np.sin(2 * np.pi * 4 * late)
+    command = np.where(late > 0, 1.0, 0.0)
+    excitation = Excitation(time_s[[0, 301]], np.array([0.0, 1.0]))
+    trajectory = Trajectory(time_s, angle, angle, command, excitation)
+    camera = Camera(exposure_s=0.004)
+    video = tmp_path / "video.mkv"
+    truth = render_video(trajectory, camera, video, seed=1)
+
+    result = track(video, exposure_s=camera.exposure_s)
+
+    assert np.abs(result.time_s - (truth.video_s + 0.002)).max() < 2e-5
+    error = result.angle_deg - (truth.angle_deg - truth.angle_deg[0])
+    error -= np.median(error)
+    assert np.sqrt(np.mean(error**2)) < 0.005
+    assert np.abs(error).max() < 0.02
+    assert 0.4 < np.std(error / result.sigma_deg) < 1.6
+    assert np.hypot(*(np.array(result.pivot_px) - truth.pivot_px)) < 0.1
+    assert not result.flags.any()
+    light = find_light(result, camera.exposure_s)
+    assert light is not None
+    assert truth.led_on_s is not None
+    assert abs(light.time_s - truth.led_on_s) < 0.001
