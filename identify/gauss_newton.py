@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 _DAMPINGS = np.array([1e-6, 1e-3, 1e-1, 1.0, 10.0, 300.0])
 _QUOTIENT = 1e-5
+_INSENSITIVE = 1e-4
 
 
 class GaussNewton:
@@ -87,9 +88,11 @@ class GaussNewton:
         )
         free = np.flatnonzero(~outward)
         normal = self.jacobian[:, free].T @ self.jacobian[:, free]
-        diagonal = np.diag(normal).copy()
-        diagonal[diagonal <= 0.0] = 1.0
-        root = np.sqrt(diagonal)
+        # A coordinate that hardly matters must not run away: its column counts as longer.
+        size = (self.scale + np.abs(self.point))[free]
+        sensitivity = np.sqrt(np.diag(normal)) * size
+        weakest = max(_INSENSITIVE * float(sensitivity.max(initial=0.0)), 1e-30)
+        root = np.maximum(sensitivity, weakest) / size
         scaled = normal / np.outer(root, root)
         values, vectors = np.linalg.eigh(scaled)
         downhill = vectors.T @ (-gradient[free] / root)
