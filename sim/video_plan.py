@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 
 from servosight.models.camera import Camera
 from servosight.sim.render_compose import Pose
-from servosight.sim.scene import FIN_RADIUS_MM, View
+from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
 
 Array = NDArray[np.float64]
 
 SUBFRAME_PX = 0.5
 """Longest way of the fin's tip between two sub-frames."""
 
-_STILL_DEG = 1e-7
+_STILL_PX = 1e-6
+_ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
 _SHORTEST_EXPOSURE_S = 1e-7
 
 
@@ -72,24 +73,33 @@ def plan(
 ) -> Iterator[Shot]:
     """The sub-frames of each exposure: one where all is still, else as many as the tip's way needs.
 
-    A sub-frame shows the mean angle of its share of the exposure, not the angle at its middle, so
-    the mean over sub-frames is the mean over the exposure exactly.
+    Under a global shutter a sub-frame shows the mean angle of its share of the exposure, not the
+    angle at its middle, so the mean over sub-frames is the mean over the exposure exactly. Under a
+    rolling one the picture is taken to change linearly from instant to instant, and each row sums
+    its own stretch.
     """
     exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
-    length = exposure + camera.readout_s
-    tip_px = math.radians(1.0) * FIN_RADIUS_MM * View.of(camera).scale  # px/deg
     delays = camera.readout_s * np.arange(camera.height) / max(camera.height - 1, 1)
-    ticks = np.linspace(0.0, length, max(2, math.ceil(length / 1e-4) + 1))
+    tip_px = math.radians(1.0) * FIN_RADIUS_MM * View.of(camera).scale  # px/deg
     for index, start in enumerate(starts):
-        way_deg = np.abs(np.diff(trajectory.angle_at(start + ticks))).sum()
-        count = 1 if way_deg < _STILL_DEG else max(2, math.ceil(way_deg * tip_px / SUBFRAME_PX))
-        step = length / count
-        mids = start + step * (np.arange(count) + 0.5)
-        surface = trajectory.mean_angle(mids, step)
-        motor = np.interp(mids, trajectory.time_s, trajectory.motor_deg)
         opens = start + delays
-        edges = start + step * np.arange(count + 1)
-        weights = shares(edges, opens, opens + exposure)
+        length = exposure + camera.readout_s
+        way_px = tip_px * _way_deg(trajectory, start, start + length)
+        needed = math.ceil(way_px / SUBFRAME_PX)
+        if way_px < _STILL_PX:
+            time_s = np.array([start + 0.5 * length])
+            surface, weights = trajectory.angle_at(time_s), np.ones((1, camera.height))
+        elif camera.readout_s == 0.0:
+            count = max(needed, 2)
+            step = length / count
+            time_s = start + step * (np.arange(count) + 0.5)
+            surface = trajectory.mean_angle(time_s, step)
+            weights = np.full((count, camera.height), 1.0 / count)
+        else:
+            time_s = np.linspace(start, start + length, max(needed, _ROLLING_STEPS) + 1)
+            surface = trajectory.angle_at(time_s)
+            weights = shares(time_s, opens, opens + exposure)
+        motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
         led = np.zeros(camera.height)
         if led_on_s is not None:
             led = np.clip((opens + exposure - led_on_s) / exposure, 0.0, 1.0)
@@ -97,8 +107,28 @@ def plan(
         yield Shot(index, poses, weights, led)
 
 
-def shares(edges: Array, opens: Array, closes: Array) -> Array:
-    """Share of each row's exposure that lies between consecutive ``edges``: (edges - 1, rows)."""
-    inside = np.clip(edges[:, None], opens, closes)
-    total = np.diff(inside, axis=0)
+def shares(instants: Array, opens: Array, closes: Array) -> Array:
+    """Weights of pictures at even ``instants`` in each row's exposure: (instants, rows).
+
+    They integrate the line from picture to picture between ``opens`` and ``closes``; each row's
+    add up to one.
+    """
+    step = instants[1] - instants[0]
+
+    def integral(time_s: Array) -> Array:
+        """Of each picture's hat, which is one at its instant and zero at its neighbours'."""
+        x = np.clip((time_s[None, :] - instants[:, None]) / step, -1.0, 1.0)
+        return np.asarray(np.where(x < 0.0, 0.5 * (1.0 + x) ** 2, 0.5 + x - 0.5 * x**2))
+
+    total = integral(closes) - integral(opens)
     return np.asarray(total / total.sum(axis=0))
+
+
+def _way_deg(trajectory: Motion, start_s: float, end_s: float) -> float:
+    """How far the fin's tip moves between two instants, or the crank if that is farther [deg]."""
+    time_s = np.linspace(start_s, end_s, max(2, math.ceil((end_s - start_s) / 1e-4) + 1))
+    motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
+    surface_way, motor_way = (
+        float(np.abs(np.diff(angle)).sum()) for angle in (trajectory.angle_at(time_s), motor)
+    )
+    return max(surface_way, motor_way * CRANK_MM / FIN_RADIUS_MM)
