@@ -64,7 +64,7 @@ class Parameter:
 
 CORE: tuple[Parameter, ...] = (
     Parameter("k", "-", -10.0, 10.0, meaning="static gain, surface degrees per command degree"),
-    Parameter("T", "s", 2e-4, 2.0, meaning="time constant of the position loop"),
+    Parameter("T", "s", 1e-3, 2.0, meaning="time constant of the position loop"),
     Parameter("xi", "-", 0.02, 20.0, meaning="damping ratio"),
 )
 """The linear actuator G(s) = k / (T^2 s^2 + 2 xi T s + 1), paper eq. 1."""

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 STEP_SHARE = 0.2
 """Default step as a share of the time constant T."""
-STEP_BOUNDS_S = (2e-5, 5e-3)
+STEP_BOUNDS_S = (2e-4, 5e-3)
 
 
 @dataclass(frozen=True)

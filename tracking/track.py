@@ -135,6 +135,7 @@ def track(
     else:
         time_s = even_times(stamps, tick_s(video)) + 0.5 * exposure_s
     angle, sigma = _columns(fits, flags)
+    sigma = np.hypot(sigma, _uneven(angle, time_s, exposures))
     return Track(
         video,
         method,
@@ -185,7 +186,7 @@ def _follow(
         now = _measure(stage, frame, older, last, exposure)
         if last is not None and older is not None:
             # The blur was guessed from the past; now the future is known too.
-            last = _reblurred(stage, surface, older, last, now, float(exposures_s[0]))
+            last = _reblurred(stage, surface, older, last, now, exposure)
             fits[-1] = last.fit
         stamps.append(frame.time_s)
         fits.append(now.fit)
@@ -236,6 +237,21 @@ def _reblurred(
         return here
     fit = stage.near(here.frame.image, here.angle_rad, smear)
     return here if fit is None else replace(here, fit=fit, angle_rad=fit.angle_rad, smear_rad=smear)
+
+
+def _uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
+    """Doubt from a speed that changes during the exposure, in the angle's unit; (frames,).
+
+    Then the blur is no even one: its mean lies up to ``a E^2 / 24`` from its middle, for an
+    acceleration a (here the neighbours' second difference) and an exposure E; the angle found lies
+    somewhere between.
+    """
+    step = np.diff(angle) / np.diff(time_s)
+    change = np.zeros_like(angle)
+    change[1:-1] = np.abs(np.diff(step)) / (0.5 * (time_s[2:] - time_s[:-2]))
+    # A servo's acceleration comes and goes within a frame: a neighbour's may be this frame's.
+    worst = np.maximum(change, np.maximum(np.roll(change, 1), np.roll(change, -1)))
+    return np.asarray(worst * exposures_s**2 / 24.0 / np.sqrt(3.0))
 
 
 def _flags(fit: Fit | None) -> int:
