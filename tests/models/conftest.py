@@ -1,0 +1,207 @@
+"""The plant equation a second time: scipy's integrator, stopped where friction stops the motion.
+
+Nothing here is shared with servosight.models: the equation and each effect are written again from
+their definition (T^2 w' + 2 xi T w = drive - friction - load, in degrees of position error).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Mapping[str, float]]
+
+DENSE_S = 2e-5
+
+
+@dataclass(frozen=True)
+class Reference:
+    """k, T, xi, bias, initial state and effects (id to parameters); ``hold`` of the command."""
+
+    k: float = 1.0
+    T: float = 0.0078
+    xi: float = 0.55
+    bias: float = 0.0
+    angle: float = 0.0
+    speed: float = 0.0
+    linear: bool = False
+    effects: Values = field(default_factory=dict)
+
+    def get(self, effect: str, name: str, absent: float = 0.0) -> float:
+        return self.effects.get(effect, {}).get(name, absent)
+
+    def solve(self, time_s: Array, command_deg: Array, samples_s: Array) -> Array:
+        """Angle of the surface [deg] at ``samples_s``, from the initial state at the first."""
+        knots, values = self._line(time_s, command_deg, samples_s[0], samples_s[-1])
+        gap = self.get("backlash", "gap")
+        if not gap:
+            return self._motion(knots, values, samples_s)
+        count = math.ceil((samples_s[-1] - samples_s[0]) / DENSE_S)
+        dense = np.linspace(samples_s[0], samples_s[-1], count)
+        at = np.union1d(dense, samples_s)
+        surface = play(self._motion(knots, values, at), gap)
+        return surface[np.searchsorted(at, samples_s)]
+
+    def _line(
+        self, time_s: Array, command_deg: Array, start: float, stop: float
+    ) -> tuple[Array, Array]:
+        """Knots of the command as the servo acts on it; a jump is two knots at one instant."""
+        shifted = np.asarray(time_s, dtype=float) + self.get("dead_time", "delay")
+        if self.linear:
+            knots, values = shifted, np.asarray(command_deg, dtype=float)
+        else:
+            knots = np.repeat(shifted, 2)[1:]
+            values = np.repeat(np.asarray(command_deg, dtype=float), 2)[:-1]
+        knots = np.concatenate([[min(start, shifted[0]) - 1.0], knots, [stop + 1.0]])
+        values = np.concatenate([[values[0]], values, [values[-1]]])
+        rate = self.get("rate_limit", "rate", math.inf)
+        if math.isinf(rate):
+            return knots, values
+        # Run after the command on a fine grid, which holds the command's own knots as well.
+        grid = np.union1d(np.arange(start, stop + DENSE_S, DENSE_S), shifted)
+        grid = grid[grid >= start]
+        index = np.searchsorted(knots, grid, side="right") - 1
+        width = np.maximum(knots[index + 1] - knots[index], 1e-300)
+        share = (grid - knots[index]) / width
+        wanted = values[index] + share * (values[index + 1] - values[index])
+        limited = np.empty_like(grid)
+        at = limited[0] = wanted[0]
+        for n in range(1, grid.size):
+            # Over the step the command is held where it holds; else it moves to its end.
+            goal = wanted[n] if self.linear else wanted[n - 1]
+            reach = rate * (grid[n] - grid[n - 1])
+            at += min(max(goal - at, -reach), reach)
+            limited[n] = at
+        # What lies on a straight line needs no knot.
+        slope = np.diff(limited) / np.diff(grid)
+        bend = np.concatenate([[True], np.abs(np.diff(slope)) > 1e-6, [True]])
+        return (
+            np.concatenate([grid[bend], [stop + 1.0]]),
+            np.concatenate([limited[bend], limited[-1:]]),
+        )
+
+    def drive(self, e: float) -> float:
+        half = self.get("dead_zone", "half_width")
+        e = e - min(max(e, -half), half)
+        limit = self.get("torque_saturation", "limit", math.inf)
+        return min(max(e, -limit), limit)
+
+    def load(self, theta: float) -> float:
+        a = math.radians(theta)
+        return self.get("gravity_load", "sine") * math.sin(a) + self.get(
+            "gravity_load", "cosine"
+        ) * math.cos(a)
+
+    def friction(self, drive: float) -> float:
+        return self.get("coulomb_friction", "level") + self.get(
+            "load_dependent_friction", "ratio"
+        ) * abs(drive)
+
+    def _motion(self, knots: Array, values: Array, samples: Array) -> Array:
+        """Motor angle, or the far inertia's behind a flexible shaft, at ``samples``."""
+        dry = "coulomb_friction" in self.effects or "load_dependent_friction" in self.effects
+        shaft = self.effects.get("flexible_shaft")
+        x = np.array([self.angle, self.speed] * (2 if shaft else 1))
+        out = np.full(samples.size, np.nan)
+        for begin, end, first, last in zip(knots, knots[1:], values, values[1:], strict=False):
+            if end <= max(begin, samples[0]) or begin >= samples[-1]:
+                continue
+            slope = (last - first) / (end - begin)
+
+            def force(t: float, a: float = first, b: float = slope, t0: float = begin) -> float:
+                return self.k * (a + b * (t - t0)) + self.bias
+
+            t = max(begin, samples[0])
+            while t < end - 1e-14:
+                t, x = self._piece(force, t, end, x, dry, shaft, samples, out)
+        assert not np.isnan(out).any()
+        return out
+
+    def _piece(
+        self,
+        force: Callable[[float], float],
+        t: float,
+        end: float,
+        x: Array,
+        dry: bool,
+        shaft: Mapping[str, float] | None,
+        samples: Array,
+        out: Array,
+    ) -> tuple[float, Array]:
+        """Integrate to ``end``, a stop or a break-away; fills ``out``; the new time and state."""
+
+        def far_side(y: Array) -> float:
+            """Acceleration of the far inertia."""
+            if shaft is None:
+                return 0.0
+            omega = 2 * math.pi * shaft["frequency"]
+            return float(omega**2 * (y[0] - y[2]) + 2 * shaft["damping"] * omega * (y[1] - y[3]))
+
+        ratio = shaft["inertia_ratio"] if shaft else 0.0
+
+        def torques(at: float, y: Array) -> tuple[float, float]:
+            """What acts on the motor without friction, and what friction may take of it."""
+            drive = self.drive(force(at) - y[0])
+            net = drive - self.load(y[0]) - ratio * self.T**2 * far_side(y)
+            return net - 2 * self.xi * self.T * y[1], self.friction(drive)
+
+        def beyond(at: float, y: Array) -> float:
+            net, hold = torques(at, y)
+            return abs(net) - hold
+
+        stuck = dry and x[1] == 0.0 and beyond(t, x) <= 0.0
+        way = math.copysign(1.0, x[1] or torques(t, x)[0]) if dry else 0.0
+
+        def rates(at: float, y: Array) -> list[float]:
+            net, hold = torques(at, y)
+            push = (net - way * hold) / ((1 - ratio) * self.T**2)
+            near = [0.0, 0.0] if stuck else [float(y[1]), push]
+            return [*near, y[3], far_side(y)] if shaft else near
+
+        def stops(at: float, y: Array) -> float:
+            return beyond(at, y) - 1e-11 if stuck else float(y[1])
+
+        stops.terminal = dry  # type: ignore[attr-defined]
+        stops.direction = 1.0 if stuck else -way  # type: ignore[attr-defined]
+        answer = solve_ivp(
+            rates,
+            (t, end),
+            x,
+            "DOP853",
+            rtol=1e-10,
+            atol=1e-11,
+            max_step=self.T,
+            events=stops,
+            dense_output=True,
+        )
+        reached = float(answer.t[-1])
+        inside = (samples >= t) & (samples <= reached)
+        if inside.any():
+            out[inside] = answer.sol(samples[inside])[2 if shaft else 0]
+        x = answer.y[:, -1].copy()
+        if answer.status == 1:
+            x[1] = 0.0
+        return reached, x
+
+
+def play(angle_deg: Array, gap: float) -> Array:
+    """The play operator of full width ``gap`` over a dense motion, from the middle of the gap."""
+    at = angle_deg[0]
+    out = np.empty_like(angle_deg)
+    for n, theta in enumerate(angle_deg):
+        at = min(max(at, theta - 0.5 * gap), theta + 0.5 * gap)
+        out[n] = at
+    return out
+
+
+@pytest.fixture(scope="session")
+def reference() -> type[Reference]:
+    """The independent solver."""
+    return Reference

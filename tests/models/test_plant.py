@@ -1,0 +1,167 @@
+"""What the plant promises besides accuracy: timing of rows and samples, exposure, sticking."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+
+Array = NDArray[np.float64]
+
+T, XI = 0.0078, 0.55
+
+
+@pytest.fixture(scope="module")
+def plant() -> Plant:
+    return Plant.of(catalogue())
+
+
+def row_of(plant: Plant, **values: float) -> Array:
+    """A neutral row with k, T, xi and what ``values`` say (``effect__parameter``)."""
+    row = np.array(plant.layout.neutral_row())
+    row[:3] = 1.0, T, XI
+    for name, value in values.items():
+        row[plant.index(name.replace("__", "."))] = value
+    return row
+
+
+def step_answer(t: Array) -> Array:
+    """Answer of the linear core to a unit step at t = 0, by hand (underdamped)."""
+    t = np.maximum(t, 0.0)
+    omega = np.sqrt(1 - XI**2) / T
+    wave = np.cos(omega * t) + XI / np.sqrt(1 - XI**2) * np.sin(omega * t)
+    return np.asarray(1.0 - np.exp(-XI * t / T) * wave)
+
+
+def test_irregular_rows_are_held(plant: Plant) -> None:
+    """Truth: a sum of step answers. Bound 1e-6 deg: the core is exact, only output interpolates."""
+    times = np.array([0.0, 0.01, 0.0103, 0.0555, 0.3])
+    command = np.array([0.0, 10.0, -5.0, 7.0, 7.0])
+    samples = np.arange(0.0, 0.4, 0.0009)
+    truth = sum(
+        jump * step_answer(samples - at)
+        for jump, at in zip(np.diff(command), times[1:], strict=True)
+    )
+    answer = plant.simulate(row_of(plant), Stimulus(times, command, False, samples, np.ones(1)))
+    np.testing.assert_allclose(answer, truth, atol=1e-6)
+
+
+def test_linear_hold_joins_rows_by_lines(plant: Plant) -> None:
+    """A ramp of 100 deg/s is followed with the lag 2 xi T once the transient is gone."""
+    times, command = np.array([0.0, 1.0]), np.array([0.0, 100.0])
+    samples = np.arange(0.5, 1.0, 0.003)
+    whole = np.concatenate([[0.0], samples])
+    answer = plant.simulate(row_of(plant), Stimulus(times, command, True, whole, np.ones(1)))[1:]
+    np.testing.assert_allclose(answer, 100.0 * (samples - 2 * XI * T), atol=1e-7)
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_the_first_row_holds_before_it_and_the_last_after(plant: Plant, linear: bool) -> None:
+    """Resting at the first row's value a second before it, at the last one's a second after."""
+    times, command = np.array([1.0, 1.2, 1.4]), np.array([5.0, 9.0, -3.0])
+    samples = np.array([0.0, 0.5, 0.999, 2.0, 3.0])
+    row = row_of(plant, initial_angle=5.0)
+    answer = plant.simulate(row, Stimulus(times, command, linear, samples, np.ones(1)))
+    np.testing.assert_allclose(answer, [5.0, 5.0, 5.0, -3.0, -3.0], atol=1e-6)
+
+
+def test_a_delay_is_a_fraction_of_a_step(plant: Plant) -> None:
+    """Truth: the same curve, shifted; 0.1 us of delay moves 20 deg by what its speed says."""
+    times, command = np.array([0.0, 0.05]), np.array([0.0, 20.0])
+    samples = np.arange(0.0, 0.15, 0.0007)
+    stimulus = Stimulus(times, command, False, samples, np.ones(1))
+    for delay in (1e-7, 0.000123, 0.0101, 0.03777):
+        answer = plant.simulate(row_of(plant, dead_time__delay=delay), stimulus)
+        np.testing.assert_allclose(answer, 20.0 * step_answer(samples - 0.05 - delay), atol=1e-5)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.5])
+def test_exposure_averages_the_angle(plant: Plant, gap: float) -> None:
+    """Truth: the mean of 400 samples over each exposure of 4 ms.
+
+    Bound: five Gauss nodes err by at most 0.0138 on a kink (s - c)+ in [-1, 1]. A gap of 0.5 deg
+    is passed from a reversal at a = 4264 deg/s^2 and left at sqrt(2 a gap) = 65 deg/s; times half
+    the exposure that is 0.0018 deg. Without a gap the motion is smooth: 1e-5 deg.
+    """
+    rows = np.arange(0.0, 1.0, 0.01)
+    command = 12.0 * np.sin(2 * np.pi * 3.0 * rows)
+    time_s = np.arange(0.1, 0.9, 0.01)
+    recording = Recording("r", rows, command, time_s, np.zeros(time_s.size), exposure_s=0.004)
+    row = row_of(plant, backlash__gap=gap)
+    seen = plant.simulate(row, Stimulus.of(recording))
+    inside = 0.004 * ((np.arange(400) + 0.5) / 400 - 0.5)
+    # Start both at one instant, so that the initial state means the same.
+    start = Stimulus.of(recording).samples_s[0]
+    dense = np.concatenate([[start], np.sort((time_s[:, None] + inside).ravel())])
+    dense[0] = min(dense[0], start)
+    answer = plant.simulate(row, Stimulus(rows, command, False, dense, np.ones(1)))
+    mean = answer[1:].reshape(-1, 400).mean(axis=1)
+    print(f"gap {gap}: {np.abs(seen - mean)[3:].max():.2e} deg")
+    bound = 0.0138 * 0.002 * np.sqrt(2 * 12.0 * (6 * np.pi) ** 2 * gap) + 1e-5
+    assert np.abs(seen - mean)[3:].max() < bound
+
+
+def test_a_negative_gain_mirrors(plant: Plant) -> None:
+    times, command = np.array([0.0, 0.05, 0.1]), np.array([0.0, 20.0, -4.0])
+    stimulus = Stimulus(times, command, False, np.arange(0.0, 0.2, 0.001), np.ones(1))
+    for own in ({}, {"coulomb_friction__level": 1.0}, {"backlash__gap": 1.0}):
+        up = plant.simulate(row_of(plant, k=0.9, **own), stimulus)
+        down = plant.simulate(row_of(plant, k=-0.9, **own), stimulus)
+        np.testing.assert_allclose(up, -down, atol=1e-12)
+
+
+def test_friction_sticks_exactly_below_breakaway(plant: Plant) -> None:
+    """A ramp of 1 deg/s that stops at 0.99 of the level: the angle is 0, not nearly 0."""
+    times, command = np.array([0.0, 0.99, 5.0]), np.array([0.0, 0.99, 0.99])
+    samples = np.arange(0.0, 5.0, 0.01)
+    row = row_of(plant, coulomb_friction__level=1.0)
+    stuck = plant.simulate(row, Stimulus(times, command, True, samples, np.ones(1)))
+    assert np.all(stuck == 0.0)
+    loose = row_of(plant, coulomb_friction__level=0.98)
+    assert np.ptp(plant.simulate(loose, Stimulus(times, command, True, samples, np.ones(1)))) > 0.0
+
+
+def test_friction_breaks_away_at_its_level(plant: Plant) -> None:
+    """Truth: under 1 deg/s the surface leaves at 1.0 s. Sampled at 1 ms; at 1.001 s it has moved
+    by (1 deg/s) t^3 / (6 T^2) = 2.7e-6 deg."""
+    times, command = np.array([0.0, 2.0]), np.array([0.0, 2.0])
+    samples = np.arange(0.0, 1.2, 0.001)
+    row = row_of(plant, coulomb_friction__level=1.0)
+    angle = plant.simulate(row, Stimulus(times, command, True, samples, np.ones(1)))
+    assert np.all(angle[samples <= 1.0] == 0.0)
+    assert angle[1001] == pytest.approx(1e-9 / (6 * T**2), rel=0.05)
+
+
+def test_friction_does_not_chatter(plant: Plant) -> None:
+    """Stopped after a step, it stays: to the last bit one angle, within the level of the command."""
+    times, command = np.array([0.0, 0.05]), np.array([0.0, 20.0])
+    samples = np.arange(0.3, 1.0, 0.0003)
+    whole = np.concatenate([[0.0], samples])
+    row = row_of(plant, coulomb_friction__level=0.8)
+    rest = plant.simulate(row, Stimulus(times, command, False, whole, np.ones(1)))[1:]
+    assert np.unique(rest).size == 1
+    assert abs(rest[0] - 20.0) <= 0.8
+
+
+def test_a_held_command_in_many_rows_is_one_command(plant: Plant) -> None:
+    """Rows that repeat a value change nothing, with friction and play on."""
+    own = {"coulomb_friction__level": 0.8, "backlash__gap": 1.0, "torque_saturation__limit": 5.0}
+    samples = np.arange(0.0, 0.3, 0.0011)
+    few = np.array([0.0, 0.05, 0.15]), np.array([0.0, 20.0, -3.0])
+    times = np.arange(0.0, 0.3, 0.001)
+    many = times, few[1][np.searchsorted(few[0], times + 1e-9, side="right") - 1]
+    one, other = (
+        plant.simulate(row_of(plant, **own), Stimulus(*rows, False, samples, np.ones(1)))
+        for rows in (few, many)
+    )
+    assert np.abs(one - other).max() < 2e-4
+
+
+def test_the_wrong_width_is_refused(plant: Plant) -> None:
+    stimulus = Stimulus(np.zeros(1), np.zeros(1), False, np.arange(3.0), np.ones(1))
+    with pytest.raises(ValueError, match="expected"):
+        plant.simulate(np.zeros(5), stimulus)
