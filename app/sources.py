@@ -61,7 +61,11 @@ def track_folder(
     template: tuple[float, float, float, float] | None = None,
     method: Literal["match", "refine"] = "refine",
 ) -> Track:
-    """Track a recording's video and write its ``angle.csv``, on the command's clock."""
+    """Track a recording's video and write its ``angle.csv``, on the command's clock.
+
+    Where the surface was found in the picture goes beside it, into track.toml.
+    """
+    from servosight.app.geometry import Geometry
     from servosight.models.errors import InputError
 
     if folder.video is None:
@@ -81,7 +85,10 @@ def track_folder(
     # Presentation times start the first row's exposure; the surface lies about the middle row.
     rows_s = 0.0 if folder.frames is not None else 0.5 * settings.readout_s
     time_s = result.time_s + (settings.video_offset_s + rows_s)
-    write_track(output or folder.angle, result, time_s=time_s, scale=settings.unit_scale)
+    place = output or folder.angle
+    write_track(place, result, time_s=time_s, scale=settings.unit_scale)
+    if place == folder.angle:
+        Geometry.of(result, folder.video).save(folder.path)
     return result
 
 

@@ -20,7 +20,7 @@ VIDEO = "video.mkv"
 TRUTH = "truth.toml"
 TRUE_ANGLE = "truth_angle.csv"
 """Mean angles over the exposures without noise, for tests that score a tracker."""
-OURS = (*FILES, VIDEO, "frames.csv", TRUTH, TRUE_ANGLE)
+OURS = (*FILES, VIDEO, "frames.csv", "track.toml", TRUTH, TRUE_ANGLE)
 
 Progress = Callable[[int, int], None]
 

@@ -400,6 +400,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             frames=300,
             found=np.arange(300) > 1,
             pivot_px=(320.5, 240.25),
+            outline_px=np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
         )
 
     monkeypatch.setitem(sys.modules, "servosight.tracking.track", SimpleNamespace(track=track))

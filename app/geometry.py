@@ -1,0 +1,74 @@
+"""Where the surface is in a tracked video: kept beside angle.csv for whoever draws on a frame."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from servosight.models.recording import Recording
+    from servosight.tracking.track import Track
+
+Array = NDArray[np.float64]
+
+NAME = "track.toml"
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The surface in the picture at angle zero, and by what its video is known again.
+
+    ``pivot_px`` is x, y (integer centres, y down), ``outline_px`` (points, 2) the contour.
+    """
+
+    frames: int
+    video_bytes: int
+    pivot_px: tuple[float, float]
+    outline_px: Array
+
+    @classmethod
+    def of(cls, track: Track, video: Path) -> Geometry:
+        """What a track found in ``video``."""
+        outline = np.asarray(track.outline_px, dtype=np.float64)
+        return cls(track.frames, video.stat().st_size, track.pivot_px, outline)
+
+    def save(self, folder: Path) -> None:
+        """Write track.toml into a recording's folder, whole or not at all."""
+        from servosight.models.atomic import write_text
+
+        x, y = self.pivot_px
+        points = ", ".join(f"[{x:.2f}, {y:.2f}]" for x, y in self.outline_px)
+        lines = (
+            f"format = {FORMAT}",
+            f"frames = {self.frames}",
+            f"video_bytes = {self.video_bytes}",
+            f"pivot_px = [{x:.4f}, {y:.4f}]",
+            f"outline_px = [{points}]",
+        )
+        write_text(folder / NAME, "\n".join(lines) + "\n")
+
+
+def geometry_of(recording: Recording) -> Geometry | None:
+    """The geometry kept beside a recording's angle; None where there is none that fits.
+
+    It fits where video and samples are still those that were tracked: a row for each frame.
+    """
+    if recording.video is None:
+        return None
+    try:
+        table = tomllib.loads(recording.video.with_name(NAME).read_text(encoding="utf-8"))
+        x, y = table["pivot_px"]
+        outline = np.array(table["outline_px"], dtype=np.float64)
+        found = Geometry(table["frames"], table["video_bytes"], (float(x), float(y)), outline)
+        size = recording.video.stat().st_size
+    except (OSError, KeyError, TypeError, ValueError):
+        return None
+    shaped = outline.ndim == 2 and outline.shape[0] > 2 and outline.shape[1] == 2
+    known = (table.get("format"), found.frames, found.video_bytes)
+    return found if shaped and known == (FORMAT, recording.time_s.size, size) else None

@@ -1,0 +1,28 @@
+"""The report: one HTML file that tells what was missing, for someone new to the program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from servosight.diagnose.compare import Comparison
+    from servosight.diagnose.diagnose import Diagnosis
+    from servosight.models.recording import Recording
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    path: Path, result: Diagnosis | Comparison, recordings: Sequence[Recording]
+) -> None:
+    """Write a self-contained page, whole or not at all; InputError where it cannot be written.
+
+    ``recordings`` are those of the result, validation last. The same result gives the same bytes.
+    """
+    from servosight.app.report.page import page
+    from servosight.app.report.story import Story
+    from servosight.models.atomic import write_text
+
+    write_text(path, page(Story.of(result, recordings)))

@@ -1,0 +1,41 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+
+DIGITS = 3
+MOST_DECIMALS = 8
+
+
+def rounded(value: float, digits: int = DIGITS) -> str:
+    """``digits`` significant digits without an exponent where that stays short."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}".replace("-", "−")
+    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    if decimals > MOST_DECIMALS:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    return f"{round(value, decimals):.{max(decimals, 0)}f}".replace("-", "−")
+
+
+def degrees(value: float, digits: int = DIGITS) -> str:
+    """An angle with its sign for degrees."""
+    return f"{rounded(value, digits)}°"
+
+
+def signed(value: float, decimals: int = 2) -> str:
+    """A number with its sign in any case."""
+    return f"{value:+.{decimals}f}".replace("-", "−")
+
+
+def times(ratio: float) -> str:
+    """How many times: two digits below ten, whole numbers above."""
+    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:.0f}"
+
+
+def uncertain(value: float, sigma: float | None) -> tuple[str, str]:
+    """A value to the digits that its sigma supports, and the sigma to two digits."""
+    if sigma is None or sigma <= 0.0 or not math.isfinite(sigma):
+        return rounded(value, 4), "not known"
+    decimals = min(max(1 - math.floor(math.log10(sigma)), 0), MOST_DECIMALS)
+    return f"{value:.{decimals}f}".replace("-", "−"), f"{sigma:.{decimals}f}"

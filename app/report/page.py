@@ -1,0 +1,76 @@
+"""From a story to a page of HTML: sections in order, each with a template of its name."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from importlib.resources import files
+
+import jinja2
+from markupsafe import Markup
+
+from servosight import __version__
+from servosight.app.report.numbers import degrees, rounded, signed, times, uncertain
+from servosight.app.report.section import Section
+from servosight.app.report.sections.angle import section as angle
+from servosight.app.report.sections.candidates import section as candidates
+from servosight.app.report.sections.ladder import section as ladder
+from servosight.app.report.sections.method import section as method
+from servosight.app.report.sections.parameters import section as parameters
+from servosight.app.report.sections.picture import section as picture
+from servosight.app.report.sections.verdict import section as verdict
+from servosight.app.report.sections.where import section as where
+from servosight.app.report.story import Story, spoken
+
+SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
+    verdict,
+    picture,
+    angle,
+    where,
+    candidates,
+    ladder,
+    parameters,
+    method,
+)
+
+
+def page(story: Story) -> str:
+    """The whole page; a section that has nothing to tell is left out."""
+    told = [found for found in (section(story) for section in SECTIONS) if found is not None]
+    environment = _environment()
+    names = [recording.name for recording in story.recordings]
+    bodies = [
+        Markup(environment.get_template(f"{one.name}.html").render(one.values)) for one in told
+    ]
+    return environment.get_template("page.html").render(
+        sections=list(zip(told, bodies, strict=True)),
+        names=names,
+        style=Markup(_read("style.css")),
+        version=__version__,
+    )
+
+
+@functools.cache
+def _environment() -> jinja2.Environment:
+    # Names of files and recordings are the user's: everything is escaped unless marked.
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_read),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "degrees": degrees,
+        "rounded": rounded,
+        "signed": signed,
+        "spoken": spoken,
+        "times": times,
+        "uncertain": uncertain,
+    }
+    return environment
+
+
+def _read(name: str) -> str:
+    place = files("servosight.app.report").joinpath("templates", name)
+    return place.read_text(encoding="utf-8")

@@ -1,0 +1,135 @@
+"""Measured and predicted angle over time, and the error before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from servosight.app.report.figure import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    NOISE,
+    drawn,
+    shade,
+    thinned,
+)
+from servosight.app.report.numbers import degrees
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story
+
+MOST_RECORDINGS = 4
+MARGIN_S = 0.35
+BAND = 2.0
+"""The noise band is as many standard deviations wide to either side: 19 in 20 samples."""
+COLOURS = (BEFORE, AFTER)
+STYLES = ("--", "-")
+
+
+def section(story: Story) -> Section:
+    """The whole of each recording, then the worst window of the worst one."""
+    order = sorted(range(len(story.recordings)), key=lambda i: (i != story.worst, i))
+    wholes: list[dict[str, Any]] = [
+        {"name": story.recordings[i].name, "figure": _figure(story, i, None)}
+        for i in sorted(order[:MOST_RECORDINGS])
+    ]
+    close = None
+    if story.where:
+        window = story.where[0]
+        close = {
+            "window": window,
+            "figure": _figure(
+                story, story.worst, (window.start_s - MARGIN_S, window.end_s + MARGIN_S)
+            ),
+        }
+    return Section(
+        "angle",
+        "Measured and predicted",
+        {
+            "wholes": wholes,
+            "left_out": len(order) - len(wholes),
+            "close": close,
+            "models": [told.name for told in story.models],
+            "noise_deg": story.noise_deg,
+            "band": BAND,
+            "blocks": any(_held_out(story, i).any() for i in order),
+        },
+    )
+
+
+def _held_out(story: Story, number: int) -> NDArray[np.bool_]:
+    """The samples held out; none where that would be all of them."""
+    training = story.before.judged[number].training
+    return np.asarray(~training if training.any() else np.zeros_like(training))
+
+
+def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Markup:
+    """Angle above, error below; ``span_s`` cuts out a window."""
+    recording = story.recordings[number]
+    time_s = recording.time_s
+    low, high = (time_s[0], time_s[-1]) if span_s is None else span_s
+    seen = (time_s >= low) & (time_s <= high)
+    close = span_s is not None
+
+    def paint(figure: Figure) -> None:
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        for axes in (upper, lower):
+            axes.set_xlim(max(low, time_s[0]), min(high, time_s[-1]))
+            shade(axes, time_s[seen], _held_out(story, number)[seen])
+        (line,) = thinned(time_s[seen], recording.angle_deg[seen])
+        if close:
+            command_time, command = _command(story, number, low, high)
+            upper.plot(command_time, command, color=NOISE, linewidth=1.1, label="command")
+            upper.plot(*line, ".", color=MEASURED, markersize=4.5, label="measured")
+        else:
+            upper.plot(*line, color=MEASURED, linewidth=1.0, label="measured")
+        lower.axhspan(
+            -BAND * story.noise_deg, BAND * story.noise_deg, color=NOISE, alpha=0.6, linewidth=0
+        )
+        for told, colour, style in zip(story.models, COLOURS, STYLES, strict=False):
+            one = told.judged[number]
+            angle, error = thinned(time_s[seen], one.predicted_deg[seen], one.error_deg[seen])
+            upper.plot(*angle, style, color=colour, linewidth=1.2, label=told.name)
+            lower.plot(*error, color=colour, linewidth=1.0 if close else 0.7)
+        upper.set_ylabel("angle [deg]")
+        lower.set_ylabel("error [deg]")
+        lower.set_xlabel("time [s]")
+        figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        figure.align_ylabels()
+
+    where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
+    errors = ", ".join(
+        f"{told.name}: {degrees(_rms(told.judged[number].error_deg[seen]))} rms"
+        for told in story.models
+    )
+    alt = f"Measured and predicted angle {where}, and the error below. Error of the {errors}."
+    name = f"angle-{number}{'-close' if close else ''}"
+    return drawn(name, (8.2, 4.4), alt, paint)
+
+
+def _command(
+    story: Story, number: int, low: float, high: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The command as the servo got it within a window: stairs where it is held."""
+    recording = story.recordings[number]
+    times, values = recording.command_time_s, recording.command_deg
+    if recording.hold == "zero":
+        times, values = np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1]
+    inside = (times > low) & (times < high)
+    ends = np.searchsorted(recording.command_time_s, [low, high], side="right") - 1
+    if recording.hold == "zero":
+        first, last = recording.command_deg[np.maximum(ends, 0)]
+    else:
+        first, last = np.interp([low, high], recording.command_time_s, recording.command_deg)
+    return (
+        np.concatenate([[low], times[inside], [high]]),
+        np.concatenate([[first], values[inside], [last]]),
+    )
+
+
+def _rms(error: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(error**2)))

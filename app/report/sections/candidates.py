@@ -1,0 +1,52 @@
+"""What could be missing: every effect tried alone, ranked by its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story, catalogue_of, listed
+from servosight.diagnose.diagnose import Candidate, Diagnosis
+
+
+def section(story: Story) -> Section | None:
+    """None for a comparison, which tries nothing."""
+    result = story.result
+    if not isinstance(result, Diagnosis) or not result.candidates:
+        return None
+    linear = result.ladder[0].trial.held_out_rmse_deg
+    largest = max([linear, *(one.held_out_rmse_deg for one in result.candidates)])
+    strongest = max([1e-9, *(one.evidence for one in result.candidates)])
+    catalogue = catalogue_of(result)
+    return Section(
+        "candidates",
+        "What could be missing",
+        {
+            "linear_deg": linear,
+            "linear_share": linear / largest,
+            "floor_deg": story.floor_deg,
+            "floor_share": min(story.floor_deg / largest, 1.0),
+            "rows": [
+                {
+                    "candidate": one,
+                    "place": catalogue[one.effect].place.value,
+                    "chosen": one.effect in result.effects,
+                    "error_share": one.held_out_rmse_deg / largest,
+                    "evidence_share": max(one.evidence, 0.0) / strongest,
+                }
+                for one in result.candidates
+            ],
+            "groups": [listed(group) for group in groups(result.candidates)],
+            "any_helps": strongest > 10.0,
+        },
+    )
+
+
+def groups(candidates: Sequence[Candidate]) -> list[tuple[str, ...]]:
+    """Sets of effects that cannot be told apart, each once, in the order of the ranking."""
+    found = [
+        tuple(other.effect for other in candidates if other.effect in {one.effect, *names})
+        for one in candidates
+        if (names := one.confounded_with)
+    ]
+    return list(dict.fromkeys(found))

@@ -1,0 +1,94 @@
+"""The falling error: one step for each change of the model, down to the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
+from servosight.app.report.numbers import degrees, rounded
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story, spoken
+from servosight.diagnose.diagnose import Diagnosis, Step
+from servosight.diagnose.evidence import EXPLAINED
+
+
+def section(story: Story) -> Section | None:
+    """None for a comparison, which climbs no ladder."""
+    result = story.result
+    if not isinstance(result, Diagnosis):
+        return None
+    return Section(
+        "ladder",
+        "The falling error",
+        {
+            "figure": _figure(result.ladder, result.floor_deg),
+            "rungs": [
+                {
+                    "name": named(step),
+                    "train_deg": step.trial.train_rmse_deg,
+                    "held_out_deg": step.trial.held_out_rmse_deg,
+                    "floors": step.trial.held_out_rmse_deg / result.floor_deg,
+                    "explained": step.explained,
+                }
+                for step in result.ladder
+            ],
+            "floor_deg": result.floor_deg,
+            "allowed": EXPLAINED,
+        },
+    )
+
+
+def named(step: Step) -> str:
+    """What a rung changed, in words."""
+    added, removed = step.rung.added, step.rung.removed
+    if added is None and removed is None:
+        return "linear model"
+    if added is None:
+        return f"− {spoken(removed or '')}"
+    return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")
+
+
+def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
+    errors = [step.trial.held_out_rmse_deg for step in ladder]
+    edges = np.arange(len(errors) + 1) - 0.5
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.set_yscale("log")
+        low, high = 0.6 * min(*errors, floor_deg), 1.9 * max(*errors, floor_deg)
+        axes.set_ylim(low, high)
+        axes.set_xlim(edges[0], edges[-1] + 0.001)
+        axes.axhspan(low, floor_deg, color=NOISE, alpha=0.45, linewidth=0)
+        axes.axhline(floor_deg, color="#6b7682", linewidth=1.0)
+        axes.text(
+            edges[0] + 0.03,
+            floor_deg,
+            f"floor of the measurement {degrees(floor_deg)}",
+            va="bottom" if errors[0] > 1.5 * floor_deg else "top",
+            fontsize=8.5,
+        )
+        axes.stairs(errors, edges, baseline=None, color="#8a939d", linewidth=1.0)
+        for place, (step, error) in enumerate(zip(ladder, errors, strict=True)):
+            colour = BEFORE if place == 0 else AFTER
+            axes.hlines(error, edges[place], edges[place + 1], color=colour, linewidth=3.5)
+            text = f"{named(step)}\n{degrees(error)}"
+            axes.annotate(
+                text, (place, error), (0, 6), textcoords="offset points", ha="center", va="bottom"
+            )
+        axes.set_xticks([])
+        axes.grid(axis="x", visible=False)
+        axes.set_ylabel("held-out error, rms [deg]")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+
+    alt = "Held-out error on a logarithmic scale: " + ", then ".join(
+        f"{named(step)} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
+    )
+    size = (min(max(1.9 * len(ladder), 5.0), 8.2), 3.3)
+    return drawn("ladder", size, f"{alt}. The floor is {degrees(floor_deg)}.", paint)

@@ -1,0 +1,135 @@
+"""What was missing, in one sentence, and how far the error fell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from servosight.app.report.numbers import degrees, times
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story, catalogue_of, listed
+from servosight.diagnose.compare import Comparison
+from servosight.diagnose.diagnose import Diagnosis
+from servosight.diagnose.evidence import EXPLAINED, MIN_GAIN
+
+
+def section(story: Story) -> Section:
+    """The verdict of a diagnosis or of a comparison."""
+    result = story.result
+    if isinstance(result, Diagnosis):
+        headline, sentence = _words(result)
+        values = {
+            "tiles": _tiles(result),
+            "effects": _effects(result),
+            "doubt": _doubt(result),
+            "next": result.next_experiment,
+        }
+    else:
+        headline, sentence = _compared(result)
+        values = {
+            "tiles": [
+                _tile("model’s error", result.rmse_deg, "before"),
+                _tile("floor of the measurement", result.floor_deg, "floor"),
+            ],
+            "effects": [],
+            "doubt": None,
+            "next": None,
+        }
+    return Section("verdict", headline, {"sentence": sentence, **values})
+
+
+def _words(result: Diagnosis) -> tuple[str, str]:
+    """Headline and one sentence."""
+    first = result.ladder[0].trial.held_out_rmse_deg
+    last = result.ladder[-1].trial.held_out_rmse_deg
+    named = listed(result.effects)
+    fall = f"its error falls from {degrees(first)} to {degrees(last)}"
+    if result.verdict == "no_effect_missing":
+        return (
+            "Nothing is missing",
+            f"The linear model already predicts the surface to {degrees(first)}, which is as "
+            f"exact as the measurement allows.",
+        )
+    if result.verdict == "explained":
+        return (
+            f"What was missing: {named}",
+            f"The linear model of this servo lacks {named}; once the model knows of it, {fall}, "
+            f"as exact as the measurement allows.",
+        )
+    if result.effects:
+        return (
+            f"Part of the answer: {named}",
+            f"The linear model of this servo lacks {named}; once the model knows of it, {fall}, "
+            f"but something else remains that no known effect accounts for.",
+        )
+    best = result.candidates[0] if result.candidates else None
+    if best is not None and best.held_out_rmse_deg <= (1.0 - MIN_GAIN) * first:
+        return (
+            "The linear model misses something",
+            f"The linear model is {degrees(first)} off; of the known effects, "
+            f"{listed([best.effect])} alone would help most and bring that to "
+            f"{degrees(best.held_out_rmse_deg)}.",
+        )
+    return (
+        "The linear model misses something",
+        f"The linear model is {degrees(first)} off, {times(first / result.floor_deg)} times what "
+        f"the measurement allows, and no single known effect accounts for it.",
+    )
+
+
+def _compared(result: Comparison) -> tuple[str, str]:
+    ratio = result.rmse_deg / result.floor_deg
+    if result.explained:
+        return (
+            "The model holds",
+            f"On these recordings the model is {degrees(result.rmse_deg)} off, as exact as the "
+            f"measurement allows.",
+        )
+    return (
+        "The model misses something",
+        f"On these recordings the model is {degrees(result.rmse_deg)} off, {times(ratio)} times "
+        f"what the measurement allows.",
+    )
+
+
+def _tiles(result: Diagnosis) -> list[dict[str, str]]:
+    first = result.ladder[0].trial.held_out_rmse_deg
+    last = result.ladder[-1].trial.held_out_rmse_deg
+    tiles = [_tile("error of the linear model", first, "before")]
+    if result.effects:
+        tiles.append(_tile(f"error with {listed(result.effects)}", last, "after"))
+        tiles.append({"label": "times less", "value": times(first / last), "kind": "plain"})
+    return [*tiles, _tile("floor of the measurement", result.floor_deg, "floor")]
+
+
+def _tile(label: str, value: float, kind: str) -> dict[str, str]:
+    return {"label": label, "value": degrees(value), "kind": kind}
+
+
+def _effects(result: Diagnosis) -> list[dict[str, Any]]:
+    """Each effect that was missing: its words and its fitted parameters."""
+    catalogue = catalogue_of(result)
+    found = result.ladder[-1].parameters
+    return [
+        {
+            "effect": catalogue[name],
+            "parameters": [
+                (parameter, found[f"{name}.{parameter.name}"])
+                for parameter in catalogue[name].parameters
+            ],
+        }
+        for name in result.effects
+    ]
+
+
+def _doubt(result: Diagnosis) -> str | None:
+    """Rivals of the first effect that this recording cannot rule out."""
+    for candidate in result.candidates:
+        if candidate.effect in result.effects and candidate.confounded_with:
+            return (
+                f"This recording cannot tell {listed([candidate.effect])} from "
+                f"{listed(candidate.confounded_with)}: take the name with care."
+            )
+    remains = result.ladder[-1].trial.held_out_rmse_deg / result.floor_deg
+    if result.effects and remains > EXPLAINED:
+        return f"What remains is {times(remains)} times the floor of the measurement."
+    return None
