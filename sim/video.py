@@ -12,8 +12,9 @@ import os
 import signal
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -96,10 +97,13 @@ def render_video(
         with os.fdopen(handle, "wb") as file:
             codec = Encoder(camera.width, camera.height)
             shots = plan(trajectory, camera, starts, led_on_s)
-            with MatroskaWriter(
-                file, camera.width, camera.height, codec.private, 1.0 / camera.rate_hz
-            ) as writer:
-                for n, packet in enumerate(_packets(shots, studio, chosen.workers)):
+            with (
+                closing(_packets(shots, studio, chosen.workers)) as packets,
+                MatroskaWriter(
+                    file, camera.width, camera.height, codec.private, 1.0 / camera.rate_hz
+                ) as writer,
+            ):
+                for n, packet in enumerate(packets):
                     writer.write(starts[n] - starts[0], packet)
                     if progress is not None:
                         progress(n + 1, starts.size)
@@ -183,7 +187,7 @@ class Encoder:
 
 def _packets(
     shots: Iterator[Shot], studio: tuple[Layers, Optics, int], workers: int
-) -> Iterator[bytes]:
+) -> Generator[bytes]:
     """Compressed frames in order; never more than a few chunks are under way."""
     if workers <= 1:
         alone = Worker(*studio)
