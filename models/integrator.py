@@ -165,8 +165,8 @@ def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
     after = kinks(p, on, force + h * slope, x1[0], x1[1])
     first = h
     for i in range(N_SWITCHES):
-        if before[i] * after[i] >= 0.0:
-            continue
+        if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < _TINY:
+            continue  # not passed, or by no more than rounding, as where the motion dies away there
         low, high = 0.0, first
         for _ in range(40):
             tau = 0.5 * (low + high)

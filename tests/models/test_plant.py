@@ -137,7 +137,7 @@ def test_friction_breaks_away_at_its_level(plant: Plant) -> None:
 
 
 def test_friction_does_not_chatter(plant: Plant) -> None:
-    """Stopped after a step, it stays: to the last bit one angle, within the level of the command."""
+    """Stopped after a step, it stays to the last bit, within the level of the command."""
     times, command = np.array([0.0, 0.05]), np.array([0.0, 20.0])
     samples = np.arange(0.3, 1.0, 0.0003)
     whole = np.concatenate([[0.0], samples])

@@ -1,0 +1,309 @@
+"""The contract that every effect in the registry keeps; a new effect is covered by itself.
+
+Truth for recovery: scipy's integration of the equation (conftest.py) at the values in TRUTHS. An
+effect without an entry there is held to its own first start, integrated at a sixteenth of the step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from servosight.diagnose.diagnose import diagnose
+from servosight.identify.fit import identify
+from servosight.models.actuator import Actuator, Estimate
+from servosight.models.effect import Cues, Effect, Place
+from servosight.models.excitation import standard
+from servosight.models.plant import STEP_SHARE, Plant, Stimulus
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+
+Array = NDArray[np.float64]
+
+T, XI = 0.0078, 0.55
+NOISE_DEG = 0.03
+CUES = Cues(1.0, 20.0, 600.0, 20.0, T)
+ALL = list(catalogue())
+FRICTION = [name for name, effect in catalogue().items() if effect.place is Place.FRICTION]
+
+
+def effect_of(name: str) -> Effect:
+    return catalogue()[name]
+
+
+def plant() -> Plant:
+    return Plant.of(catalogue())
+
+
+def neutral() -> Array:
+    row = np.array(plant().layout.neutral_row())
+    row[:3] = 1.0, T, XI
+    return row
+
+
+def with_values(name: str, values: tuple[float, ...]) -> Array:
+    """A row with one effect's parameters set."""
+    row = neutral()
+    for parameter, value in zip(effect_of(name).parameters, values, strict=True):
+        row[plant().index(f"{name}.{parameter.name}")] = value
+    return row
+
+
+def signal(kind: str) -> Stimulus:
+    """Steps of up to 20 deg at instants on no grid, or a chirp of 12 deg to 12 Hz."""
+    samples = np.arange(0.0, 1.0, 0.0013)
+    if kind == "steps":
+        times = np.array([0.0, 0.0531, 0.2003, 0.3517, 0.4409, 0.5211, 0.6007, 0.7001])
+        return Stimulus(
+            times, np.array([0, 20.0, -12, 3, 4.5, 1, 1.2, 1]), False, samples, np.ones(1)
+        )
+    times = np.arange(0.0, 1.0, 0.004)
+    chirp = 12.0 * np.sin(2 * np.pi * (times + 5.5 * times**2))
+    return Stimulus(times, chirp, False, samples, np.ones(1))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_it_explains_itself(name: str) -> None:
+    effect = effect_of(name)
+    for word in ("equation", "looks_like", "cause", "confirm", "remedy", "source"):
+        assert len(getattr(effect, word).strip()) > 8, word
+    assert any(character.isdigit() for character in effect.source), "a source has a year"
+    for parameter in effect.parameters:
+        assert parameter.unit
+        assert parameter.meaning
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize(
+    "cues",
+    [CUES, Cues(1e-4, 0.1, 1.0, 0.1, 2e-4), Cues(80.0, 170.0, 5e4, 400.0, 2.0)],
+    ids=["usual", "tiny", "huge"],
+)
+def test_its_starts_count_its_parameters_and_mean_something(name: str, cues: Cues) -> None:
+    """At usual sizes within the bounds; at the ends a search clips them, so never NaN."""
+    effect = effect_of(name)
+    starts = effect.starts(cues)
+    assert starts
+    for start in starts:
+        assert len(start) == len(effect.parameters)
+        assert all(math.isfinite(value) for value in start)
+        away = [
+            value != parameter.neutral
+            for value, parameter in zip(start, effect.parameters, strict=True)
+            if parameter.neutral is not None
+        ]
+        assert any(away), "a start at the neutral value starts nothing"
+        if cues is CUES:
+            for value, parameter in zip(start, effect.parameters, strict=True):
+                assert parameter.low <= value <= parameter.high
+
+
+@pytest.mark.parametrize("kind", ["steps", "chirp"])
+@pytest.mark.parametrize("name", ALL)
+def test_neutral_parameters_change_nothing(name: str, kind: str) -> None:
+    """To the last bit, whatever the parameters that lose their meaning there."""
+    plain = plant().simulate(neutral(), signal(kind))
+    for start in effect_of(name).starts(CUES):
+        values = tuple(
+            value if parameter.neutral is None else parameter.neutral
+            for value, parameter in zip(start, effect_of(name).parameters, strict=True)
+        )
+        np.testing.assert_array_equal(
+            plant().simulate(with_values(name, values), signal(kind)), plain
+        )
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_it_fades_towards_neutral(name: str) -> None:
+    """A thousandth of the way from neutral, what is left is small: candidates are nested."""
+    plain = plant().simulate(neutral(), signal("steps"))
+    effect = effect_of(name)
+    full = effect.starts(CUES)[0]
+    faint = []
+    for value, parameter in zip(full, effect.parameters, strict=True):
+        low, high = parameter.search_bounds
+        if parameter.neutral is not None:
+            origin = parameter.to_search(parameter.neutral)
+            coordinate = origin + 1e-3 * (parameter.to_search(value) - origin)
+            value = parameter.from_search(float(np.clip(coordinate, low, high)))
+        faint.append(value)
+    there = np.abs(plant().simulate(with_values(name, full), signal("steps")) - plain).max()
+    near = np.abs(plant().simulate(with_values(name, tuple(faint)), signal("steps")) - plain).max()
+    assert there > 0.1
+    assert near < 0.1 * there
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_batch_equals_a_loop(name: str) -> None:
+    rows = np.array([neutral(), *(with_values(name, s) for s in effect_of(name).starts(CUES))])
+    batch = plant().simulate(rows, signal("steps"))
+    for row, answer in zip(rows, batch, strict=True):
+        np.testing.assert_array_equal(plant().simulate(row, signal("steps")), answer)
+
+
+@pytest.mark.parametrize("kind", ["steps", "chirp"])
+@pytest.mark.parametrize("name", ALL)
+def test_the_default_step_has_converged(name: str, kind: str) -> None:
+    """Reference: a step sixteen times as short. Bound 0.002 deg; half the step errs no more."""
+    for start in effect_of(name).starts(CUES):
+        row = with_values(name, start)
+        fine = plant().simulate(row, signal(kind), STEP_SHARE * T / 16)
+        default = np.abs(plant().simulate(row, signal(kind)) - fine).max()
+        halved = np.abs(plant().simulate(row, signal(kind), STEP_SHARE * T / 2) - fine).max()
+        print(f"{name} {kind} {start}: {default:.1e}, halved {halved:.1e} deg")
+        assert default < 0.002
+        assert halved <= max(default, 1e-5)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_switch_stalls_where_the_motion_dies_away(name: str) -> None:
+    """Seconds after the last step position errors are mere rounding, whose sign means nothing."""
+    samples = np.arange(0.0, 4.0, 0.01)
+    command = np.array([0.0, 0.0531, 0.2003]), np.array([0.0, 20.0, 1.2])
+    rest = Stimulus(*command, False, samples, np.ones(1))
+    for start in effect_of(name).starts(CUES):
+        for share in np.linspace(0.05, 0.3, 12):
+            answer = plant().simulate(with_values(name, start), rest, share * T)
+            assert np.isfinite(answer).all()
+            assert np.ptp(answer[-100:]) < 0.1
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_card_that_is_saved_and_loaded_is_the_same(name: str, tmp_path: Path) -> None:
+    effect = effect_of(name)
+    parameters = {
+        "k": Estimate(1.027, 0.001, "-"),
+        "T": Estimate(T, 1e-5, "s"),
+        "xi": Estimate(XI, None, "-"),
+        "bias": Estimate(-0.25, 0.002, "deg"),
+    }
+    for parameter, value in zip(effect.parameters, effect.starts(CUES)[0], strict=True):
+        parameters[f"{name}.{parameter.name}"] = Estimate(value, 0.01, parameter.unit)
+    card = Actuator(parameters, (name,), {"fitted_on": ["a"], "method": "gradient"})
+    card.save(tmp_path / "model.toml")
+    assert Actuator.load(tmp_path / "model.toml", catalogue()) == card
+    assert [path.name for path in tmp_path.iterdir()] == ["model.toml"]
+
+
+@pytest.mark.parametrize("name", FRICTION)
+def test_friction_never_adds_energy(name: str) -> None:
+    """Free decay from 10 deg, hardly damped: theta^2 + (T w)^2 never grows, nor beats linear.
+
+    The speed is read off the angle by central differences at 0.1 ms: error T w''' h^2 / 6, which
+    for 10 deg at 1 / T is 2.7e-4 deg; the energy's slack is twice 10 deg times that.
+    """
+    h = 1e-4
+    samples = np.arange(0.0, 0.25, h)
+    rest = Stimulus(np.zeros(1), np.zeros(1), False, samples, np.ones(1))
+    slack = 2 * 10.0 * 10.0 * (h / T) ** 2 / 6
+
+    def energy(row: Array) -> Array:
+        row = row.copy()
+        row[2], row[4] = 0.05, 10.0
+        theta = plant().simulate(row, rest)
+        speed = (theta[2:] - theta[:-2]) / (2 * h)
+        return np.asarray(theta[1:-1] ** 2 + (T * speed) ** 2)
+
+    free = energy(neutral())
+    for start in effect_of(name).starts(CUES):
+        left = energy(with_values(name, start))
+        assert np.all(np.maximum.accumulate(left[::-1])[::-1] - left <= slack)
+        assert np.all(left <= free + slack)
+        assert left[-1] < free[-1]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A servo whose effect shows plainly, and the amplitude at which it does."""
+
+    values: dict[str, float]
+    T: float = 0.02
+    xi: float = 0.6
+    bias: float = 0.4
+    amplitude_deg: float = 20.0
+
+
+TRUTHS: dict[str, Truth] = {
+    "dead_time": Truth({"delay": 0.0137}),
+    "rate_limit": Truth({"rate": 220.0}),
+    "dead_zone": Truth({"half_width": 1.3}),
+    "torque_saturation": Truth({"limit": 6.0}),
+    "coulomb_friction": Truth({"level": 1.2}),
+    # Without a load it shows where a lively servo brakes against itself.
+    "load_dependent_friction": Truth({"ratio": 0.55}, T=0.06, xi=0.38, amplitude_deg=30.0),
+    # Its sine looks like a spring; the cosine bends only over a wide motion.
+    "gravity_load": Truth({"sine": 3.0, "cosine": 24.0}, bias=24.0, amplitude_deg=30.0),
+    "flexible_shaft": Truth({"frequency": 11.0, "damping": 0.08, "inertia_ratio": 0.35}),
+    "backlash": Truth({"gap": 2.0}),
+}
+
+
+def truth_of(name: str) -> Truth:
+    effect = effect_of(name)
+    names = [parameter.name for parameter in effect.parameters]
+    start = effect.starts(Cues(1.0, 20.0, 400.0, 20.0, 0.02))[0]
+    return TRUTHS.get(name) or Truth(dict(zip(names, start, strict=True)))
+
+
+@cache
+def synthetic(name: str, reference: Any) -> Recording:
+    """12 s of steps, chirp, triangles and multisine at 120 Hz with 0.03 deg of noise."""
+    truth = truth_of(name)
+    command = standard(12.0, truth.amplitude_deg, seed=3, rate_hz=50.0)
+    time_s = 0.004 + np.arange(1430) / 120.0
+    start = truth.bias if name != "gravity_load" else 0.0
+    if name in TRUTHS:
+        angle = reference(
+            1.02, truth.T, truth.xi, truth.bias, start, effects={name: truth.values}
+        ).solve(command.time_s, command.command_deg, time_s)
+    else:
+        row = with_values(name, tuple(truth.values.values()))
+        row[:5] = 1.02, truth.T, truth.xi, truth.bias, start
+        angle = plant().simulate(
+            row,
+            Stimulus(command.time_s, command.command_deg, False, time_s, np.ones(1)),
+            STEP_SHARE * truth.T / 16,
+        )
+    noise = np.random.default_rng(7).normal(0.0, NOISE_DEG, time_s.size)
+    return Recording(name, command.time_s, command.command_deg, time_s, angle + noise)
+
+
+def assert_recovered(name: str, parameters: dict[str, Estimate]) -> None:
+    """Each parameter within the larger of 3 sigma and 5 % of its truth."""
+    truth = truth_of(name)
+    wanted = {f"{name}.{key}": value for key, value in truth.values.items()}
+    wanted |= {"k": 1.02, "T": truth.T, "xi": truth.xi}
+    for key, value in wanted.items():
+        found = parameters[key]
+        bound = max(3.0 * (found.sigma or 0.0), 0.05 * abs(value))
+        print(
+            f"{key}: truth {value:g}, found {found.value:.5g} +- {found.sigma}, bound {bound:.2g}"
+        )
+        assert abs(found.value - value) <= bound, key
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_it_is_recovered_from_an_independent_integration(name: str, reference: Any) -> None:
+    """And nothing but the noise remains: rmse within 3 % of 0.03 deg (1430 samples: 1.9 %)."""
+    recording = synthetic(name, reference)
+    found = identify([recording], [name], catalogue=catalogue(), method="gradient")
+    assert_recovered(name, dict(found.actuator.parameters))
+    assert found.rmse_deg == pytest.approx(NOISE_DEG, rel=0.06)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_it_is_named_when_left_out(name: str, reference: Any) -> None:
+    """By the ladder, from the linear model, no sigma given; held-out error within 1.10 of it."""
+    found = diagnose([synthetic(name, reference)], catalogue=catalogue(), auto=True)
+    assert found.effects == (name,)
+    assert found.verdict == "explained"
+    last = found.ladder[-1]
+    assert last.trial.held_out_rmse_deg <= 1.10 * found.floor_deg
+    assert_recovered(name, dict(last.parameters))
