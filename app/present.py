@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-BAR = 20
+BAR = 24
+EIGHTHS = " ▏▎▍▌▋▊▉"
 CANDIDATES = 6
 
 VERDICTS = {
@@ -34,16 +35,31 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
 def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     """The ladder, the verdict, the parameters, where it fails, what to try."""
     show_ladder(out, result["ladder"], result["floor_deg"])
-    effects = " + ".join(result["effects"])
-    out.print(VERDICTS[result["verdict"]].format(effects=effects))
-    if len(result["ladder"]) == 1 and result["verdict"] == "unexplained":
-        out.print("Only the linear model was fitted; --auto adds what earns its place.")
-    out.print()
+    show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
     show_where(out, result["where"])
     if result.get("next_experiment"):
         out.print(f"To learn more: {result['next_experiment']}")
+
+
+def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
+    """The verdict in words, how far the error fell, and which names to take with care."""
+    ladder, effects = result["ladder"], result["effects"]
+    out.print(VERDICTS[result["verdict"]].format(effects=" + ".join(effects)))
+    if effects:
+        first, last = (ladder[i]["held_out_rmse_deg"] for i in (0, -1))
+        less = f", {first / last:.2g} times less" if last else ""
+        out.print(f"The held-out error fell from {_deg(first)} to {_deg(last)}{less}.")
+    elif len(ladder) == 1 and result["verdict"] == "unexplained":
+        out.print("Only the linear model was fitted; --auto adds what earns its place.")
+    for one in result["candidates"]:
+        if one["effect"] in effects and one["confounded_with"]:
+            rivals = ", ".join(one["confounded_with"])
+            out.print(f"This recording cannot tell {one['effect']} from {rivals}.")
+    for name in effects:
+        out.print(f"What {name} is and how to confirm it: servosight effects {name}")
+    out.print()
 
 
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
@@ -53,7 +69,7 @@ def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: fl
     for rung in ladder:
         error = rung["held_out_rmse_deg"]
         table.add_row(
-            "linear" if rung["added"] is None else f"+ {rung['added']}",
+            _change(rung),
             _deg(error),
             _bar(error, largest),
             _deg(rung["train_rmse_deg"]),
@@ -107,10 +123,19 @@ def show_where(out: Console, where: Sequence[Mapping[str, Any]]) -> None:
     out.print(table)
 
 
+def _change(rung: Mapping[str, Any]) -> str:
+    """What a rung added to the model and took from it."""
+    added, removed = rung["added"], rung.get("removed")
+    signs = ([f"+ {added}"] if added else []) + ([f"- {removed}"] if removed else [])
+    return ", ".join(signs) or "linear"
+
+
 def _bar(value: float | None, largest: float) -> str:
+    """A bar in eighths of a character; whatever is above zero shows."""
     if not value or largest <= 0.0:
         return ""
-    return "█" * max(1, round(BAR * value / largest))
+    eighths = max(1, round(8 * BAR * value / largest))
+    return "█" * (eighths // 8) + EIGHTHS[eighths % 8].strip()
 
 
 def _deg(value: float | None) -> str:

@@ -10,8 +10,8 @@ MOST_DECIMALS = 8
 
 def rounded(value: float, digits: int = DIGITS) -> str:
     """``digits`` significant digits without an exponent where that stays short."""
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}".replace("-", "−")
+    if value == 0.0:
+        return "0"
     decimals = digits - 1 - math.floor(math.log10(abs(value)))
     if decimals > MOST_DECIMALS:
         return f"{value:.{digits - 1}e}".replace("-", "−")
@@ -29,8 +29,8 @@ def signed(value: float, decimals: int = 2) -> str:
 
 
 def times(ratio: float) -> str:
-    """How many times: two digits below ten, whole numbers above."""
-    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:.0f}"
+    """How many times, to two digits."""
+    return rounded(ratio, 2)
 
 
 def uncertain(value: float, sigma: float | None) -> tuple[str, str]:

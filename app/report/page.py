@@ -10,7 +10,7 @@ import jinja2
 from markupsafe import Markup
 
 from servosight import __version__
-from servosight.app.report.numbers import degrees, rounded, signed, times, uncertain
+from servosight.app.report.numbers import degrees, rounded, signed, uncertain
 from servosight.app.report.section import Section
 from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
@@ -20,7 +20,7 @@ from servosight.app.report.sections.parameters import section as parameters
 from servosight.app.report.sections.picture import section as picture
 from servosight.app.report.sections.verdict import section as verdict
 from servosight.app.report.sections.where import section as where
-from servosight.app.report.story import Story, spoken
+from servosight.app.report.story import Story, sentence, spoken
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,
@@ -63,9 +63,9 @@ def _environment() -> jinja2.Environment:
     environment.filters |= {
         "degrees": degrees,
         "rounded": rounded,
+        "sentence": sentence,
         "signed": signed,
         "spoken": spoken,
-        "times": times,
         "uncertain": uncertain,
     }
     return environment

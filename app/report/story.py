@@ -77,6 +77,11 @@ def spoken(effect: str) -> str:
     return effect.replace("_", " ")
 
 
+def sentence(text: str) -> str:
+    """Text with a capital letter in front."""
+    return text[:1].upper() + text[1:]
+
+
 def listed(effects: Sequence[str]) -> str:
     """``a``, ``a and b`` or ``a, b and c`` in words."""
     words = [spoken(effect) for effect in effects]

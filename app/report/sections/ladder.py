@@ -90,5 +90,5 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
     alt = "Held-out error on a logarithmic scale: " + ", then ".join(
         f"{named(step)} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
     )
-    size = (min(max(1.9 * len(ladder), 5.0), 8.2), 3.3)
+    size = (max(1.5 * len(ladder), 6.6), 3.1)
     return drawn("ladder", size, f"{alt}. The floor is {degrees(floor_deg)}.", paint)

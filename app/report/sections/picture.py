@@ -23,6 +23,7 @@ ZOOM_SHARE = 7.0
 """The zoom is as many times as wide as the distance that it shows."""
 LEAST_ZOOM_PX = 36
 WIDEST_PX = 1280
+SMOOTHING_POINTS = 2.0
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,9 @@ def section(story: Story) -> Section | None:
     angles = [("measured", "measured", float(recording.angle_deg[index]))]
     for kind, told in zip(kinds, story.models, strict=False):
         angles.append((kind, told.name, float(told.judged[number].predicted_deg[index])))
+    outline = smoothed(geometry.outline_px)
     outlines = [
-        Drawn(kind, name, angle, turned(geometry.outline_px, geometry.pivot_px, np.deg2rad(angle)))
+        Drawn(kind, name, angle, turned(outline, geometry.pivot_px, np.deg2rad(angle)))
         for kind, name, angle in angles
     ]
     height, width = image.shape
@@ -72,8 +74,8 @@ def section(story: Story) -> Section | None:
             "measured": outlines[0],
             "models": outlines[1:],
             "apart_px": apart,
-            "whole": _view(image, (0, 0, width, height)),
-            "zoom": _view(image, zoom),
+            "whole": _view(image, (0, 0, width, height), "jpeg"),
+            "zoom": _view(image, zoom, "png"),
             "zoom_box": zoom,
             "factor": width / zoom[2],
         },
@@ -97,6 +99,13 @@ def _worst_frame(story: Story) -> tuple[int, int, Geometry] | None:
     return None if best is None else best[1:]
 
 
+def smoothed(outline_px: Array) -> Array:
+    """A closed outline (points, 2) without the steps of the pixels that it was found on."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.asarray(gaussian_filter1d(outline_px, SMOOTHING_POINTS, axis=0, mode="wrap"))
+
+
 def _zoom(outlines: list[Drawn], shape: tuple[int, int]) -> tuple[Box, float]:
     """The box (x, y, width, height) about the point furthest off, and how far that is [px]."""
     height, width = shape
@@ -105,7 +114,7 @@ def _zoom(outlines: list[Drawn], shape: tuple[int, int]) -> tuple[Box, float]:
     distance = np.where(inside, np.hypot(*(measured - predicted).T), 0.0)
     place = int(np.argmax(distance))
     apart = float(distance[place])
-    wide = int(np.clip(ZOOM_SHARE * apart, LEAST_ZOOM_PX, width))
+    wide = int(np.clip(ZOOM_SHARE * apart, min(LEAST_ZOOM_PX, width), max(width // 2, 1)))
     tall = min(round(0.75 * wide), height)
     x, y = 0.5 * (measured[place] + predicted[place])
     left = int(np.clip(round(x - 0.5 * wide), 0, width - wide))
@@ -113,8 +122,8 @@ def _zoom(outlines: list[Drawn], shape: tuple[int, int]) -> tuple[Box, float]:
     return (left, top, wide, tall), apart
 
 
-def _view(image: Image, box: Box) -> dict[str, object]:
-    """A part of the picture as a data address, and the SVG view that shows it.
+def _view(image: Image, box: Box, kind: str) -> dict[str, object]:
+    """A part of the picture as a data address (``kind`` png or jpeg), and the view that shows it.
 
     Pixels have integer centres, so a box begins half a pixel before its first.
     """
@@ -122,16 +131,15 @@ def _view(image: Image, box: Box) -> dict[str, object]:
 
     x, y, width, height = box
     picture = Picture.fromarray(image[y : y + height, x : x + width])
-    small = width <= WIDEST_PX // 4
     if width > WIDEST_PX:
         picture = picture.resize((WIDEST_PX, round(height * WIDEST_PX / width)))
     stream = io.BytesIO()
-    picture.save(stream, **({"format": "PNG"} if small else {"format": "JPEG", "quality": 88}))
+    picture.save(stream, format=kind, quality=88)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
     return {
         "x": x - 0.5,
         "y": y - 0.5,
         "width": width,
         "height": height,
-        "href": f"data:image/{'png' if small else 'jpeg'};base64,{data}",
+        "href": f"data:image/{kind};base64,{data}",
     }

@@ -30,7 +30,7 @@ DOING = {
 }
 """What the servo was doing, in words."""
 LOOKS = ((BEFORE, "o--"), (AFTER, "s-"))
-SIZE = (3.6, 2.7)
+SIZE = (2.75, 2.2)
 
 
 def section(story: Story) -> Section:

@@ -1,0 +1,325 @@
+"""The report through write_report: what it tells, that it holds together, that it is safe."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from fractions import Fraction
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from servosight.app.geometry import Geometry, geometry_of
+from servosight.app.report import write_report
+from servosight.app.report.figure import POINTS, thinned
+from servosight.app.report.numbers import degrees, rounded, times, uncertain
+from servosight.app.report.sections.candidates import groups
+from servosight.diagnose.compare import Comparison, compare
+from servosight.diagnose.diagnose import Diagnosis, diagnose
+from servosight.models.errors import InputError
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+
+GAP_DEG = 2.0
+NOISE_DEG = 0.02
+RATE_HZ = 60.0
+DURATION_S = 9.0
+PIVOT = (80.0, 100.0)
+FIN = np.array([[70.0, 88.0], [230.0, 94.0], [230.0, 106.0], [70.0, 112.0]])
+NAME = "<b>run & $5$</b>"
+"""A folder may be called that: the page must show it, not obey it."""
+
+
+def recorded(gap: float, name: str = NAME) -> Recording:
+    """A triangle and steps, seen through a play of ``gap``."""
+    plant = Plant.of(catalogue())
+    rows = np.arange(0.0, DURATION_S, 0.01)
+    steps = 12.0 * np.sign(np.sin(2.0 * np.pi * 0.7 * rows))
+    command = np.where(rows < 5.0, 15.0 * np.arcsin(np.sin(2.0 * np.pi * 0.6 * rows)), steps)
+    time_s = np.arange(0.05, DURATION_S, 1.0 / RATE_HZ)
+    quiet = Recording(name, rows, command, time_s, np.zeros(time_s.size))
+    row = np.array(plant.layout.neutral_row())
+    row[:3] = 1.0, 0.03, 0.6
+    row[plant.index("backlash.gap")] = gap
+    noise = NOISE_DEG * np.random.default_rng(4).standard_normal(time_s.size)
+    angle = plant.simulate(row, Stimulus.of(quiet)) + noise
+    return replace(quiet, angle_deg=angle, sigma_deg=np.full(time_s.size, NOISE_DEG))
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return recorded(GAP_DEG)
+
+
+@pytest.fixture(scope="module")
+def found(recording: Recording) -> Diagnosis:
+    return diagnose([recording], catalogue=catalogue(), auto=True)
+
+
+@pytest.fixture(scope="module")
+def compared(recording: Recording, found: Diagnosis) -> Comparison:
+    linear = replace(found.actuator, effects=(), parameters=found.ladder[0].parameters)
+    bias = found.ladder[0].biases[0]
+    linear = replace(linear, parameters={**linear.parameters, "bias": bias})
+    return compare(linear, [recording], catalogue=catalogue())
+
+
+class Page(HTMLParser):
+    """Elements, ids, addresses and text of a page."""
+
+    VOID = frozenset({"meta", "br", "img", "link", "hr"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.addresses: list[str] = []
+        self.roots: list[dict[str, str | None]] = []
+        self.tags: set[str] = set()
+        self.words: list[str] = []
+        self.feed(text)
+        assert self.open == [], "all elements are closed"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_startendtag(tag, attrs)
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.tags.add(tag)
+        self.ids += [str(values["id"])] if "id" in values else []
+        self.addresses += [str(values[k]) for k in ("href", "xlink:href", "src") if k in values]
+        if tag == "svg":
+            self.roots.append(values)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        """All words, joined by single spaces."""
+        return " ".join(" ".join(self.words).split())
+
+
+def written(path: Path, result: Any, recordings: list[Recording]) -> tuple[str, Page]:
+    write_report(path, result, recordings)
+    text = path.read_text(encoding="utf-8")
+    return text, Page(text)
+
+
+def filmed(recording: Recording, folder: Path) -> Recording:
+    """The recording with a film of a fin that stands as measured, and the geometry beside it."""
+    video = folder / "video.mkv"
+    with av.open(str(video), "w") as container:
+        stream = container.add_stream("ffv1", rate=Fraction(int(RATE_HZ)))
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "gray"
+        for angle in recording.angle_deg:
+            image = np.full((240, 320), 60, np.uint8)
+            turn = np.deg2rad(angle)
+            matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+            points = (FIN - PIVOT) @ matrix.T + PIVOT
+            cv2.fillPoly(image, [np.round(points * 16).astype(np.int32)], 200, cv2.LINE_AA, 4)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
+        container.mux(stream.encode(None))
+    outline = np.vstack(
+        [np.linspace(a, b, 40) for a, b in zip(FIN, np.roll(FIN, -1, 0), strict=True)]
+    )
+    track: Any = SimpleNamespace(frames=recording.time_s.size, pivot_px=PIVOT, outline_px=outline)
+    Geometry.of(track, video).save(folder)
+    return replace(recording, video=video, path=folder)
+
+
+def with_recording(result: Diagnosis, recording: Recording) -> Diagnosis:
+    """The diagnosis as if it had been made of ``recording``."""
+    steps = []
+    for step in result.ladder:
+        judged = tuple(replace(one, recording=recording) for one in step.trial.judged)
+        trial = replace(step.trial, judged=judged)
+        steps.append(replace(step, rung=replace(step.rung, trial=trial)))
+    return replace(result, ladder=tuple(steps))
+
+
+def test_a_diagnosis_tells_the_whole_story(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    assert found.effects == ("backlash",)
+    text, page = written(tmp_path / "report.html", found, [recording])
+    effect = catalogue()["backlash"]
+    first, last = (found.ladder[i].trial.held_out_rmse_deg for i in (0, -1))
+    for words in (
+        "What was missing: backlash",
+        degrees(first),
+        degrees(last),
+        degrees(found.floor_deg),
+        effect.looks_like,
+        effect.cause,
+        effect.confirm,
+        effect.remedy,
+        found.next_experiment,
+        "Where the linear model fails",
+        "backlash.gap",
+        "+ backlash",
+        "coulomb friction",
+        "What could be missing",
+        "Of every 3 blocks of 1 s, the last is held out",
+    ):
+        assert " ".join(words.split()) in page.text, words
+    order = [
+        page.ids.index(name)
+        for name in ("verdict", "angle", "where", "candidates", "ladder", "parameters", "method")
+    ]
+    assert order == sorted(order)
+    assert "picture" not in page.ids  # no video
+    assert len(text) < 3_000_000
+
+
+def test_the_page_stands_alone(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
+    text, page = written(tmp_path / "report.html", found, [recording])
+    assert all(address.startswith(("#", "data:")) for address in page.addresses)
+    assert not page.tags & {"script", "link", "iframe", "img"}
+    assert "@import" not in text
+    assert not re.search(r"url\((?!#)", text)
+    assert len(page.ids) == len(set(page.ids))
+    for address in page.addresses:
+        assert address.startswith("data:") or address[1:] in page.ids
+    for root in page.roots:
+        assert root["role"] == "img"
+        assert root["aria-label"]
+    assert 'lang="en"' in text
+    assert "viewport" in text
+
+
+def test_names_are_shown_and_not_obeyed(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    text, page = written(tmp_path / "report.html", found, [recording])
+    assert NAME not in text
+    assert NAME in page.text
+
+
+def test_the_same_result_gives_the_same_bytes(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    first, _ = written(tmp_path / "one.html", found, [recording])
+    second, _ = written(tmp_path / "two.html", found, [recording])
+    assert first == second
+
+
+def test_a_place_that_cannot_be_written(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    with pytest.raises(InputError, match="nowhere"):
+        write_report(tmp_path / "nowhere" / "report.html", found, [recording])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_comparison_leaves_out_what_it_did_not_try(
+    tmp_path: Path, compared: Comparison, recording: Recording
+) -> None:
+    _, page = written(tmp_path / "report.html", compared, [recording])
+    assert "The model misses something" in page.text
+    assert {"verdict", "angle", "where", "method"} <= set(page.ids)
+    assert not {"candidates", "ladder", "parameters"} & set(page.ids)
+    assert "held out" not in page.text.lower().split("how it was measured")[0]
+
+
+def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
+    one = found.ladder[:1]
+    ranked = replace(found, verdict="unexplained", effects=(), ladder=one)
+    _, page = written(tmp_path / "ranked.html", ranked, [recording])
+    assert "backlash alone would help most" in page.text
+    nothing = replace(found, verdict="no_effect_missing", effects=(), ladder=one)
+    _, page = written(tmp_path / "nothing.html", nothing, [recording])
+    assert "Nothing is missing" in page.text
+    part = replace(found, verdict="unexplained", floor_deg=0.5 * found.floor_deg)
+    _, page = written(tmp_path / "part.html", part, [recording])
+    assert "Part of the answer: backlash" in page.text
+    assert "something else remains" in page.text
+    rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
+    doubt = replace(found, candidates=rivals)
+    _, page = written(tmp_path / "doubt.html", doubt, [recording])
+    assert "cannot tell backlash from dead zone" in page.text
+
+
+def test_the_frame_shows_where_the_model_is_off(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    film = filmed(recording, tmp_path)
+    result = with_recording(found, film)
+    text, page = written(tmp_path / "report.html", result, [film])
+    assert "picture" in page.ids
+    error = found.ladder[0].trial.judged[0].error_deg
+    worst = int(np.argmax(np.abs(error)))
+    assert f"frame {worst} of" in page.text
+    assert f"off by {degrees(abs(error[worst]))}" in page.text
+    # The fin's tip is 150 px from its pivot: the outlines lie that far apart, to the smoothing.
+    polygons = re.findall(r'<polygon class="(measured|before)" points="([^"]*)"', text)
+    shapes = {kind: np.array([p.split(",") for p in v.split()], float) for kind, v in polygons}
+    apart = np.hypot(*(shapes["measured"] - shapes["before"]).T).max()
+    assert apart == pytest.approx(150.0 * 2.0 * np.sin(np.deg2rad(abs(error[worst])) / 2), rel=0.03)
+    assert text.count("data:image/jpeg") == 1
+    assert text.count("data:image/png") == 1
+
+
+def test_geometry_is_kept_only_while_it_fits(tmp_path: Path, recording: Recording) -> None:
+    assert geometry_of(recording) is None
+    film = filmed(recording, tmp_path)
+    kept = geometry_of(film)
+    assert kept is not None
+    assert kept.pivot_px == PIVOT
+    np.testing.assert_allclose(kept.outline_px[0], FIN[0], atol=0.01)
+    fewer = replace(film, time_s=film.time_s[:-1], angle_deg=film.angle_deg[:-1])
+    assert geometry_of(fewer) is None
+    for text in ("format = 1", "junk [", 'pivot_px = "x"\noutline_px = 3'):
+        (tmp_path / "track.toml").write_text(text)
+        assert geometry_of(film) is None
+    assert film.video is not None
+    with film.video.open("ab") as stream:
+        stream.write(b"more")
+    filmed(recording, tmp_path)
+    assert geometry_of(film) is not None
+    with film.video.open("ab") as stream:
+        stream.write(b"more")
+    assert geometry_of(film) is None
+
+
+def test_long_lines_keep_their_peaks() -> None:
+    x = np.arange(100_000.0)
+    line = np.sin(x / 5000.0)
+    line[61_234] = 9.0
+    ((kept_x, kept),) = thinned(x, line)
+    assert kept.size <= 2 * POINTS
+    assert kept.max() == 9.0
+    assert np.all(np.diff(kept_x) > 0)
+    short = thinned(x[:10], line[:10])[0][1]
+    np.testing.assert_array_equal(short, line[:10])
+
+
+def test_groups_that_cannot_be_told_apart_are_named_once() -> None:
+    rivals = {"a": ("b",), "b": ("a",), "c": ()}
+    candidates: Any = [SimpleNamespace(effect=k, confounded_with=v) for k, v in rivals.items()]
+    assert groups(candidates) == [("a", "b")]
+
+
+def test_numbers_read_well() -> None:
+    assert degrees(0.70171) == "0.702°"
+    assert degrees(12.0) == "12.0°"
+    assert rounded(-0.0) == "0"
+    assert rounded(-1.234) == "−1.23"
+    assert rounded(1.5e-12) == "1.50e−12"
+    assert times(22.78) == "23"
+    assert times(2438.0) == "2400"
+    assert uncertain(2.00214, 0.0022) == ("2.0021", "0.0022")
+    assert uncertain(153.2, 12.0) == ("153", "12")
+    assert uncertain(0.5, None) == ("0.5000", "not known")
