@@ -70,25 +70,32 @@ class Climber:
         """From the linear model up."""
         first = self.first_step()
         rungs = list(first.rungs)
-        singles = list(first.singles)
-        ranked = singles
+        ranked: Sequence[Trial] = first.singles
         while len(rungs) < MAX_RUNGS and not self._explained(rungs[-1].trial):
             base = rungs[-1].trial
-            best = ranked[0] if ranked else None
-            if best is not None and self._earns(best, base, len(ranked)):
-                rungs.append(Rung(best, _news(best, base)))
-            else:
-                pair = self._best_pair(base, ranked)
-                if pair is None:
-                    break
-                rungs += pair
+            added = self._single(base, ranked) or []
+            if not added or not self._explained(added[-1].trial):
+                added = self._pair(base, ranked) or added
+            if not added:
+                break
+            rungs += added
             rungs += self._settle(rungs[-1].trial)
             if not self._explained(rungs[-1].trial):
                 ranked = self.rank(rungs[-1].trial, f"effect {len(rungs[-1].trial.effects) + 1}")
-        return Climb(tuple(rungs), tuple(singles))
+        return Climb(tuple(rungs), first.singles)
 
-    def _best_pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
-        """Two rungs for the best pair that earns its place, or None."""
+    def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
+        """A rung for the best single candidate if it earns its place."""
+        if not ranked or not self._earns(ranked[0], base, len(ranked)):
+            return None
+        return [Rung(ranked[0], _news(ranked[0], base))]
+
+    def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
+        """Two rungs for the best pair, if it earns its place beside the best single candidate.
+
+        Two effects can each gain little alone and much together, and a single one that gains a
+        little may be the wrong one: so pairs are tried unless one effect explains all.
+        """
         by_name = {_news(trial, base): trial for trial in ranked[:PAIR_CANDIDATES]}
         pairs = list(itertools.combinations(by_name, 2))
         best: tuple[Trial, str, str] | None = None
@@ -97,10 +104,15 @@ class Climber:
             trial = self.laboratory.extended(by_name[first], [second])
             if best is None or self._criterion(trial) > self._criterion(best[0]):
                 best = (trial, first, second)
-        self.progress("tried all pairs", len(pairs), len(pairs))
-        if best is None or not self._earns(best[0], base, len(pairs)):
+            if self._explained(trial):
+                break
+        self.progress("tried pairs", len(pairs), len(pairs))
+        if best is None:
             return None
         trial, first, second = best
+        rivals = [base, *(by_name[name] for name in (first, second)), ranked[0]]
+        if not all(self._earns(trial, rival, len(pairs)) for rival in rivals):
+            return None
         return [Rung(by_name[first], first), Rung(trial, second)]
 
     def _settle(self, trial: Trial) -> Iterator[Rung]:

@@ -39,7 +39,7 @@ EFFECT = Effect(
     id="flexible_shaft",
     place=Place.SHAFT,
     parameters=(
-        Parameter("frequency", "Hz", 0.3, 300.0, float("inf"), "resonance with the motor locked"),
+        Parameter("frequency", "Hz", 2.0, 300.0, float("inf"), "resonance with the motor locked"),
         Parameter("damping", "-", 0.0, 1.5, None, "damping ratio of that resonance"),
         Parameter("inertia_ratio", "-", 0.0, 0.9, None, "far inertia over the total"),
     ),
