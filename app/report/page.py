@@ -61,6 +61,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {
+        "coded": coded,
         "degrees": degrees,
         "rounded": rounded,
         "sentence": sentence,
@@ -69,6 +70,13 @@ def _environment() -> jinja2.Environment:
         "uncertain": uncertain,
     }
     return environment
+
+
+def coded(text: str) -> Markup:
+    """What stands between backquotes, as code."""
+    code = Markup("<code>{}</code>")
+    parts = [code.format(part) if i % 2 else part for i, part in enumerate(text.split("`"))]
+    return Markup("").join(parts)
 
 
 def _read(name: str) -> str:

@@ -244,8 +244,9 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     assert "Nothing is missing" in page.text
     part = replace(found, verdict="unexplained", floor_deg=0.5 * found.floor_deg)
     _, page = written(tmp_path / "part.html", part, [recording])
-    assert "Part of the answer: backlash" in page.text
-    assert "something else remains" in page.text
+    assert "Not explained yet" in page.text
+    assert "something remains that no known effect accounts for" in page.text
+    assert "What remains looks like this: The error" in page.text
     rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals)
     _, page = written(tmp_path / "doubt.html", doubt, [recording])

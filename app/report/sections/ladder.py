@@ -18,9 +18,9 @@ from servosight.diagnose.evidence import EXPLAINED
 
 
 def section(story: Story) -> Section | None:
-    """None for a comparison, which climbs no ladder."""
+    """None where no ladder was climbed: the error of one model is in the verdict already."""
     result = story.result
-    if not isinstance(result, Diagnosis):
+    if not isinstance(result, Diagnosis) or len(result.ladder) < 2:
         return None
     return Section(
         "ladder",
@@ -69,7 +69,7 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
             edges[0] + 0.03,
             floor_deg,
             f"floor of the measurement {degrees(floor_deg)}",
-            va="bottom" if errors[0] > 1.5 * floor_deg else "top",
+            va="bottom",
             fontsize=8.5,
         )
         axes.stairs(errors, edges, baseline=None, color="#8a939d", linewidth=1.0)

@@ -9,7 +9,8 @@ from servosight.app.report.section import Section
 from servosight.app.report.story import Story, catalogue_of, listed
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.evidence import EXPLAINED, MIN_GAIN
+from servosight.diagnose.evidence import MIN_GAIN
+from servosight.diagnose.profiles import sentences
 
 
 def section(story: Story) -> Section:
@@ -20,8 +21,10 @@ def section(story: Story) -> Section:
         values = {
             "tiles": _tiles(result),
             "effects": _effects(result),
+            "heading": "What that means" if result.verdict == "explained" else "What was added",
             "doubt": _doubt(result),
             "next": result.next_experiment,
+            "counted": "data that the model was not fitted to",
         }
     else:
         headline, sentence = _compared(result)
@@ -31,8 +34,10 @@ def section(story: Story) -> Section:
                 _tile("floor of the measurement", result.floor_deg, "floor"),
             ],
             "effects": [],
+            "heading": None,
             "doubt": None,
             "next": None,
+            "counted": "all samples",
         }
     return Section("verdict", headline, {"sentence": sentence, **values})
 
@@ -42,7 +47,6 @@ def _words(result: Diagnosis) -> tuple[str, str]:
     first = result.ladder[0].trial.held_out_rmse_deg
     last = result.ladder[-1].trial.held_out_rmse_deg
     named = listed(result.effects)
-    fall = f"its error falls from {degrees(first)} to {degrees(last)}"
     if result.verdict == "no_effect_missing":
         return (
             "Nothing is missing",
@@ -52,14 +56,15 @@ def _words(result: Diagnosis) -> tuple[str, str]:
     if result.verdict == "explained":
         return (
             f"What was missing: {named}",
-            f"The linear model of this servo lacks {named}; once the model knows of it, {fall}, "
-            f"as exact as the measurement allows.",
+            f"The linear model of this servo lacks {named}; once the model knows of it, its error "
+            f"falls from {degrees(first)} to {degrees(last)}, as exact as the measurement allows.",
         )
     if result.effects:
         return (
-            f"Part of the answer: {named}",
-            f"The linear model of this servo lacks {named}; once the model knows of it, {fall}, "
-            f"but something else remains that no known effect accounts for.",
+            "Not explained yet",
+            f"Adding {named} lowers the linear model’s error from {degrees(first)} to "
+            f"{degrees(last)}, still {times(last / result.floor_deg)} times what the measurement "
+            f"allows: something remains that no known effect accounts for.",
         )
     best = result.candidates[0] if result.candidates else None
     if best is not None and best.held_out_rmse_deg <= (1.0 - MIN_GAIN) * first:
@@ -122,14 +127,14 @@ def _effects(result: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _doubt(result: Diagnosis) -> str | None:
-    """Rivals of the first effect that this recording cannot rule out."""
+    """Rivals that this recording cannot rule out, or what the error that remains looks like."""
     for candidate in result.candidates:
         if candidate.effect in result.effects and candidate.confounded_with:
             return (
                 f"This recording cannot tell {listed([candidate.effect])} from "
                 f"{listed(candidate.confounded_with)}: take the name with care."
             )
-    remains = result.ladder[-1].trial.held_out_rmse_deg / result.floor_deg
-    if result.effects and remains > EXPLAINED:
-        return f"What remains is {times(remains)} times the floor of the measurement."
+    if result.effects and result.verdict == "unexplained":
+        remains = sentences(result.ladder[-1].trial.judged, result.floor_deg)
+        return f"What remains looks like this: {' '.join(remains)}"
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
+from servosight.diagnose.evidence import EXPLAINED
 from servosight.diagnose.profiles import (
     against_angle,
     against_frequency,
@@ -37,9 +38,11 @@ def section(story: Story) -> Section:
     """The failures of the model that the story begins with."""
     judged = story.before.judged
     table = shares(judged)
+    fails = rms_deg(judged) > EXPLAINED * story.floor_deg
+    title = f"Where the {story.before.name} fails" if fails else "Where the error is"
     return Section(
         "where",
-        f"Where the {story.before.name} fails",
+        title,
         {
             "windows": [(window, doing(window.what)) for window in story.where],
             "many": len(story.recordings) > 1,
@@ -49,6 +52,11 @@ def section(story: Story) -> Section:
             "models": [told.name for told in story.models],
         },
     )
+
+
+def rms_deg(judged: Sequence[Judged]) -> float:
+    """Rms error over all samples [deg]."""
+    return float(np.sqrt(np.mean(np.concatenate([one.error_deg for one in judged]) ** 2)))
 
 
 def doing(what: str) -> str:
