@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 BAR = 24
 EIGHTHS = " ▏▎▍▌▋▊▉"
 CANDIDATES = 6
+LEAST_DEG = 1e-9
 
 VERDICTS = {
     "no_effect_missing": "No effect is missing: the linear model already reaches the floor.",
@@ -49,8 +50,10 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
     out.print(VERDICTS[result["verdict"]].format(effects=" + ".join(effects)))
     if effects:
         first, last = (ladder[i]["held_out_rmse_deg"] for i in (0, -1))
-        less = f", {first / last:.2g} times less" if last else ""
-        out.print(f"The held-out error fell from {_deg(first)} to {_deg(last)}{less}.")
+        ratio = first / max(last, LEAST_DEG)
+        times = f"{ratio:.1f}" if ratio < 10.0 else f"{ratio:.0f}"
+        fell = f"from {_deg(first)} to {_deg(last)}, {times} times less"
+        out.print(f"The held-out error fell {fell}.")
     elif len(ladder) == 1 and result["verdict"] == "unexplained":
         out.print("Only the linear model was fitted; --auto adds what earns its place.")
     for one in result["candidates"]:

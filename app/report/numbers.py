@@ -10,8 +10,8 @@ MOST_DECIMALS = 8
 
 def rounded(value: float, digits: int = DIGITS) -> str:
     """``digits`` significant digits without an exponent where that stays short."""
-    if value == 0.0:
-        return "0"
+    if value == 0.0 or not math.isfinite(value):
+        return "0" if value == 0.0 else str(value)
     decimals = digits - 1 - math.floor(math.log10(abs(value)))
     if decimals > MOST_DECIMALS:
         return f"{value:.{digits - 1}e}".replace("-", "−")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
@@ -11,6 +13,9 @@ from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import Window
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
+
+LEAST_DEG = 1e-9
+"""Smaller errors count as this one, so that ratios and logarithms exist."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,7 @@ class Story:
     @classmethod
     def of(cls, result: Diagnosis | Comparison, recordings: Sequence[Recording]) -> Story:
         """The story of a result."""
+        result = replace(result, floor_deg=max(result.floor_deg, LEAST_DEG))
         after = None
         if isinstance(result, Diagnosis):
             before = Told("linear model", result.ladder[0].trial.judged)
@@ -62,8 +68,22 @@ class Story:
     @property
     def worst(self) -> int:
         """Which recording holds the worst window."""
-        names = [one.recording.name for one in self.before.judged]
-        return names.index(self.where[0].recording) if self.where else 0
+        if not self.where:
+            return 0
+        window = self.where[0]
+        named = [
+            number
+            for number, one in enumerate(self.before.judged)
+            if one.recording.name == window.recording
+        ]
+        # Recordings may share a name: the window is where the error is.
+        return max(named, key=lambda number: _square(self.before.judged[number], window))
+
+
+def _square(one: Judged, window: Window) -> float:
+    """Sum of the squared errors within a window."""
+    time_s = one.recording.time_s
+    return float(np.sum(one.error_deg[(time_s >= window.start_s) & (time_s <= window.end_s)] ** 2))
 
 
 def catalogue_of(diagnosis: Diagnosis) -> dict[str, Effect]:

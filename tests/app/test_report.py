@@ -15,17 +15,20 @@ import cv2
 import numpy as np
 import pytest
 
+from servosight.app.geometry import NAME as NAME_OF_GEOMETRY
 from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
 from servosight.app.report.numbers import degrees, rounded, times, uncertain
 from servosight.app.report.sections.candidates import groups
+from servosight.app.report.story import Story
 from servosight.diagnose.compare import Comparison, compare
 from servosight.diagnose.diagnose import Diagnosis, diagnose
 from servosight.models.errors import InputError
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
+from servosight.scenarios.produce import OURS
 
 GAP_DEG = 2.0
 NOISE_DEG = 0.02
@@ -253,6 +256,27 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     assert "cannot tell backlash from dead zone" in page.text
 
 
+def test_a_model_without_any_error(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
+    """Nothing divides by an error or a floor of zero."""
+    last = found.ladder[-1]
+    judged = tuple(replace(one, predicted_deg=one.recording.angle_deg) for one in last.trial.judged)
+    exact = replace(last, rung=replace(last.rung, trial=replace(last.trial, judged=judged)))
+    perfect = replace(
+        found, noise_deg=0.0, floor_deg=0.0, tolerance_deg=0.0, ladder=(found.ladder[0], exact)
+    )
+    _, page = written(tmp_path / "report.html", perfect, [recording])
+    assert "0°" in page.text
+
+
+def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
+    (one,) = compared.judged
+    calm = replace(one, predicted_deg=one.recording.angle_deg)
+    twice = replace(compared, judged=(calm, one))
+    assert Story.of(twice, [recording, recording]).worst == 1
+    _, page = written(tmp_path / "report.html", twice, [recording, recording])
+    assert {"angle-0-figure_1", "angle-1-figure_1", "angle-1-close-figure_1"} <= set(page.ids)
+
+
 def test_the_frame_shows_where_the_model_is_off(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
@@ -275,6 +299,7 @@ def test_the_frame_shows_where_the_model_is_off(
 
 def test_geometry_is_kept_only_while_it_fits(tmp_path: Path, recording: Recording) -> None:
     assert geometry_of(recording) is None
+    assert NAME_OF_GEOMETRY in OURS  # a recording filmed anew replaces it
     film = filmed(recording, tmp_path)
     kept = geometry_of(film)
     assert kept is not None

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
 from servosight.app.report.numbers import degrees, rounded
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story, spoken
+from servosight.app.report.story import LEAST_DEG, Story, spoken
 from servosight.diagnose.diagnose import Diagnosis, Step
 from servosight.diagnose.evidence import EXPLAINED
 
@@ -26,7 +26,7 @@ def section(story: Story) -> Section | None:
         "ladder",
         "The falling error",
         {
-            "figure": _figure(result.ladder, result.floor_deg),
+            "figure": _figure(result.ladder, story.floor_deg),
             "rungs": [
                 {
                     "name": named(step),
@@ -54,7 +54,7 @@ def named(step: Step) -> str:
 
 
 def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
-    errors = [step.trial.held_out_rmse_deg for step in ladder]
+    errors = [max(step.trial.held_out_rmse_deg, LEAST_DEG) for step in ladder]
     edges = np.arange(len(errors) + 1) - 0.5
 
     def paint(figure: Figure) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from servosight.app.report.numbers import degrees, times
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story, catalogue_of, listed
+from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import MIN_GAIN
@@ -102,7 +102,9 @@ def _tiles(result: Diagnosis) -> list[dict[str, str]]:
     tiles = [_tile("error of the linear model", first, "before")]
     if result.effects:
         tiles.append(_tile(f"error with {listed(result.effects)}", last, "after"))
-        tiles.append({"label": "times less", "value": times(first / last), "kind": "plain"})
+        tiles.append(
+            {"label": "times less", "value": times(first / max(last, LEAST_DEG)), "kind": "plain"}
+        )
     return [*tiles, _tile("floor of the measurement", result.floor_deg, "floor")]
 
 
