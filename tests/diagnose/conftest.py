@@ -1,0 +1,49 @@
+"""Recordings of the MuJoCo twin: a truth made by other means than the model that is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from servosight.models.recording import Recording
+from servosight.scenarios.scenario import Scenario, hidden_effect
+from servosight.sim.run import angle_recording, run
+
+NOISE_DEG = 0.03
+
+Twin = Callable[..., tuple[Recording, dict[str, float]]]
+
+
+@pytest.fixture(scope="session")
+def twin() -> Twin:
+    """A recording with the effects hidden in it (or none), and its true parameters."""
+
+    @cache
+    def record(
+        *effects: str, seed: int = 1, with_sigma: bool = True, duration_s: float = 12.0
+    ) -> tuple[Recording, dict[str, float]]:
+        if effects:
+            scenarios = [hidden_effect(effect, seed) for effect in effects]
+            values = {name: one.effects[name] for name, one in zip(effects, scenarios, strict=True)}
+            scenario = replace(scenarios[0], effects=values)
+        else:
+            scenario = replace(hidden_effect("backlash", seed), effects={})
+        return _record(replace(scenario, duration_s=duration_s), with_sigma, "+".join(effects))
+
+    return record
+
+
+def _record(scenario: Scenario, with_sigma: bool, name: str) -> tuple[Recording, dict[str, float]]:
+    trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
+    recording = angle_recording(
+        trajectory,
+        scenario.camera,
+        NOISE_DEG,
+        scenario.seed,
+        name=name or "none",
+        with_sigma=with_sigma,
+    )
+    return recording, scenario.truth()
