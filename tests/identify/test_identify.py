@@ -1,0 +1,209 @@
+"""Parameters from recordings: right, reproducible, with a sigma that means what it says."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.identify.fit import METHODS, identify
+from servosight.models.actuator import Estimate
+from servosight.models.parameter import CORE
+from servosight.models.registry import catalogue
+
+TRUTH = {"k": 1.027, "T": 0.0078, "xi": 0.55, "bias": 0.5}
+
+
+def assert_near(found: dict[str, Estimate], truth: dict[str, float], share: float = 0.0) -> None:
+    """Within four sigma (1 in 16000 by chance), or ``share`` of the truth."""
+    for name, value in truth.items():
+        one = found[name]
+        bound = max(4.0 * (one.sigma or 0.0), share * abs(value))
+        print(f"{name}: truth {value:g}, found {one.value:.6g} +- {one.sigma}, bound {bound:.2g}")
+        assert abs(one.value - value) <= bound, name
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_papers_servo(method: str, record: Any) -> None:
+    """k = 1.027, T = 7.8 ms, xi = 0.55; sigma of k below 0.1 %, of T and xi below 2 %."""
+    found = identify([record(10.0)], [], catalogue=catalogue(), method=method)
+    parameters = dict(found.actuator.parameters)
+    assert_near(parameters, TRUTH)
+    for name, share in (("k", 1e-3), ("T", 0.02), ("xi", 0.02)):
+        sigma = parameters[name].sigma
+        assert sigma is not None
+        assert sigma < share * TRUTH[name]
+    # 1200 samples: the rmse scatters by 1 / sqrt(2400) = 2 %.
+    assert found.rmse_deg == pytest.approx(0.03, rel=0.08)
+    assert found.samples == 1200
+    assert found.method == method
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "effect",
+    [{"backlash.gap": 1.5}, {"torque_saturation.limit": 5.0}, {"coulomb_friction.level": 0.9}],
+    ids=lambda effect: next(iter(effect)),
+)
+def test_each_method_recovers_an_effect(method: str, effect: dict[str, float], record: Any) -> None:
+    (name,) = effect
+    recording = record(4.0, **{name.replace(".", "__"): effect[name]})
+    found = identify([recording], [name.split(".")[0]], catalogue=catalogue(), method=method)
+    assert_near(dict(found.actuator.parameters), {**TRUTH, **effect}, 0.002)
+    assert found.rmse_deg == pytest.approx(0.03, rel=0.08)
+
+
+def test_a_negative_gain(record: Any) -> None:
+    found = identify([record(6.0, k=-0.8)], [], catalogue=catalogue())
+    assert_near(dict(found.actuator.parameters), {**TRUTH, "k": -0.8})
+
+
+def test_the_same_seed_gives_the_same_result(record: Any) -> None:
+    recording = record(2.0)
+    one, two = (
+        identify([recording], ["backlash"], catalogue=catalogue(), seed=3) for _ in range(2)
+    )
+    assert one.actuator == two.actuator
+    assert one.evaluations == two.evaluations
+    np.testing.assert_array_equal(one.history, two.history)
+
+
+def test_sigma_is_calibrated(record: Any) -> None:
+    """30 noises: the sum of ((found - truth) / sigma)^2 over k, T, xi is chi-square of 90 degrees.
+
+    Its standard deviation is sqrt(180) = 13.4; the bounds are 90 -+ 4 of that. The worst single
+    one of 90 lies beyond four sigma once in 200 such tests.
+    """
+    total, worst = 0.0, 0.0
+    for seed in range(30):
+        recording = record(3.0, seed)
+        found = identify([recording], [], catalogue=catalogue(), method="gradient").actuator
+        for name in ("k", "T", "xi"):
+            sigma = found.parameters[name].sigma
+            assert sigma is not None
+            deviation = (found.value(name) - TRUTH[name]) / sigma
+            total += deviation**2
+            worst = max(worst, abs(deviation))
+    print(f"chi-square {total:.1f} of 90, worst {worst:.2f} sigma")
+    assert 90 - 4 * math.sqrt(180) < total < 90 + 4 * math.sqrt(180)
+    assert worst < 4.0
+
+
+def test_several_recordings_share_the_physics_and_keep_their_biases(record: Any) -> None:
+    biases = (0.5, -3.0, 7.0)
+    recordings = [
+        record(4.0, seed, bias=bias, initial_angle=bias) for seed, bias in enumerate(biases)
+    ]
+    found = identify(recordings, [], catalogue=catalogue(), method="gradient")
+    assert_near(dict(found.actuator.parameters), {name: TRUTH[name] for name in ("k", "T", "xi")})
+    for one, truth in zip(found.biases, biases, strict=True):
+        assert one.sigma is not None
+        assert abs(one.value - truth) < 4.0 * one.sigma
+    alone = identify(recordings[:1], [], catalogue=catalogue(), method="gradient")
+    joint_sigma = found.actuator.parameters["T"].sigma
+    alone_sigma = alone.actuator.parameters["T"].sigma
+    assert joint_sigma is not None
+    assert alone_sigma is not None
+    # Three times the data: sigma falls by sqrt(3), with the noises' own scatter.
+    assert joint_sigma == pytest.approx(alone_sigma / math.sqrt(3), rel=0.15)
+    assert isinstance(found.to_json()["parameters"]["bias"], list)
+    assert isinstance(alone.to_json()["parameters"]["bias"], dict)
+
+
+def test_samples_count_by_their_sigma(record: Any) -> None:
+    """Half the samples are useless (3 deg) and say so: the fit is as good as on the other half."""
+    recording = record(6.0)
+    bad = np.arange(recording.time_s.size) % 2 == 1
+    noise = np.random.default_rng(1).normal(0.0, 3.0, recording.time_s.size)
+    mixed = replace(
+        recording,
+        angle_deg=recording.angle_deg + np.where(bad, noise, 0.0),
+        sigma_deg=np.where(bad, 3.0, 0.03),
+    )
+    found = identify([mixed], [], catalogue=catalogue(), method="gradient").actuator
+    half = replace(recording, time_s=recording.time_s[~bad], angle_deg=recording.angle_deg[~bad])
+    clean = identify([half], [], catalogue=catalogue(), method="gradient").actuator
+    for name in ("k", "T", "xi"):
+        sigma = clean.parameters[name].sigma
+        assert sigma is not None
+        assert abs(found.value(name) - clean.value(name)) < 0.5 * sigma
+
+
+def test_parameters_stay_within_their_bounds(record: Any) -> None:
+    """Pure noise about a constant: whatever comes out is a legal model."""
+    recording = record(3.0, k=0.0)
+    found = identify([recording], ["backlash", "dead_time"], catalogue=catalogue())
+    for parameter in CORE:
+        assert parameter.low <= found.actuator.value(parameter.name) <= parameter.high
+    for name in ("backlash", "dead_time"):
+        for parameter in catalogue()[name].parameters:
+            value = found.actuator.value(f"{name}.{parameter.name}")
+            assert parameter.low <= value <= parameter.high
+    json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_a_single_sine_does_not_tell_T_from_xi(record: Any) -> None:
+    """The paper's own signal gives two numbers, gain and phase: k, T and xi are three.
+
+    What it does tell is the phase lag 2 xi T; T or xi alone is unknown to 10 % or worse, or null.
+    """
+    whole = record(9.0, kind="sine")
+    steady = whole.time_s > 1.0  # the start is a transient, and tells more
+    sine = replace(whole, time_s=whole.time_s[steady], angle_deg=whole.angle_deg[steady])
+    found = identify([sine], [], catalogue=catalogue(), method="gradient")
+    T, xi = found.actuator.parameters["T"], found.actuator.parameters["xi"]
+    print(f"T {T.value:.5f} +- {T.sigma}, xi {xi.value:.3f} +- {xi.sigma}")
+    assert 2 * xi.value * T.value == pytest.approx(2 * 0.55 * 0.0078, rel=0.02)
+    unknown = [one for one in (T, xi) if one.sigma is None or one.sigma > 0.1 * abs(one.value)]
+    assert len(unknown) == 2
+    for one, name in ((T, "T"), (xi, "xi")):
+        if one.sigma is None:
+            assert any(warning.startswith(name) for warning in found.warnings)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_limit_that_is_never_reached_does_no_harm(seed: int, record: Any) -> None:
+    """The command jumps by 17.2 deg at most: the limit is found no lower, and k, T, xi stay."""
+    recording = record(4.0, seed)
+    found = identify([recording], ["torque_saturation"], catalogue=catalogue(), method="gradient")
+    limit = found.actuator.parameters["torque_saturation.limit"]
+    assert math.isfinite(limit.value)
+    assert limit.value > 0.99 * np.abs(np.diff(recording.command_deg)).max()
+    warned = any("torque_saturation.limit" in warning for warning in found.warnings)
+    assert warned == (limit.sigma is None)
+    assert_near(dict(found.actuator.parameters), TRUTH)
+
+
+def test_json_is_what_interfaces_fix(record: Any) -> None:
+    found = identify([record(3.0)], ["backlash"], catalogue=catalogue(), method="gradient")
+    answer = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert answer.keys() >= {
+        "schema",
+        "parameters",
+        "rmse_deg",
+        "noise_deg",
+        "floor_deg",
+        "samples",
+        "method",
+        "seconds",
+        "stopped",
+        "warnings",
+    }
+    assert answer["schema"] == 1
+    assert list(answer["parameters"]) == ["k", "T", "xi", "backlash.gap", "bias"]
+    for one in answer["parameters"].values():
+        assert one.keys() == {"value", "sigma", "unit"}
+    assert answer["parameters"]["T"]["unit"] == "s"
+    assert answer["floor_deg"] >= answer["noise_deg"]
+    assert answer["method"] == "gradient"
+    assert answer["stopped"]
+
+
+def test_the_tolerance_raises_the_floor(record: Any) -> None:
+    """floor = hypot(noise, tolerance)."""
+    found = identify([record(3.0)], [], catalogue=catalogue(), method="gradient", tolerance=0.4)
+    assert found.floor_deg == pytest.approx(math.hypot(found.noise_deg, 0.4))
