@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from servosight.diagnose.confounding import confounded
-from servosight.diagnose.evidence import earns_place, evidence, explained
+from servosight.diagnose.evidence import Bar, evidence
 from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
@@ -126,43 +126,44 @@ def diagnose(
         allowed = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
     floor = floor_deg(every, noise, allowed)
     laboratory = Laboratory(tuple(recordings), tuple(validate), catalogue)
-    climber = Climber(laboratory, floor, allowed, progress)
+    bar = Bar(floor, allowed)
+    climber = Climber(laboratory, bar, progress)
     climb = climber.climb() if auto else climber.first_step()
     linear, last = climb.rungs[0].trial, climb.rungs[-1].trial
-    steps = tuple(_step(rung, floor) for rung in climb.rungs)
+    steps = tuple(_step(rung, bar) for rung in climb.rungs)
     candidates = _candidates(climb, linear, noise, allowed)
     return Diagnosis(
         noise,
         floor,
         allowed,
-        _verdict(linear, last, floor),
+        _verdict(linear, last, bar),
         _in_order(climb),
         steps,
         candidates,
         tuple(worst_windows(linear.judged)),
-        _next_experiment(candidates, linear, last, floor, allowed, auto),
+        _next_experiment(candidates, linear, last, bar, auto),
         time.perf_counter() - began,
         _actuator(steps[-1], recordings),
     )
 
 
-def _step(rung: Rung, floor: float) -> Step:
+def _step(rung: Rung, bar: Bar) -> Step:
     fit = rung.trial.fit
     arguments = (fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
     table, warnings = estimates(*arguments)
     return Step(
         rung,
-        explained(rung.trial, floor),
+        bar.explained(rung.trial),
         table,
         own_estimates(*arguments, "bias"),
         tuple(warnings),
     )
 
 
-def _verdict(linear: Trial, last: Trial, floor: float) -> Verdict:
-    if explained(linear, floor):
+def _verdict(linear: Trial, last: Trial, bar: Bar) -> Verdict:
+    if bar.explained(linear):
         return "no_effect_missing"
-    return "explained" if explained(last, floor) else "unexplained"
+    return "explained" if bar.explained(last) else "unexplained"
 
 
 def _in_order(climb: Climb) -> tuple[str, ...]:
@@ -188,12 +189,11 @@ def _next_experiment(
     candidates: Sequence[Candidate],
     linear: Trial,
     last: Trial,
-    floor: float,
-    tolerance: float,
+    bar: Bar,
     auto: bool,
 ) -> str:
     """One sentence on what to do next."""
-    if explained(linear, floor):
+    if bar.explained(linear):
         return "Nothing is missing here; to look further, use a larger and faster command."
     best = candidates[0]
     if best.confounded_with:
@@ -203,10 +203,10 @@ def _next_experiment(
             f"two amplitudes, steps of several sizes and a chirp, and diagnose both recordings "
             f"together."
         )
-    if explained(last, floor):
+    if bar.explained(last):
         return "The ladder reached the floor: confirm on a recording with another command."
     if not auto:
-        if earns_place(best.trial, linear, tolerance, len(candidates)):
+        if bar.earns(best.trial, linear, len(candidates)):
             return (
                 f"Add {best.effect}: `servosight add MODEL.toml {best.effect} REC`, or use --auto."
             )

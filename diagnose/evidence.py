@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from servosight.diagnose.trial import Trial
@@ -10,6 +12,8 @@ MIN_GAIN = 0.05
 """An effect must lower the held-out rmse by at least this share."""
 MIN_EVIDENCE = 10.0
 """And gain this much log-likelihood, parameters counted, plus the log of how many were tried."""
+MIN_SHARE = 0.25
+"""And it must account for this share of the squared held-out error above the floor."""
 EXPLAINED = 1.10
 """A model explains a recording when its held-out rmse is within this factor of the floor."""
 TIE = 10.0
@@ -31,13 +35,33 @@ def evidence(trial: Trial, base: Trial, tolerance_deg: float) -> float:
     return criterion(trial, tolerance_deg) - criterion(base, tolerance_deg)
 
 
-def earns_place(trial: Trial, base: Trial, tolerance_deg: float, tried: int) -> bool:
-    """True where the gain shows on held-out data, in degrees and in evidence."""
-    lower = trial.held_out_rmse_deg <= (1.0 - MIN_GAIN) * base.held_out_rmse_deg
-    needed = MIN_EVIDENCE + float(np.log(max(tried, 1)))
-    return lower and evidence(trial, base, tolerance_deg) >= needed
+@dataclass(frozen=True)
+class Bar:
+    """What a model must pass: the floor of the recordings and the tolerance within it [deg]."""
 
+    floor_deg: float
+    tolerance_deg: float
 
-def explained(trial: Trial, floor_deg: float) -> bool:
-    """True where the held-out error is at the floor."""
-    return trial.held_out_rmse_deg <= EXPLAINED * floor_deg
+    def explained(self, trial: Trial) -> bool:
+        """True where the held-out error is at the floor."""
+        return trial.held_out_rmse_deg <= EXPLAINED * self.floor_deg
+
+    def closed(self, trial: Trial, base: Trial) -> float:
+        """Share of the squared held-out error above the floor that ``trial`` takes off ``base``."""
+        before, after = base.held_out_rmse_deg**2, trial.held_out_rmse_deg**2
+        return (before - after) / max(before - self.floor_deg**2, 1e-300)
+
+    def earns(self, trial: Trial, base: Trial, tried: int) -> bool:
+        """True where the gain shows on held-out data, in degrees and in evidence.
+
+        A real servo differs from every model a little everywhere, and with thousands of samples
+        any effect then gains significantly: so it must also account for a fair share of what is
+        unexplained.
+        """
+        lower = trial.held_out_rmse_deg <= (1.0 - MIN_GAIN) * base.held_out_rmse_deg
+        needed = MIN_EVIDENCE + float(np.log(max(tried, 1)))
+        return (
+            lower
+            and self.closed(trial, base) >= MIN_SHARE
+            and evidence(trial, base, self.tolerance_deg) >= needed
+        )

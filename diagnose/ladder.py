@@ -6,17 +6,14 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.evidence import (
-    criterion,
-    earns_place,
-    evidence,
-    explained,
-)
+from servosight.diagnose.evidence import Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
 PAIR_CANDIDATES = 12
 """Pairs are formed among this many of the best single candidates."""
 MAX_RUNGS = 6
+FAR = 3.0
+"""Beyond this factor of the floor, pairs are tried also where one effect earns its place."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -44,11 +41,10 @@ class Climb:
 
 @dataclass(frozen=True)
 class Climber:
-    """A laboratory, what counts as reaching the floor, and who watches."""
+    """A laboratory, the bar that a model must pass, and who watches."""
 
     laboratory: Laboratory
-    floor_deg: float
-    tolerance_deg: float
+    bar: Bar
     progress: Progress = silent
 
     def rank(self, base: Trial, label: str) -> list[Trial]:
@@ -71,22 +67,25 @@ class Climber:
         first = self.first_step()
         rungs = list(first.rungs)
         ranked: Sequence[Trial] = first.singles
-        while len(rungs) < MAX_RUNGS and not self._explained(rungs[-1].trial):
+        while len(rungs) < MAX_RUNGS and not self.bar.explained(rungs[-1].trial):
             base = rungs[-1].trial
             added = self._single(base, ranked) or []
-            if not added or not self._explained(added[-1].trial):
+            if self._far(added[-1].trial if added else base) or not (added or base.effects):
                 added = self._pair(base, ranked) or added
             if not added:
                 break
             rungs += added
             rungs += self._settle(rungs[-1].trial)
-            if not self._explained(rungs[-1].trial):
+            if not self.bar.explained(rungs[-1].trial):
                 ranked = self.rank(rungs[-1].trial, f"effect {len(rungs[-1].trial.effects) + 1}")
         return Climb(tuple(rungs), first.singles)
 
+    def _far(self, trial: Trial) -> bool:
+        return trial.held_out_rmse_deg > FAR * self.bar.floor_deg
+
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """A rung for the best single candidate if it earns its place."""
-        if not ranked or not self._earns(ranked[0], base, len(ranked)):
+        if not ranked or not self.bar.earns(ranked[0], base, len(ranked)):
             return None
         return [Rung(ranked[0], _news(ranked[0], base))]
 
@@ -94,7 +93,7 @@ class Climber:
         """Two rungs for the best pair, if it earns its place beside the best single candidate.
 
         Two effects can each gain little alone and much together, and a single one that gains a
-        little may be the wrong one: so pairs are tried unless one effect explains all.
+        little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
         """
         by_name = {_news(trial, base): trial for trial in ranked[:PAIR_CANDIDATES]}
         pairs = list(itertools.combinations(by_name, 2))
@@ -104,14 +103,14 @@ class Climber:
             trial = self.laboratory.extended(by_name[first], [second])
             if best is None or self._criterion(trial) > self._criterion(best[0]):
                 best = (trial, first, second)
-            if self._explained(trial):
+            if self.bar.explained(trial):
                 break
         self.progress("tried pairs", len(pairs), len(pairs))
         if best is None:
             return None
         trial, first, second = best
         rivals = [base, *(by_name[name] for name in (first, second)), ranked[0]]
-        if not all(self._earns(trial, rival, len(pairs)) for rival in rivals):
+        if not all(self.bar.earns(trial, rival, len(pairs)) for rival in rivals):
             return None
         return [Rung(by_name[first], first), Rung(trial, second)]
 
@@ -120,25 +119,19 @@ class Climber:
         for name in trial.effects if len(trial.effects) > 1 else ():
             self.progress(f"trying without {name}", 0, 1)
             smaller = self.laboratory.reduced(trial, name)
-            if not self._earns(trial, smaller, 1):
+            if not self.bar.earns(trial, smaller, 1):
                 yield Rung(smaller, removed=name)
                 yield from self._settle(smaller)
                 return
             swapped = self.rank(smaller, f"in place of {name}")[0]
-            gain = evidence(swapped, trial, self.tolerance_deg)
+            gain = evidence(swapped, trial, self.bar.tolerance_deg)
             lower = swapped.held_out_rmse_deg < trial.held_out_rmse_deg
             if _news(swapped, smaller) != name and gain > 0.0 and lower:
                 yield Rung(swapped, _news(swapped, smaller), name)
                 return
 
     def _criterion(self, trial: Trial) -> float:
-        return criterion(trial, self.tolerance_deg)
-
-    def _explained(self, trial: Trial) -> bool:
-        return explained(trial, self.floor_deg)
-
-    def _earns(self, trial: Trial, base: Trial, tried: int) -> bool:
-        return earns_place(trial, base, self.tolerance_deg, tried)
+        return criterion(trial, self.bar.tolerance_deg)
 
 
 def _news(trial: Trial, base: Trial) -> str:

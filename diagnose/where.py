@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.trial import Judged
+from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -52,8 +53,7 @@ class Motion:
     def of(cls, judged: Judged) -> Motion:
         """Read the motion off a prediction and its command."""
         recording = judged.recording
-        rows = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
-        command = recording.command_deg[np.maximum(rows, 0)]
+        command = _command_at_samples(recording)
         return cls(
             np.gradient(judged.predicted_deg, recording.time_s),
             command,
@@ -139,13 +139,20 @@ def _largest_jump(judged: Judged) -> Array:
     if recording.hold == "linear" or recording.command_deg.size < 2:
         return np.zeros(recording.time_s.size)
     jumps = np.abs(np.diff(recording.command_deg))
-    usual = 4.0 * float(np.quantile(jumps[jumps > 0.0], 0.9)) if np.any(jumps > 0.0) else 0.0
+    # What the command usually changes by from sample to sample; nothing where it is mostly held.
+    usual = 4.0 * float(np.quantile(np.abs(np.diff(_command_at_samples(recording))), 0.9))
     times = recording.command_time_s[1:]
     out = np.zeros(recording.time_s.size)
     for when, size in zip(times[jumps > usual], jumps[jumps > usual], strict=True):
         inside = (recording.time_s >= when) & (recording.time_s < when + 0.25)
         out[inside] = np.maximum(out[inside], size)
     return out
+
+
+def _command_at_samples(recording: Recording) -> Array:
+    """The held command at each sample of the angle [deg]."""
+    rows = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+    return np.asarray(recording.command_deg[np.maximum(rows, 0)])
 
 
 def _turning_rate(time_s: Array, command_deg: Array) -> Array:

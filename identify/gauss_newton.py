@@ -34,7 +34,7 @@ class GaussNewton:
         high: Array,
         scale: Array,
         tolerance: float = 1e-5,
-        generations: int = 60,
+        generations: int = 30,
     ) -> None:
         self.low, self.high = low, high
         self.point = np.clip(np.asarray(start, dtype=np.float64), low, high)

@@ -17,7 +17,7 @@ from servosight.models.recording import Recording
 Array = NDArray[np.float64]
 
 _ORDERS = (3, 4, 6)
-_CALM_SHARE = 0.35
+_CALM_SHARE = 0.5
 _MEMORY_S = 0.25
 _MAD = 0.6744897501960817
 

@@ -194,8 +194,8 @@ def _row(row_values, times, values, linear, samples, step, out):
     limit = min(step, longest_step(p, on))
     if shaft:
         # What the far inertia takes off the motor is forcing, and must not outrun the step.
-        near = 1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3]
-        limit = min(limit, 0.7 * near * T / (1.0 + 2.0 * xi))
+        share = torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3]
+        limit = min(limit, (1.0 - share) / max(share, 1e-3) * T / (1.0 + 2.0 * xi))
 
     last = np.zeros(N_COMMAND + 1)
     piece_value = np.zeros(N_COMMAND + 1)

@@ -25,7 +25,7 @@ def term(
 
 
 def resolution(frequency: float, damping: float, inertia_ratio: float) -> float:
-    """Longest step [s] that follows the spring: a twelfth of a cycle with the motor free."""
+    """Longest step [s] that follows the spring: an eighth of a cycle with the motor free."""
     return 0.08 * math.sqrt(1.0 - inertia_ratio) / (frequency * (1.0 + 2.0 * damping))
 
 
@@ -39,9 +39,9 @@ EFFECT = Effect(
     id="flexible_shaft",
     place=Place.SHAFT,
     parameters=(
-        Parameter("frequency", "Hz", 2.0, 300.0, float("inf"), "resonance with the motor locked"),
-        Parameter("damping", "-", 0.0, 1.5, None, "damping ratio of that resonance"),
-        Parameter("inertia_ratio", "-", 0.0, 0.9, None, "far inertia over the total"),
+        Parameter("frequency", "Hz", 2.0, 150.0, float("inf"), "resonance with the motor locked"),
+        Parameter("damping", "-", 0.0, 1.0, None, "damping ratio of that resonance"),
+        Parameter("inertia_ratio", "-", 0.0, 0.8, None, "far inertia over the total"),
     ),
     equation="far'' = (2 pi frequency)^2 (theta - far) + 2 damping (2 pi frequency) (w - far'); "
     "the motor carries 1 - inertia_ratio of T^2 and the spring's reaction",
