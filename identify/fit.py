@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.combination import Combination
 from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.noise import joint_noise_deg
+from servosight.identify.population import OPERATORS, Population
 from servosight.identify.problem import Problem
 from servosight.identify.starts import effect_starts, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
@@ -190,18 +191,19 @@ def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
     return fit, fit.outcome.history
 
 
-def _by_combination(problem: Problem, seed: int) -> tuple[Fit, Array]:
-    """The swarm searches the box around the linear fit; Gauss-Newton starts from its best."""
+def _by_population(name: str, problem: Problem, seed: int) -> tuple[Fit, Array]:
+    """A population searches the box around the linear fit; Gauss-Newton starts from its best."""
     linear = Problem(problem.recordings, problem.plant, (), problem.masks)
     start = linear_start(linear)
     low, high = search_box(problem, linear, start)
     seeds = np.array(effect_starts(problem, linear, start))
-    swarm = drive(Combination(low, high, seed, seeds), problem.residuals, SEARCH_BUDGET)
-    return polish(problem, [swarm.point]), swarm.history
+    population = Population(OPERATORS[name], low, high, seed, seeds)
+    search = drive(population, problem.residuals, SEARCH_BUDGET)
+    return polish(problem, [search.point]), search.history
 
 
 METHODS: dict[str, Callable[[Problem, int], tuple[Fit, Array]]] = {
-    "combination": _by_combination,
+    **{name: functools.partial(_by_population, name) for name in OPERATORS},
     "gradient": _by_gradient,
 }
 """Search methods by name."""
