@@ -1,0 +1,218 @@
+"""What a diagnosis carries: the JSON that users script against, the held-out data, the words."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.add import add
+from servosight.diagnose.compare import compare
+from servosight.diagnose.diagnose import diagnose
+from servosight.diagnose.trial import Laboratory, training_mask
+from servosight.identify.fit import identify
+from servosight.models.actuator import Actuator, Estimate
+from servosight.models.errors import InputError
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.recording import Recording
+from servosight.models.registry import CATALOGUE, catalogue
+
+WHATS = {"reversal", "standstill", "slew", "step", "high_frequency"}
+
+
+@pytest.fixture(scope="module")
+def found(twin: Any) -> Any:
+    """Backlash, diagnosed to the end."""
+    return diagnose([twin("backlash")[0]], catalogue=catalogue(), auto=True)
+
+
+def test_json_to_the_letter(found: Any) -> None:
+    """Keys, types and vocabulary of the fixed interface; json refuses NaN and Infinity."""
+    answer = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert answer["schema"] == 1
+    assert answer["verdict"] == "explained"
+    assert answer["effects"] == ["backlash"]
+    assert isinstance(answer["next_experiment"], str)
+    assert answer["floor_deg"] == pytest.approx(
+        math.hypot(answer["noise_deg"], found.tolerance_deg)
+    )
+
+    for step in answer["ladder"]:
+        assert step.keys() >= {
+            "added",
+            "effects",
+            "train_rmse_deg",
+            "held_out_rmse_deg",
+            "explained",
+            "parameters",
+        }
+        assert isinstance(step["explained"], bool)
+        assert step["explained"] == (step["held_out_rmse_deg"] <= 1.10 * answer["floor_deg"])
+        assert step["parameters"].keys() >= {"k", "T", "xi", "bias"}
+        for one in step["parameters"].values():
+            assert one.keys() == {"value", "sigma", "unit"}
+            assert isinstance(one["value"], float)
+            assert one["sigma"] is None or one["sigma"] > 0.0
+    first, last = answer["ladder"][0], answer["ladder"][-1]
+    assert (first["added"], first["effects"], first["explained"]) == (None, [], False)
+    assert (last["added"], last["effects"], last["explained"]) == ("backlash", ["backlash"], True)
+    assert last["parameters"]["backlash.gap"]["unit"] == "deg"
+
+    assert {one["effect"] for one in answer["candidates"]} == set(CATALOGUE)
+    for one in answer["candidates"]:
+        assert one.keys() >= {"effect", "held_out_rmse_deg", "evidence", "confounded_with"}
+        assert set(one["confounded_with"]) <= set(CATALOGUE) - {one["effect"]}
+    evidence = [one["evidence"] for one in answer["candidates"]]
+    assert evidence == sorted(evidence, reverse=True)
+
+    assert answer["where"]
+    for one in answer["where"]:
+        assert one.keys() >= {"recording", "start_s", "end_s", "rmse_deg", "share", "what"}
+        assert one["recording"] == "backlash"
+        assert one["start_s"] < one["end_s"]
+        assert 0.0 < one["share"] <= 1.0
+        assert one["what"] in WHATS
+    share = [one["share"] for one in answer["where"]]
+    assert share == sorted(share, reverse=True)
+    assert sum(share) <= 1.0 + 1e-9
+
+
+def test_without_auto_the_ladder_has_one_entry(found: Any, twin: Any) -> None:
+    """The verdict speaks of the linear model; ranking and first step are those of the climb."""
+    first = diagnose([twin("backlash")[0]], catalogue=catalogue())
+    assert len(first.ladder) == 1
+    assert first.effects == ()
+    assert first.verdict == "unexplained"
+    assert first.actuator.effects == ()
+    assert [one.to_json() for one in first.candidates] == [
+        one.to_json() for one in found.candidates
+    ]
+    assert first.ladder[0].to_json() == found.ladder[0].to_json()
+    assert "servosight add" in first.next_experiment
+    assert "backlash" in first.next_experiment
+
+
+def test_every_third_second_is_held_out(twin: Any) -> None:
+    recording, _ = twin("backlash")
+    mask = training_mask(recording)
+    second = np.floor(recording.time_s - recording.time_s[0])
+    np.testing.assert_array_equal(~mask, second % 3 == 2)
+    assert mask.mean() == pytest.approx(2 / 3, abs=0.01)
+
+
+def test_held_out_samples_take_no_part_in_the_fit(twin: Any) -> None:
+    """Spoilt by 5 deg in the held-out seconds, the fit is the same (its start, a guess, is not)."""
+    recording, _ = twin("backlash")
+    mask = training_mask(recording)
+    spoilt = Recording(
+        recording.name,
+        recording.command_time_s,
+        recording.command_deg,
+        recording.time_s,
+        recording.angle_deg + np.where(mask, 0.0, 5.0),
+        recording.sigma_deg,
+        exposure_s=recording.exposure_s,
+    )
+    one, other = (Laboratory((r,), (), catalogue()).linear() for r in (recording, spoilt))
+    np.testing.assert_allclose(one.fit.outcome.point, other.fit.outcome.point, rtol=1e-2)
+    assert one.train_rmse_deg == pytest.approx(other.train_rmse_deg, rel=1e-3)
+    assert other.held_out_rmse_deg > 3.0
+
+
+def test_a_validation_recording_is_held_out_whole(twin: Any) -> None:
+    """All samples of the first are fitted, none of the second, whose bias is found on it."""
+    recording, _ = twin("backlash", duration_s=6.0)
+    other = twin("backlash")[0]
+    found = diagnose([recording], [other], catalogue=catalogue(), auto=True)
+    assert [one.recording is other for one in found.ladder[0].trial.judged] == [False, True]
+    assert found.ladder[0].trial.judged[0].training.all()
+    assert not found.ladder[0].trial.judged[1].training.any()
+    assert found.effects == ("backlash",)
+    assert found.verdict == "explained"
+    assert found.ladder[-1].trial.held_out_rmse_deg <= 1.10 * found.floor_deg
+
+
+def test_the_tolerance_decides_what_counts(twin: Any) -> None:
+    """With 2 deg of tolerance nothing is missing; the default is 0.05 % of the moved range."""
+    recording, _ = twin("backlash", duration_s=6.0)
+    loose = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=2.0)
+    assert loose.verdict == "no_effect_missing"
+    assert loose.effects == ()
+    assert loose.floor_deg == pytest.approx(math.hypot(0.03, 2.0))
+    usual = diagnose([recording], catalogue=catalogue())
+    assert usual.tolerance_deg == pytest.approx(5e-4 * recording.moved_range_deg)
+
+
+def test_progress_is_told(twin: Any) -> None:
+    told: list[tuple[str, int, int]] = []
+    diagnose([twin("backlash")[0]], catalogue=catalogue(), progress=lambda *line: told.append(line))
+    assert any("backlash" in text for text, _, _ in told)
+    assert all(0 <= done <= total for _, done, total in told)
+
+
+def test_look_alikes_on_a_single_amplitude_are_confounded() -> None:
+    """A slow triangle of one amplitude: play and dry friction give the same lag at every reversal.
+
+    Truth: the plant with a gap of 1 deg. The wrong one must be named beside the right one.
+    """
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    row[:3] = 1.0, 0.02, 0.7
+    row[plant.index("backlash.gap")] = 1.0
+    time_s = np.arange(0.0, 8.0, 0.004)
+    command = 15.0 * (2 / np.pi) * np.arcsin(np.sin(2 * np.pi * 0.25 * time_s))
+    samples = 0.002 + np.arange(940) / 120.0
+    angle = plant.simulate(row, Stimulus(time_s, command, False, samples, np.ones(1)))
+    noise = np.random.default_rng(1).normal(0.0, 0.05, samples.size)
+    recording = Recording("triangle", time_s, command, samples, angle + noise)
+    found = diagnose([recording], catalogue=catalogue())
+    groups = {one.effect: set(one.confounded_with) for one in found.candidates}
+    print(groups)
+    assert found.candidates[0].effect in {"backlash", "coulomb_friction", "dead_zone"}
+    assert groups["backlash"] & {"coulomb_friction", "dead_zone"}
+    for one, others in groups.items():
+        assert all(one in groups[other] for other in others)
+    if found.candidates[0].confounded_with:
+        assert "two amplitudes" in found.next_experiment
+
+
+def test_compare_judges_a_card_without_fitting_its_physics(twin: Any) -> None:
+    """The true model lies at the floor, with a bias found anew; a gap 0.5 deg too wide does not.
+
+    A gap wrong by 0.5 deg leaves about 0.25 deg wherever the surface moves.
+    """
+    recording, truth = twin("backlash")
+    units = {"k": "-", "T": "s", "xi": "-", "bias": "deg", "backlash.gap": "deg"}
+    values = {name: Estimate(value, None, units[name]) for name, value in truth.items()}
+    values["bias"] = Estimate(99.0, None, "deg")
+    right = compare(Actuator(values, ("backlash",)), [recording], catalogue=catalogue())
+    assert right.explained
+    assert right.rmse_deg <= 1.10 * right.floor_deg
+    wide = Estimate(truth["backlash.gap"] + 0.5, None, "deg")
+    wrong = compare(
+        Actuator({**values, "backlash.gap": wide}, ("backlash",)),
+        [recording],
+        catalogue=catalogue(),
+    )
+    assert not wrong.explained
+    assert 0.1 < wrong.rmse_deg < 0.3
+    answer = json.loads(json.dumps(wrong.to_json(), allow_nan=False))
+    assert answer["recordings"][0]["samples"] == recording.time_s.size
+    assert {one["what"] for one in answer["where"]} <= WHATS
+    assert wrong.sentences
+
+
+def test_add_brings_one_effect_and_fits_anew(twin: Any) -> None:
+    recording, truth = twin("backlash")
+    linear = identify([recording], [], catalogue=catalogue(), method="gradient")
+    better = add(linear.actuator, "backlash", [recording], catalogue=catalogue())
+    assert better.actuator.effects == ("backlash",)
+    assert better.rmse_deg < 0.2 * linear.rmse_deg
+    assert better.actuator.value("backlash.gap") == pytest.approx(truth["backlash.gap"], rel=0.05)
+    with pytest.raises(InputError, match="already"):
+        add(better.actuator, "backlash", [recording], catalogue=catalogue())
+    with pytest.raises(InputError, match="expected one of"):
+        add(better.actuator, "gremlins", [recording], catalogue=catalogue())
