@@ -1,0 +1,156 @@
+"""One kernel for a registry: written once, cached by its text, the same physics for any choice."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.models.codegen import Layout, cache_folder, source
+from servosight.models.effect import Cues, Effect, Place
+from servosight.models.errors import InputError
+from servosight.models.parameter import Parameter
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.registry import catalogue
+
+STIMULUS = Stimulus(
+    np.array([0.0, 0.05, 0.2]),
+    np.array([0.0, 20.0, -7.0]),
+    False,
+    np.arange(0.0, 0.4, 0.0013),
+    np.ones(1),
+)
+
+
+def spring(theta: float, w: float, cubic: float) -> float:
+    """A load that hardens."""
+    return cubic * theta * theta * theta
+
+
+def lagged(drive: float, w: float, state: float, share: float) -> tuple[float, float]:
+    """A drive that sags by a share of its own filtered size, with 10 ms of memory."""
+    return drive * (1.0 - share * state), (abs(drive) - state) / 0.01
+
+
+def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+    return ((0.01,),)
+
+
+WORDS = dict.fromkeys(
+    ("equation", "looks_like", "cause", "confirm", "remedy", "source"), "a test's own"
+)
+SPRING = Effect(
+    id="spring",
+    place=Place.LOAD,
+    parameters=(Parameter("cubic", "deg/deg^3", -1.0, 1.0, 0.0),),
+    starts=starts,
+    term=spring,
+    **WORDS,
+)
+LAGGED = Effect(
+    id="lagged",
+    place=Place.DRIVE,
+    parameters=(Parameter("share", "1/deg", 0.0, 1.0, 0.0),),
+    starts=starts,
+    term=lagged,
+    states=1,
+    **WORDS,
+)
+
+
+def test_names_and_columns_of_a_row() -> None:
+    layout = Layout.of(catalogue().values())
+    names = layout.names()
+    assert names[:6] == ["k", "T", "xi", "bias", "initial_angle", "initial_speed"]
+    assert len(names) == len(set(names)) == layout.width == len(layout.neutral_row())
+    for effect, offset in zip(layout.effects, layout.offsets, strict=True):
+        assert names[offset] == f"{effect.id}.{effect.parameters[0].name}"
+
+
+def test_the_text_is_the_same_each_time_and_holds_each_equation_once() -> None:
+    text = source(catalogue().values())
+    assert text == source(catalogue().values())
+    for name, effect in catalogue().items():
+        for role in effect.hooks:
+            assert text.count(f"def {name}__{role}(") == 1
+
+
+def test_a_kernel_of_the_users_own_effects_against_scipy() -> None:
+    """A load and a drive with a state, neither in the catalogue; truth: scipy to 1e-10."""
+    from scipy.integrate import solve_ivp
+
+    plant = Plant.of({"spring": SPRING, "lagged": LAGGED})
+    row = np.array(plant.layout.neutral_row())
+    T, xi, cubic, share = 0.0078, 0.55, 4e-4, 0.01
+    row[:3] = 1.0, T, xi
+    plain = Plant.of(catalogue())
+    neutral = np.array(plain.layout.neutral_row())
+    neutral[:3] = row[:3]
+    np.testing.assert_allclose(
+        plant.simulate(row, STIMULUS), plain.simulate(neutral, STIMULUS), atol=1e-12
+    )
+    row[plant.index("spring.cubic")] = cubic
+    row[plant.index("lagged.share")] = share
+    x = np.zeros(3)
+    truth = np.zeros(STIMULUS.samples_s.size)
+    edges = [0.0, 0.05, 0.2, 0.5]
+    for begin, end, u in zip(edges, edges[1:], STIMULUS.command_deg, strict=False):
+
+        def rates(_: float, y: np.ndarray, u: float = u) -> list[float]:
+            e = u - y[0]
+            net = e * (1 - share * y[2]) - cubic * y[0] ** 3 - 2 * xi * T * y[1]
+            return [y[1], net / T**2, (abs(e) - y[2]) / 0.01]
+
+        answer = solve_ivp(
+            rates, (begin, end), x, "DOP853", rtol=1e-10, atol=1e-11, dense_output=True
+        )
+        inside = (STIMULUS.samples_s >= begin) & (STIMULUS.samples_s <= end)
+        truth[inside] = answer.sol(STIMULUS.samples_s[inside])[0]
+        x = answer.y[:, -1]
+    error = np.abs(plant.simulate(row, STIMULUS) - truth).max()
+    print(f"{error:.1e} deg")
+    assert error < 0.002
+
+
+def test_two_second_inertias_are_refused() -> None:
+    shaft = catalogue()["flexible_shaft"]
+    with pytest.raises(InputError, match="at most one second inertia"):
+        source([shaft, replace(shaft, id="another_shaft")])
+
+
+def test_an_equation_that_is_no_plain_function_is_refused() -> None:
+    with pytest.raises(InputError, match="plain function"):
+        source([replace(SPRING, term=lambda theta, w, cubic: cubic * theta)])
+
+
+def test_the_cache_is_where_the_user_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SERVOSIGHT_CACHE", str(tmp_path / "kernels"))
+    assert cache_folder() == tmp_path / "kernels"
+    assert cache_folder().is_dir()
+    monkeypatch.delenv("SERVOSIGHT_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert cache_folder() == tmp_path / "xdg" / "servosight"
+
+
+def test_a_second_process_finds_the_kernel_compiled() -> None:
+    """The kernel of this process is on disk; another one starts without compiling it anew."""
+    Plant.of(catalogue()).simulate(
+        np.array(Layout.of(catalogue().values()).neutral_row()), STIMULUS
+    )
+    script = (
+        "import numpy as np, sys\n"
+        "from servosight.models.warmup import main\n"
+        "main()\n"
+        "name = next(n for n in sys.modules if n.startswith('servosight_kernel'))\n"
+        "stats = sys.modules[name].simulate_rows.stats\n"
+        "assert sum(stats.cache_hits.values()) == 1, stats\n"
+        "assert not stats.cache_misses, stats\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
