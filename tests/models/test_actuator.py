@@ -92,7 +92,7 @@ def test_a_missing_card_says_how_to_get_one(tmp_path: Path) -> None:
 def test_a_card_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     """A folder that is not there leaves nothing; a second save replaces the first."""
     card = load(tmp_path, GOOD)
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="cannot"):
         card.save(tmp_path / "nowhere" / "card.toml")
     assert not (tmp_path / "nowhere").exists()
     card.save(tmp_path / "card.toml")
