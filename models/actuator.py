@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import tempfile
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,6 +11,7 @@ from typing import Any
 
 import tomli_w
 
+from servosight.models.atomic import write_text
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
 from servosight.models.parameter import CORE, OWN, Parameter
@@ -60,7 +59,7 @@ class Actuator:
             },
             "provenance": dict(self.provenance),
         }
-        _replace(path, tomli_w.dumps(card))
+        write_text(path, tomli_w.dumps(card))
 
     @classmethod
     def load(cls, path: Path, effects: Mapping[str, Effect]) -> Actuator:
@@ -127,16 +126,3 @@ def _estimate(path: Path, name: str, entry: Any, parameter: Parameter) -> Estima
     if sigma is not None and not (isinstance(sigma, int | float) and math.isfinite(sigma)):
         raise InputError(f"{path}: sigma of {name} is {sigma!r}, expected a finite number")
     return Estimate(float(value), None if sigma is None else float(sigma), parameter.unit)
-
-
-def _replace(path: Path, text: str) -> None:
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot write there ({error.strerror}); expected an existing folder that you "
-            f"may write to"
-        ) from None
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    os.replace(temporary, path)

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models import integrator, linear_core
+from servosight.models.atomic import write_text
 from servosight.models.effect import Effect, Place
 from servosight.models.errors import InputError
 from servosight.models.parameter import CORE, OWN
@@ -92,7 +93,7 @@ def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
     if name not in sys.modules:
         path = cache_folder() / f"{name}.py"
         if not path.is_file():
-            _write(path, text)
+            write_text(path, text)
         spec = importlib.util.spec_from_file_location(name, path)
         if spec is None or spec.loader is None:  # pragma: no cover - a .py path always has both
             raise RuntimeError(f"cannot import {path}")
@@ -125,13 +126,6 @@ def cache_folder() -> Path:
 def _default_cache() -> Path:
     root = os.environ.get("XDG_CACHE_HOME")
     return (Path(root) if root else Path.home() / ".cache") / "servosight"
-
-
-def _write(path: Path, text: str) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    os.replace(temporary, path)
 
 
 def _symbol(effect: Effect, role: str) -> str:

@@ -70,13 +70,12 @@ def _excess(p, on, theta, z, force):
 
 
 @njit
-def _slide(p, on, x, z, h, force, slope, mode, half, full):
+def _slide(p, on, x, z, h, force, slope, mode, core, half, full):
     """One step of h [s] from x = (theta, w) and states z (Cox and Matthews 2002, eq. 26 to 29).
 
     Returns (theta, w), the states, accelerations at both ends, and rates at both ends.
     """
-    stiffness = 1.0 / (p[1] * p[1])
-    damping = 2.0 * p[2] / p[1]
+    stiffness, damping = core
     theta, w = x
     middle = force + 0.5 * h * slope
     end = force + h * slope
@@ -118,10 +117,9 @@ def _weighted(z, h, r0, ra, rb, rc):
 
 
 @njit
-def _coast(p, x, h, force, slope, full):
+def _coast(x, h, force, slope, core, full):
     """The exact step of the plain linear core under a force that rises along a line."""
-    stiffness = 1.0 / (p[1] * p[1])
-    damping = 2.0 * p[2] / p[1]
+    stiffness, damping = core
     n0 = stiffness * force
     rise = stiffness * slope * h
     theta = full[0] * x[0] + full[1] * x[1] + full[4] * n0 + full[6] * rise
@@ -192,10 +190,10 @@ def _row(row_values, times, values, linear, samples, step, out):
     states = has_states(on)
     plain = not (friction or shaft or has_plant_terms(on))
     limit = min(step, longest_step(p, on))
-    if shaft:
-        # What the far inertia takes off the motor is forcing, and must not outrun the step.
-        share = torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3]
-        limit = min(limit, (1.0 - share) / max(share, 1e-3) * T / (1.0 + 2.0 * xi))
+    # The core is the motor's own: a far inertia on its spring is forcing.
+    near = math.sqrt(1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3])
+    T, xi = T * near, xi / near
+    core = (1.0 / (T * T), 2.0 * xi / T)
 
     last = np.zeros(N_COMMAND + 1)
     piece_value = np.zeros(N_COMMAND + 1)
@@ -276,10 +274,12 @@ def _row(row_values, times, values, linear, samples, step, out):
                         half = core_update(T, xi, 0.5 * h)
                     known = h
                 if plain:
-                    x1, a0, a1 = _coast(p, x, h, now, rise, full)
+                    x1, a0, a1 = _coast(x, h, now, rise, core, full)
                     z1, r0, r1 = z, z, z
                 else:
-                    x1, z1, a0, a1, r0, r1 = _slide(p, on, x, z, h, now, rise, mode, half, full)
+                    x1, z1, a0, a1, r0, r1 = _slide(
+                        p, on, x, z, h, now, rise, mode, core, half, full
+                    )
                 tau = h
                 if friction and mode * x1[1] <= 0.0:
                     tau = cubic_root(h, x[1], a0, x1[1], a1)
@@ -304,10 +304,12 @@ def _row(row_values, times, values, linear, samples, step, out):
                     known = -1.0
                     full = core_update(T, xi, h)
                     if plain:
-                        x1, a0, a1 = _coast(p, x, h, now, rise, full)
+                        x1, a0, a1 = _coast(x, h, now, rise, core, full)
                     else:
                         half = core_update(T, xi, 0.5 * h)
-                        x1, z1, a0, a1, r0, r1 = _slide(p, on, x, z, h, now, rise, mode, half, full)
+                        x1, z1, a0, a1, r0, r1 = _slide(
+                            p, on, x, z, h, now, rise, mode, core, half, full
+                        )
                 elif stopped and tau <= _EDGE * h:
                     # Stopped before it moved. From rest it stays for the step; else look again.
                     if x[1] != 0.0:
