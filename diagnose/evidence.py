@@ -12,7 +12,7 @@ MIN_GAIN = 0.05
 """An effect must lower the held-out rmse by at least this share."""
 MIN_EVIDENCE = 10.0
 """And gain this much log-likelihood, parameters counted, plus the log of how many were tried."""
-MIN_SHARE = 0.25
+MIN_SHARE = 0.35
 """And it must account for this share of the squared held-out error above the floor."""
 EXPLAINED = 1.10
 """A model explains a recording when its held-out rmse is within this factor of the floor."""
