@@ -67,7 +67,8 @@ class Effect:
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
     ``switch`` (DRIVE and FRICTION, same arguments as the term) returns a number that changes sign
-    where the term has a kink: the integrator ends a step there. ``resolution`` returns the longest step in seconds that resolves the effect.
+    where the term has a kink: the integrator ends a step there. ``resolution`` returns the longest
+    step in seconds that resolves the effect.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
     """
 

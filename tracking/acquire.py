@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.errors import InputError
+from servosight.tracking.outline import tightened
 from servosight.tracking.polar import Array, Grid, Mask
 from servosight.tracking.search import search
 from servosight.tracking.surface import Image, Surface, learn, single
@@ -89,7 +90,9 @@ def acquire(
         grid = _recentred(grid, rough.pivot_px)
         angles[known] = np.where(np.isfinite(exact), exact, angles[known])
     assert rough is not None
-    return rough
+    good = np.flatnonzero(np.isfinite(exact))
+    edge = tightened([shown[int(i)] for i in good], exact[good], rough.pivot_px, rough.outline_px)
+    return replace(rough, outline_px=edge)
 
 
 def _from_pointing(

@@ -66,7 +66,8 @@ def _swept(track: Track, shape: Sequence[int]) -> Mask:
     span = float(np.ptp(angles))
     for angle in np.linspace(angles.min(), angles.max(), 2 + int(span)):
         cv2.fillPoly(cover, [np.round(outline_at(track, float(angle))).astype(np.int32)], 1)
-    return np.asarray(cv2.dilate(cover, np.ones((9, 9), np.uint8)) > 0)
+    # Its shadow comes by too.
+    return np.asarray(cv2.dilate(cover, np.ones((25, 25), np.uint8)) > 0)
 
 
 def _blob(stack: NDArray[np.float32], barred: Mask) -> tuple[Mask, int] | None:

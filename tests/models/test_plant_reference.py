@@ -38,6 +38,10 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
         "coulomb_friction": {"level": 0.6},
         "load_dependent_friction": {"ratio": 0.3},
     },
+    "friction by load under a weight": {
+        "load_dependent_friction": {"ratio": 0.3},
+        "gravity_load": {"sine": 3.0, "cosine": 12.0},
+    },
     "limits and friction": {
         "dead_zone": {"half_width": 0.5},
         "torque_saturation": {"limit": 6.0},

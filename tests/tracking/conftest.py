@@ -22,6 +22,8 @@ Image = NDArray[np.uint8]
 
 SCALE = 3
 WIDTH, HEIGHT = 400, 300
+FIN = np.array([[-28, -20], [60, -34], [192, -18], [205, 10], [198, 26], [-24, 22]])
+"""Corners at zero degrees from the pivot, x and y [px]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,12 @@ class Scene:
     rate_hz: float = 120.0
     led_from: float = 1e9  # frame, with a fraction, at which the light comes on
     seed: int = 1
+
+    def outline_px(self, angle_deg: float) -> Array:
+        """The fin's corners (points, 2) as x, y with the fin at an angle."""
+        a = np.deg2rad(angle_deg)
+        turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+        return np.asarray(FIN @ turn + self.pivot_px)
 
 
 def still_or_moving(angle_deg: Array, exposure_share: float = 0.0, **settings: object) -> Scene:
@@ -61,9 +69,8 @@ def _layers(scene: Scene) -> tuple[NDArray[np.float32], NDArray[np.float32], NDA
     bench = 95 + 14 * _speckle(rng, shape, 4.0 * SCALE) + 6 * _speckle(rng, shape, 1.0 * SCALE)
     fin = 150 + 20 * _speckle(rng, shape, 1.3 * SCALE) + 15 * _speckle(rng, shape, 5.0 * SCALE)
     pivot = np.array(scene.pivot_px)
-    outline = np.array([[-28, -20], [60, -34], [192, -18], [205, 10], [198, 26], [-24, 22]])
     cover = np.zeros(shape, np.uint8)
-    cv2.fillPoly(cover, [_big(pivot + outline)], 255)
+    cv2.fillPoly(cover, [_big(scene.outline_px(0.0))], 255)
     for place in ((40, 0), (95, -12), (150, 4)):
         centre = tuple(int(v) for v in _big(pivot + np.array(place)))
         cv2.circle(fin, centre, 9 * SCALE, 40.0, 2 * SCALE, cv2.LINE_AA)
