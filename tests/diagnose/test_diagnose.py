@@ -12,6 +12,7 @@ import pytest
 from servosight.diagnose.add import add
 from servosight.diagnose.compare import compare
 from servosight.diagnose.diagnose import diagnose
+from servosight.diagnose.evidence import explained
 from servosight.diagnose.trial import Laboratory, training_mask
 from servosight.identify.fit import identify
 from servosight.models.actuator import Actuator, Estimate
@@ -78,6 +79,12 @@ def test_json_to_the_letter(found: Any) -> None:
     share = [one["share"] for one in answer["where"]]
     assert share == sorted(share, reverse=True)
     assert sum(share) <= 1.0 + 1e-9
+
+
+def test_explained_means_within_a_tenth_of_the_floor(found: Any) -> None:
+    trial = found.ladder[-1].trial
+    assert explained(trial, trial.held_out_rmse_deg / 1.099)
+    assert not explained(trial, trial.held_out_rmse_deg / 1.101)
 
 
 def test_without_auto_the_ladder_has_one_entry(found: Any, twin: Any) -> None:
