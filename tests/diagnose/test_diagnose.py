@@ -12,7 +12,7 @@ import pytest
 from servosight.diagnose.add import add
 from servosight.diagnose.compare import compare
 from servosight.diagnose.diagnose import diagnose
-from servosight.diagnose.evidence import explained
+from servosight.diagnose.evidence import Bar
 from servosight.diagnose.trial import Laboratory, training_mask
 from servosight.identify.fit import identify
 from servosight.models.actuator import Actuator, Estimate
@@ -83,8 +83,8 @@ def test_json_to_the_letter(found: Any) -> None:
 
 def test_explained_means_within_a_tenth_of_the_floor(found: Any) -> None:
     trial = found.ladder[-1].trial
-    assert explained(trial, trial.held_out_rmse_deg / 1.099)
-    assert not explained(trial, trial.held_out_rmse_deg / 1.101)
+    assert Bar(trial.held_out_rmse_deg / 1.099, 0.0).explained(trial)
+    assert not Bar(trial.held_out_rmse_deg / 1.101, 0.0).explained(trial)
 
 
 def test_without_auto_the_ladder_has_one_entry(found: Any, twin: Any) -> None:
