@@ -102,28 +102,23 @@ class Pixels:
 class Sample:
     """The surface's model at the pixels it covers; all arrays (pixels,).
 
-    ``value`` in grey levels, ``per_rad`` its change with the pixel's polar angle, ``per_px`` with
-    its radius.
+    ``value`` in grey levels; ``per_turn`` its change with the surface's own angle, per radian,
+    and ``per_px`` with the pixel's radius.
     """
 
     index: NDArray[np.intp]
     block: NDArray[np.intp]
     phi_rad: Array
     radius_px: Array
-    value: Array
-    per_rad: Array
-    per_px: Array
-
-    @property
-    def per_turn(self) -> Array:
-        """Change with the surface's own angle [grey levels/rad]."""
-        return -self.per_rad
+    value: Single
+    per_turn: Single
+    per_px: Single
 
     @property
     def per_shift(self) -> tuple[Array, Array]:
         """Change with a shift of the surface along x and along y [grey levels/px]."""
         cos, sin = np.cos(self.phi_rad), np.sin(self.phi_rad)
-        along = self.per_rad / self.radius_px
+        along = -self.per_turn / self.radius_px
         return along * sin - self.per_px * cos, along * cos + self.per_px * sin
 
 
@@ -132,15 +127,16 @@ def sample(
 ) -> Sample:
     """Evaluate the cubic spline of a surface turned to ``angle_rad`` at the picture's pixels.
 
-    ``coefficients`` (rows, columns) are those of the spline, ``reach`` (rows, columns) the columns
-    from a cell to the nearest one that is not the surface's; pixels nearer to it than half of
-    ``smear`` (columns turned during the exposure) are left out.
+    ``coefficients`` (columns, rows) are those of the spline: pixels come by their angle, so what
+    they need lies together. ``reach`` (columns, rows) are the columns from a cell to the nearest
+    one that is not the surface's; pixels nearer to it than half of ``smear`` (columns turned during
+    the exposure) are left out.
     """
     part, turn = pixels.covering(grid, angle_rad)
     phi, radius = pixels.phi_rad[part], pixels.radius_px[part]
     place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
     chosen = np.empty(phi.size, np.intp)
-    out = np.empty((3, phi.size))
+    out = np.empty((3, phi.size), np.float32)
     count = _spline(coefficients, reach, phi, radius, place, 0.5 * smear, chosen, out)
     chosen = chosen[:count]
     return Sample(
@@ -154,10 +150,10 @@ def sample(
     )
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _spline(coefficients, reach, phi, radius, place, half, chosen, out):  # type: ignore[no-untyped-def]
     """Value and slopes at the pixels well inside; returns how many, their places in ``chosen``."""
-    rows, columns = coefficients.shape
+    columns, rows = coefficients.shape
     origin, per_rad, first, per_px = place
     count = 0
     for i in range(phi.size):
@@ -166,65 +162,73 @@ def _spline(coefficients, reach, phi, radius, place, half, chosen, out):  # type
         if u < 1.0 or v < 1.0 or u >= columns - 2 or v >= rows - 2:
             continue
         m, j = int(u), int(v)
-        if reach[int(v + 0.5), int(u + 0.5)] <= half:
+        if reach[int(u + 0.5), int(v + 0.5)] <= half:
             continue
-        a0, a1, a2, a3 = _weights(u - m)
-        d0, d1, d2, d3 = _slopes(u - m)
-        b0, b1, b2, b3 = _weights(v - j)
-        e0, e1, e2, e3 = _slopes(v - j)
-        # Along the rows first, with the value's and the slope's weights; then along the angle.
-        total = by_u = by_v = 0.0
-        for k, a, d in ((0, a0, d0), (1, a1, d1), (2, a2, d2), (3, a3, d3)):
-            c0, c1 = coefficients[j - 1, m - 1 + k], coefficients[j, m - 1 + k]
-            c2, c3 = coefficients[j + 1, m - 1 + k], coefficients[j + 2, m - 1 + k]
-            across = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
-            total += a * across
-            by_u += d * across
-            by_v += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
+        a, d = weights(np.float32(u - m)), _slopes(np.float32(u - m))
+        b, e = weights(np.float32(v - j)), _slopes(np.float32(v - j))
+        # Along the radius first, with the value's and the slope's weights; then along the angle.
+        total = by_u = by_v = np.float32(0.0)
+        for k in range(4):
+            c = coefficients[m - 1 + k]
+            c0, c1, c2, c3 = c[j - 1], c[j], c[j + 1], c[j + 2]
+            across = b[0] * c0 + b[1] * c1 + b[2] * c2 + b[3] * c3
+            total += a[k] * across
+            by_u += d[k] * across
+            by_v += a[k] * (e[0] * c0 + e[1] * c1 + e[2] * c2 + e[3] * c3)
         chosen[count] = i
         out[0, count] = total
-        out[1, count] = by_u * per_rad
+        out[1, count] = -by_u * per_rad
         out[2, count] = by_v * per_px
         count += 1
     return count
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
-def _weights(t):  # type: ignore[no-untyped-def]
-    """Cubic B-spline at the four nodes about a point ``t`` past the second."""
-    w = 1.0 - t
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def weights(t):  # type: ignore[no-untyped-def]
+    """Cubic B-spline at the four nodes about a point ``t`` past the second; float32."""
+    w = np.float32(1.0) - t
+    half, sixth, most = np.float32(0.5), np.float32(1.0 / 6.0), np.float32(2.0 / 3.0)
     return (
-        w * w * w / 6.0,
-        2.0 / 3.0 - t * t * (1.0 - 0.5 * t),
-        2.0 / 3.0 - w * w * (1.0 - 0.5 * w),
-        t * t * t / 6.0,
+        w * w * w * sixth,
+        most - t * t * (np.float32(1.0) - half * t),
+        most - w * w * (np.float32(1.0) - half * w),
+        t * t * t * sixth,
     )
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _slopes(t):  # type: ignore[no-untyped-def]
-    w = 1.0 - t
-    return -0.5 * w * w, t * (1.5 * t - 2.0), -w * (1.5 * w - 2.0), 0.5 * t * t
+    w = np.float32(1.0) - t
+    half, two = np.float32(0.5), np.float32(2.0)
+    more = np.float32(1.5)
+    return -half * w * w, t * (more * t - two), -w * (more * w - two), half * t * t
 
 
 def smeared(coefficients: Single, smear: float) -> Single:
-    """The spline of a surface that turned through ``smear`` columns during the exposure.
+    """The spline (columns, rows) of a surface that turned by ``smear`` columns while exposed.
 
     A running mean over the stretch whose second moment is right also below one column: a box of
     width w over samples spreads by (w^2 - 1) / 12, so w = sqrt(1 + smear^2).
     """
-    width = float(np.sqrt(1.0 + smear * smear))
-    pad = int(width / 2) + 2
-    total = np.cumsum(np.pad(coefficients, ((0, 0), (pad + 1, pad)), "edge"), 1, dtype=np.float64)
-    columns = coefficients.shape[1]
+    return np.asarray(_running_mean(coefficients, np.sqrt(1.0 + smear * smear)))
 
-    def up_to(offset: float) -> Array:
-        whole = int(np.floor(offset))
-        part = offset - whole
-        start = pad + whole
-        low = total[:, start : start + columns]
-        high = total[:, start + 1 : start + 1 + columns]
-        return (1.0 - part) * low + part * high
 
-    mean = (up_to(0.5 + 0.5 * width) - up_to(0.5 - 0.5 * width)) / width
-    return np.ascontiguousarray(mean, dtype=np.float32)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _running_mean(values, width):  # type: ignore[no-untyped-def]
+    """Mean along the first axis over ``width`` samples about each; the ends go on for ever."""
+    columns, rows = values.shape
+    whole = int(0.5 * (width - 1.0))  # full samples on either side, and a part of the next
+    part = 0.5 * (width - 1.0) - whole
+    last = columns - 1
+    mean = np.empty_like(values)
+    total = np.zeros(rows)
+    for k in range(-whole, whole + 1):
+        total += values[min(max(k, 0), last)]
+    for column in range(columns):
+        before = values[max(column - whole - 1, 0)]
+        after = values[min(column + whole + 1, last)]
+        leaving = values[max(column - whole, 0)]
+        for row in range(rows):
+            mean[column, row] = (total[row] + part * (before[row] + after[row])) / width
+            total[row] += after[row] - np.float64(leaving[row])
+    return mean

@@ -7,11 +7,22 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.tracking.fit import GATE, Fit, gauss_newton, turn, turn_and_shift
-from servosight.tracking.polar import Array, Grid, Mask, Pixels, Sample, Single, sample, smeared
+from servosight.tracking.polar import (
+    Array,
+    Grid,
+    Mask,
+    Pixels,
+    Sample,
+    Single,
+    sample,
+    smeared,
+    weights,
+)
 
 Image = NDArray[np.uint8]
 
@@ -26,7 +37,7 @@ _SETTLED_PX = 0.003
 class Surface:
     """What the moving part looks like with its angle at zero, and where it is.
 
-    ``coefficients`` (rows, columns) of its spline on ``grid``, ``reach`` (rows, columns) the
+    ``coefficients`` (columns, rows) of its spline on ``grid``, ``reach`` (columns, rows) the
     columns to its edge (0 outside), ``outline_px`` (points, 2) its contour as x, y at angle zero.
     ``correlation`` and ``noise`` [grey levels] are what the frames it was learnt from showed.
     """
@@ -50,7 +61,7 @@ class Surface:
     def area_px(self, columns: float) -> float:
         """Pixels that it covers in a picture, less what ``columns`` of smear leave uncertain."""
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
-        cells = (self.reach > max(0.5 * columns, 0.0)).sum(1)
+        cells = (self.reach > max(0.5 * columns, 0.0)).sum(0)
         return float(cells @ radius) * self.grid.step_px * self.grid.step_rad
 
     def blurred(self, smear_rad: float) -> Blurred:
@@ -109,7 +120,7 @@ def on_grid(mask: Mask, old: Grid, new: Grid) -> Mask:
 
 
 def edge_distance(mask: Mask, grid: Grid) -> Single:
-    """Columns from each cell to the edge, once the margin is taken off; 0 outside; float32."""
+    """Columns from each cell to the edge less the margin, 0 outside; (columns, rows) float32."""
     padded = np.pad(mask, 1)
     # In pixels a column is as wide as its radius makes it: measured on the cells of the last row,
     # it errs on the safe side nearer the pivot.
@@ -124,7 +135,7 @@ def edge_distance(mask: Mask, grid: Grid) -> Single:
     for column in reversed(range(eroded.shape[1])):
         right = np.where(eroded[:, column], right + 1, 0)
         reach[:, column] = np.minimum(reach[:, column], right)
-    return np.ascontiguousarray(reach[1:-1, 1:-1])
+    return np.ascontiguousarray(reach[1:-1, 1:-1].T)
 
 
 def outline(mask: Mask, grid: Grid) -> Array:
@@ -143,36 +154,79 @@ def outline(mask: Mask, grid: Grid) -> Array:
     return np.asarray(smooth + np.array(grid.pivot_px) - half, dtype=np.float64)
 
 
-def average(splines: Sequence[Array], angles_rad: Array, shifts_px: Array, grid: Grid) -> Single:
-    """Spline coefficients of the mean of frames turned back, each shifted by its own; float32.
+def average(splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid: Grid) -> Single:
+    """Spline coefficients of the mean of frames turned back, each shifted by its own.
 
-    A cell's mean leaves out what lies far from its median: what covered the surface for a while.
+    Of shape (columns, rows), float32. A cell's mean leaves out what lies far from its median: what
+    covered the surface for a while.
     """
-    stack = np.empty((len(splines), grid.rows, grid.columns), np.float32)
-    for turned_back, spline, angle, shift in zip(
-        stack, splines, angles_rad, shifts_px, strict=True
+    stack = np.empty((grid.columns, grid.rows, len(splines)), np.float32)
+    radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
+    phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns)
+    for number, (spline, angle, shift) in enumerate(
+        zip(splines, angles_rad, shifts_px, strict=True)
     ):
-        x, y = grid.points(float(angle))
-        ndimage.map_coordinates(
-            spline,
-            [y + shift[1], x + shift[0]],
-            output=turned_back,
-            order=3,
-            mode="nearest",
-            prefilter=False,
-        )
-    away = np.abs(stack - np.median(stack, axis=0))
-    usual = away <= GATE * 1.4826 * np.median(away, axis=0) + 1.0
-    mean = (stack * usual).sum(0, dtype=np.float64) / usual.sum(0)
-    spline = ndimage.spline_filter(mean, order=3, mode="mirror", output=np.float64)
-    return np.ascontiguousarray(spline, dtype=np.float32)
+        centre = np.array(grid.pivot_px) + shift
+        _turn_back(spline, centre, radius, phi + angle, stack[:, :, number])
+    mean = ndimage.spline_filter(_usual_mean(stack), order=3, mode="mirror", output=np.float64)
+    return np.ascontiguousarray(mean, dtype=np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _turn_back(spline, centre, radius, phi, out):  # type: ignore[no-untyped-def]
+    """A picture's spline on a turned lattice; beyond the picture its border goes on."""
+    height, width = spline.shape
+    for m in range(phi.size):
+        cos, sin = np.cos(phi[m]), np.sin(phi[m])
+        for j in range(radius.size):
+            x = min(max(centre[0] + radius[j] * cos, 0.0), width - 1.0)
+            y = min(max(centre[1] - radius[j] * sin, 0.0), height - 1.0)
+            column, row = int(x), int(y)
+            a, b = weights(np.float32(x - column)), weights(np.float32(y - row))
+            total = np.float32(0.0)
+            for k in range(4):
+                line = spline[min(max(row - 1 + k, 0), height - 1)]
+                if 1 <= column < width - 2:
+                    c0, c1 = line[column - 1], line[column]
+                    c2, c3 = line[column + 1], line[column + 2]
+                else:
+                    c0, c1 = line[max(column - 1, 0)], line[column]
+                    c2 = line[min(column + 1, width - 1)]
+                    c3 = line[min(column + 2, width - 1)]
+                total += b[k] * (a[0] * c0 + a[1] * c1 + a[2] * c2 + a[3] * c3)
+            out[m, j] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _usual_mean(stack):  # type: ignore[no-untyped-def]
+    """Mean over the last axis of what lies within the gate about the median."""
+    columns, rows, count = stack.shape
+    mean = np.empty((columns, rows))
+    away = np.empty(count, np.float32)
+    for m in range(columns):
+        for j in range(rows):
+            middle = np.median(stack[m, j])
+            for i in range(count):
+                away[i] = abs(stack[m, j, i] - middle)
+            gate = GATE * 1.4826 * np.median(away) + 1.0
+            total, used = 0.0, 0
+            for i in range(count):
+                if away[i] <= gate:
+                    total += stack[m, j, i]
+                    used += 1
+            mean[m, j] = total / used
+    return mean
+
+
+def spline_of(image: Image) -> Single:
+    """Cubic spline coefficients of a picture, float32 (height, width)."""
+    return np.asarray(ndimage.spline_filter(image, order=3, output=np.float32))
 
 
 def single(image: Image, mask: Mask, grid: Grid) -> Surface:
     """The surface as one frame shows it, with its angle at zero."""
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
-    spline = ndimage.spline_filter(image.astype(np.float64), order=3)
-    picture = average([spline], np.zeros(1), np.zeros((1, 2)), fine)
+    picture = average([spline_of(image)], np.zeros(1), np.zeros((1, 2)), fine)
     reach = edge_distance(on_grid(mask, grid, fine), fine)
     return Surface(fine, picture, reach, np.empty((0, 2)), 1.0, 1.0)
 
@@ -187,7 +241,7 @@ def learn(
     (blurred by motion, covered) are left out of the average. Returns the surface and the frames'
     angles [rad], NaN where left out.
     """
-    splines = [ndimage.spline_filter(image.astype(np.float64), order=3) for image in images]
+    splines = [spline_of(image) for image in images]
     angles = angles_rad.copy()
     shifts = np.zeros((len(images), 2))
     used = np.ones(len(images), bool)
