@@ -54,8 +54,6 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
         times = f"{ratio:.1f}" if ratio < 10.0 else f"{ratio:.0f}"
         fell = f"from {_deg(first)} to {_deg(last)}, {times} times less"
         out.print(f"The held-out error fell {fell}.")
-    elif len(ladder) == 1 and result["verdict"] == "unexplained":
-        out.print("Only the linear model was fitted; --auto adds what earns its place.")
     for one in result["candidates"]:
         if one["effect"] in effects and one["confounded_with"]:
             rivals = ", ".join(one["confounded_with"])

@@ -10,7 +10,8 @@ from servosight.diagnose.evidence import Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
 PAIR_CANDIDATES = 12
-"""Pairs are formed among this many of the best single candidates."""
+FINALISTS = 8
+"""Pairs are formed among this many of the best single candidates, and the best eight finished."""
 MAX_RUNGS = 6
 FAR = 3.0
 """Beyond this factor of the floor, pairs are tried also where one effect earns its place."""
@@ -97,19 +98,18 @@ class Climber:
         """
         by_name = {_news(trial, base): trial for trial in ranked[:PAIR_CANDIDATES]}
         pairs = list(itertools.combinations(by_name, 2))
-        best: tuple[Trial, str, str] | None = None
+        if not pairs:
+            return None
+        sketches: dict[tuple[str, str], Trial] = {}
         for i, (first, second) in enumerate(pairs):
             self.progress(f"trying {first} with {second}", i, len(pairs))
-            trial = self.laboratory.extended(by_name[first], [second])
-            if best is None or self._criterion(trial) > self._criterion(best[0]):
-                best = (trial, first, second)
-            if self.bar.explained(trial):
-                break
+            sketches[first, second] = self.laboratory.sketched(by_name[first], [second])
+        leading = sorted(pairs, key=lambda pair: self._criterion(sketches[pair]), reverse=True)
+        trials = {pair: self.laboratory.finished(sketches[pair]) for pair in leading[:FINALISTS]}
         self.progress("tried pairs", len(pairs), len(pairs))
-        if best is None:
-            return None
-        trial, first, second = best
-        rivals = [base, *(by_name[name] for name in (first, second)), ranked[0]]
+        first, second = max(trials, key=lambda pair: self._criterion(trials[pair]))
+        trial = trials[first, second]
+        rivals = [base, by_name[first], by_name[second], ranked[0]]
         if not all(self.bar.earns(trial, rival, len(pairs)) for rival in rivals):
             return None
         return [Rung(by_name[first], first), Rung(trial, second)]

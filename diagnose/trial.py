@@ -22,6 +22,7 @@ Mask = NDArray[np.bool_]
 
 BLOCK_S = 1.0
 HELD_OUT_EVERY = 3
+SKETCH_BUDGET = 250
 
 
 def training_mask(recording: Recording) -> Mask:
@@ -110,6 +111,15 @@ class Laboratory:
     def extended(self, base: Trial, effects: Sequence[str]) -> Trial:
         """``base`` with more effects, all parameters fitted anew."""
         return self.judge(fit_effects(self.problem((*base.effects, *effects)), base.fit))
+
+    def sketched(self, base: Trial, effects: Sequence[str]) -> Trial:
+        """``base`` with more effects, fitted roughly: enough to see whether it leads somewhere."""
+        problem = self.problem((*base.effects, *effects))
+        return self.judge(fit_effects(problem, base.fit, SKETCH_BUDGET))
+
+    def finished(self, sketch: Trial) -> Trial:
+        """A sketch, fitted to the end."""
+        return self.judge(polish(sketch.fit.problem, [sketch.fit.outcome.point]))
 
     def reduced(self, base: Trial, without: str) -> Trial:
         """``base`` with one effect fewer, fitted anew from where the rest stood."""

@@ -135,8 +135,11 @@ def difference_quotient(problem: Problem, point: Array, scale: Array) -> Array:
     return np.asarray(((answers[:count] - answers[count:]) / width[:, None]).T)
 
 
-def fit_effects(problem: Problem, base: Fit | None = None) -> Fit:
-    """Fit the problem's effects from their physical starts behind a fit without some of them."""
+def fit_effects(problem: Problem, base: Fit | None = None, budget: int = POLISH_BUDGET) -> Fit:
+    """Fit the problem's effects from their physical starts behind a fit without some of them.
+
+    A small ``budget`` of evaluations makes a sketch that :func:`polish` may finish.
+    """
     if base is None:
         linear = Problem(problem.recordings, problem.plant, (), problem.masks)
         base = polish(linear, [linear_start(linear)])
@@ -144,7 +147,7 @@ def fit_effects(problem: Problem, base: Fit | None = None) -> Fit:
         return base
     starts = np.array(effect_starts(problem, base.problem, base.outcome.point))
     order = np.argsort(half_squares(problem.residuals(starts)))
-    return polish(problem, starts[order[:POLISHED_STARTS]])
+    return polish(problem, starts[order[:POLISHED_STARTS]], budget)
 
 
 def identify(

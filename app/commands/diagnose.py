@@ -82,6 +82,8 @@ def run(args: argparse.Namespace) -> None:
 def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     """What to type now: climb, then look at the report, keep the model, try it on another run."""
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
+    again += [word for path in args.validate for word in ("--validate", path)]
+    again += [word for path in args.plugin for word in ("--plugin", path)]
     if not args.auto and values["verdict"] != "no_effect_missing":
         return again
     if args.report is None:
