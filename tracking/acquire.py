@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from servosight.models.errors import InputError
 from servosight.tracking.outline import tightened
 from servosight.tracking.polar import Array, Grid, Mask
 from servosight.tracking.search import search
-from servosight.tracking.surface import Image, Surface, learn, single
+from servosight.tracking.surface import Image, Surface, learn, single, spread
 
 Box = tuple[int, int, int, int]
 
@@ -24,6 +25,8 @@ _COARSE_PX = 1.5
 _MOVED_PX = 1.5
 _LEAST_FEATURES = 8
 _LEAST_FRAMES = 4
+_STRIDE = 3
+_ROUGH_FRAMES = 14
 _LEAST_SCORE = 0.6
 _SEARCH_RAD = np.deg2rad(75.0)
 _POINT = "point at it with --pivot X,Y and --template X,Y,W,H"
@@ -78,17 +81,18 @@ def acquire(
         rough = None
         angles = _completed(images, angles, single(images[reference], mask, grid))
     known = np.flatnonzero(np.isfinite(angles))
-    shown = [images[int(i)] for i in known]
-    for _ in range(2):
-        mask = surface_mask(shown, angles[known], grid, mask)
+    some = known[spread(angles[known], _ROUGH_FRAMES)]
+    for learnt in (some, known):
+        mask = surface_mask([images[int(i)] for i in some], angles[some], grid, mask)
         if mask.sum() * _COARSE_PX**2 < 200:
             raise InputError(
                 f"{video}: no moving surface of at least 200 px stands out from the bench; "
                 f"expected a textured surface that turns, {_POINT}."
             )
-        rough, exact = learn(shown, angles[known], mask, grid, pivot_px is not None)
+        shown = [images[int(i)] for i in learnt]
+        rough, exact = learn(shown, angles[learnt], mask, grid, pivot_px is not None)
         grid = _recentred(grid, rough.pivot_px)
-        angles[known] = np.where(np.isfinite(exact), exact, angles[known])
+        angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
     assert rough is not None
     good = np.flatnonzero(np.isfinite(exact))
     edge = tightened([shown[int(i)] for i in good], exact[good], rough.pivot_px, rough.outline_px)
@@ -114,7 +118,7 @@ def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> 
     model = surface.blurred(0.0)
     pixels = surface.pixels(images[0].shape, every=5)
     known = angles_rad[np.isfinite(angles_rad)]
-    reach = max(float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
+    reach = max(1.3 * float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
     completed = angles_rad.copy()
     for number in np.flatnonzero(np.isnan(angles_rad)):
         angle, score = search(model, pixels, images[int(number)], 0.0, reach)
@@ -138,18 +142,41 @@ def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:
 
 def _motions(video: Path, images: Sequence[Image], template: Box | None) -> list[Rigid]:
     """Rigid motions of the largest moving group of features, the reference frame's own first."""
-    from_first = [0] if template is not None else [0, len(images) // 2, len(images) // 3]
     finder = cv2.SIFT.create(1500, contrastThreshold=0.02)
-    # cv2's own hints deny that nothing found is None.
-    features: list[Any] = [finder.detectAndCompute(image, None) for image in images]
+
+    # Features are dear: of every third frame, as long as these tell enough.
+    @cache
+    def features(frame: int) -> Any:  # cv2's own hints deny that nothing found is None
+        return finder.detectAndCompute(images[frame], None)
+
+    for stride in (_STRIDE, 1):
+        best, moved_px = _largest_group(features, range(0, len(images), stride), template)
+        if len(best) > _LEAST_FRAMES:
+            return best
+    why = (
+        "nothing in the picture moves by more than a pixel or two"
+        if moved_px < _MOVED_PX
+        else "nothing in the picture turns as one textured piece"
+    )
+    raise InputError(
+        f"{video}: {why}, so the surface and its pivot cannot be found from the motion; "
+        f"expected a surface that turns by some degrees, {_POINT}."
+    )
+
+
+def _largest_group(
+    features: Callable[[int], Any], chosen: Sequence[int], template: Box | None
+) -> tuple[list[Rigid], float]:
+    """The most rigid motions against one reference; and how far features moved [px]."""
+    references = (0,) if template is not None else (0, len(chosen) // 2, len(chosen) // 3)
     best: list[Rigid] = []
     moved_px = 0.0
-    for reference in from_first:
+    for reference in (chosen[place] for place in references):
         found = []
-        for frame in range(len(images)):
+        for frame in chosen:
             if frame == reference:
                 continue
-            before, after = _pairs(features[reference], features[frame], template)
+            before, after = _pairs(features(reference), features(frame), template)
             if len(before) == 0:
                 continue
             away = np.hypot(*(after - before).T)
@@ -162,19 +189,9 @@ def _motions(video: Path, images: Sequence[Image], template: Box | None) -> list
         if len(found) > len(best):
             own = Rigid(reference, 0.0, np.eye(2, 3), found[0].points_px)
             best = [own, *found]
-        if len(best) > len(images) // 2:
+        if len(best) > len(chosen) // 2:
             break
-    if len(best) <= _LEAST_FRAMES:
-        why = (
-            "nothing in the picture moves by more than a pixel or two"
-            if moved_px < _MOVED_PX
-            else "nothing in the picture turns as one textured piece"
-        )
-        raise InputError(
-            f"{video}: {why}, so the surface and its pivot cannot be found from the motion; "
-            f"expected a surface that turns by some degrees, {_POINT}."
-        )
-    return best
+    return best, moved_px
 
 
 def _pairs(first: tuple[Any, Any], second: tuple[Any, Any], box: Box | None) -> tuple[Array, Array]:

@@ -15,8 +15,6 @@ from servosight.tracking.surface import Image, Surface
 # something else; the same for pixels that pass the gate.
 _LEAST_CORRELATION = 0.6
 _LEAST_KEPT = 0.35
-# More pixels cost time for thousandths of a degree: their noise is not what limits then.
-_MOST_PIXELS = 12_000
 
 
 @dataclass(frozen=True)
@@ -31,8 +29,8 @@ class Refine:
     @classmethod
     def of(cls, surface: Surface, shape: tuple[int, ...]) -> Refine:
         """For pictures of ``shape`` (height, width)."""
-        every = 1 + int(surface.area_px(0.0) / _MOST_PIXELS)
-        return cls(surface, every, surface.pixels(shape, every), surface.pixels(shape, every=11))
+        pixels = surface.pixels(shape, surface.thinning)
+        return cls(surface, surface.thinning, pixels, surface.pixels(shape, every=11))
 
     def near(self, picture: Image, angle_rad: float, smear_rad: float) -> Fit | None:
         """Fit from an angle, the surface blurred by ``smear_rad``; None if it is no fit."""

@@ -30,6 +30,9 @@ _SPACING_PX = 0.8
 # The outline mixes surface and bench over the optics' blur; the model is of the surface alone.
 _MARGIN_PX = 2.5
 _ROUNDS = 5
+_ROUND_FRAMES = 12
+# More pixels cost time for thousandths of a degree: their noise is not what limits then.
+_MOST_PIXELS = 12_000
 _SETTLED_PX = 0.003
 
 
@@ -63,6 +66,11 @@ class Surface:
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
         cells = (self.reach > max(0.5 * columns, 0.0)).sum(0)
         return float(cells @ radius) * self.grid.step_px * self.grid.step_rad
+
+    @property
+    def thinning(self) -> int:
+        """Of so many pixels one is enough to measure the angle."""
+        return 1 + int(self.area_px(0.0) / _MOST_PIXELS)
 
     def blurred(self, smear_rad: float) -> Blurred:
         """The same surface as a shutter shows it that stays open while it turns."""
@@ -223,6 +231,13 @@ def spline_of(image: Image) -> Single:
     return np.asarray(ndimage.spline_filter(image, order=3, output=np.float32))
 
 
+def spread(angles_rad: Array, count: int) -> NDArray[np.intp]:
+    """At most ``count`` of the frames, evenly by the order of their angles."""
+    order = np.argsort(angles_rad)
+    places = np.linspace(0, order.size - 1, min(count, order.size))
+    return np.asarray(np.sort(order[np.round(places).astype(np.intp)]))
+
+
 def single(image: Image, mask: Mask, grid: Grid) -> Surface:
     """The surface as one frame shows it, with its angle at zero."""
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
@@ -252,6 +267,7 @@ def learn(
         settled = fixed_pivot and round_number > 0
         fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
         chosen = np.flatnonzero(used)
+        chosen = chosen[spread(angles[chosen], _ROUND_FRAMES)]
         mean = average([splines[i] for i in chosen], angles[chosen], shifts[chosen], fine)
         surface = Surface(fine, mean, reach, np.empty((0, 2)), 0.0, 0.0)
         fits = _fits(surface, images, angles, fixed_pivot)
@@ -287,7 +303,7 @@ def learn(
 def _fits(
     surface: Surface, images: Sequence[Image], angles_rad: Array, fixed_pivot: bool
 ) -> list[Fit | None]:
-    pixels = surface.pixels(images[0].shape)
+    pixels = surface.pixels(images[0].shape, surface.thinning)
     still = surface.blurred(0.0)
     motion = turn if fixed_pivot else turn_and_shift
     return [
