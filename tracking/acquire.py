@@ -116,7 +116,7 @@ def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> 
     Features tell nothing of a frame in which the surface stands as in the reference.
     """
     model = surface.blurred(0.0)
-    pixels = surface.pixels(images[0].shape, every=5)
+    pixels = surface.few_pixels(images[0].shape)
     known = angles_rad[np.isfinite(angles_rad)]
     reach = max(1.3 * float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
     completed = angles_rad.copy()

@@ -52,7 +52,7 @@ def turn_and_shift(sample: Sample) -> Single:
     return np.stack([sample.per_turn, *sample.per_shift]).astype(np.float32)
 
 
-def correlation(a: Array, b: Array) -> float:
+def correlation(a: Single, b: Single) -> float:
     """Pearson's correlation of two samples of grey levels; 0 where either is flat."""
     a, b = a - a.mean(), b - b.mean()
     aa, bb, ab = (float(np.einsum("i,i", p, q)) for p, q in ((a, a), (b, b), (a, b)))
@@ -68,15 +68,14 @@ def gauss_newton(
     residuals are the camera's own noise, not a resampled one. Returns None where too few pixels
     are left to speak of, or the iteration runs away.
     """
-    flat = picture.reshape(-1)
     start = angle_rad
     gain, offset = 1.0, 0.0
     before = np.inf
     for iteration in range(_ITERATIONS):
         now = model(angle_rad)
-        if now.index.size < _LEAST_PIXELS:
+        if now.chosen.size < _LEAST_PIXELS:
             return None
-        seen = flat[now.index]
+        seen = now.grey(picture)
         moves = motion(now)
         if iteration == 0:
             # As bright as it was learnt, but for a shift: least squares would bend to what covers.
@@ -101,7 +100,8 @@ def gauss_newton(
             break
         before = max(abs(step), 1e-12)
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
-    tile = now.block - now.block.min()
+    tile = now.block
+    tile -= tile.min()
     sums, inside, squares, agreement = _judged(
         seen, now.value, moves, light, solution, inverse[2], tile, int(tile.max()) + 1
     )
@@ -113,7 +113,7 @@ def gauss_newton(
         float(used / max(inside, 1)),
         float(1.0 - inside / seen.size),
         float(np.sqrt(squares / used)),
-        now.index.size,
+        now.chosen.size,
     )
 
 

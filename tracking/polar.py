@@ -102,23 +102,32 @@ class Pixels:
 class Sample:
     """The surface's model at the pixels it covers; all arrays (pixels,).
 
-    ``value`` in grey levels; ``per_turn`` its change with the surface's own angle, per radian,
-    and ``per_px`` with the pixel's radius.
+    ``chosen`` are those pixels' places in the table ``pixels``; ``value`` in grey levels;
+    ``per_turn`` its change with the surface's own angle, per radian, and ``per_px`` with the
+    pixel's radius.
     """
 
-    index: NDArray[np.intp]
-    block: NDArray[np.intp]
-    phi_rad: Array
-    radius_px: Array
+    pixels: Pixels
+    chosen: NDArray[np.intp]
     value: Single
     per_turn: Single
     per_px: Single
 
+    def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """What a picture (height, width) shows at the pixels."""
+        return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
+
+    @property
+    def block(self) -> NDArray[np.intp]:
+        """The tile that each pixel lies in."""
+        return np.asarray(self.pixels.block.take(self.chosen))
+
     @property
     def per_shift(self) -> tuple[Array, Array]:
         """Change with a shift of the surface along x and along y [grey levels/px]."""
-        cos, sin = np.cos(self.phi_rad), np.sin(self.phi_rad)
-        along = -self.per_turn / self.radius_px
+        phi = self.pixels.phi_rad.take(self.chosen)
+        cos, sin = np.cos(phi), np.sin(phi)
+        along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
         return along * sin - self.per_px * cos, along * cos + self.per_px * sin
 
 
@@ -138,16 +147,8 @@ def sample(
     chosen = np.empty(phi.size, np.intp)
     out = np.empty((3, phi.size), np.float32)
     count = _spline(coefficients, reach, phi, radius, place, 0.5 * smear, chosen, out)
-    chosen = chosen[:count]
-    return Sample(
-        pixels.index[part][chosen],
-        pixels.block[part][chosen],
-        phi[chosen],
-        radius[chosen],
-        out[0, :count],
-        out[1, :count],
-        out[2, :count],
-    )
+    chosen[:count] += part.start
+    return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)

@@ -30,7 +30,7 @@ class Refine:
     def of(cls, surface: Surface, shape: tuple[int, ...]) -> Refine:
         """For pictures of ``shape`` (height, width)."""
         pixels = surface.pixels(shape, surface.thinning)
-        return cls(surface, surface.thinning, pixels, surface.pixels(shape, every=11))
+        return cls(surface, surface.thinning, pixels, surface.few_pixels(shape))
 
     def near(self, picture: Image, angle_rad: float, smear_rad: float) -> Fit | None:
         """Fit from an angle, the surface blurred by ``smear_rad``; None if it is no fit."""

@@ -31,10 +31,9 @@ def search(
 
 def scores(model: Blurred, pixels: Pixels, picture: NDArray[np.uint8], angles_rad: Array) -> Array:
     """Correlation of model and picture at each of the angles, -1 where too little is in view."""
-    flat = picture.reshape(-1)
     found = np.full(len(angles_rad), -1.0)
     for number, angle in enumerate(angles_rad):
         now = model.at(pixels, float(angle))
-        if now.index.size >= _LEAST_PIXELS:
-            found[number] = correlation(flat[now.index].astype(np.float64), now.value)
+        if now.chosen.size >= _LEAST_PIXELS:
+            found[number] = correlation(now.grey(picture).astype(np.float32), now.value)
     return found

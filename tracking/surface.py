@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -33,6 +34,7 @@ _ROUNDS = 5
 _ROUND_FRAMES = 12
 # More pixels cost time for thousandths of a degree: their noise is not what limits then.
 _MOST_PIXELS = 12_000
+_FEW_PIXELS = 1500
 _SETTLED_PX = 0.003
 
 
@@ -61,11 +63,21 @@ class Surface:
         """The table of a picture's pixels that this surface can cover."""
         return Pixels.about(self.pivot_px, shape, self.grid.largest_px, every)
 
+    @cached_property
+    def _areas_px(self) -> Array:
+        """Pixels covered by the cells that lie more than 0, 1, 2... half columns inside."""
+        radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
+        cell = np.broadcast_to(radius * self.grid.step_px * self.grid.step_rad, self.reach.shape)
+        inside = np.bincount(np.ceil(2 * self.reach).astype(np.intp).ravel(), cell.ravel())
+        return np.asarray(np.cumsum(inside[::-1])[::-1][1:])
+
     def area_px(self, columns: float) -> float:
         """Pixels that it covers in a picture, less what ``columns`` of smear leave uncertain."""
-        radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
-        cells = (self.reach > max(0.5 * columns, 0.0)).sum(0)
-        return float(cells @ radius) * self.grid.step_px * self.grid.step_rad
+        return float(np.interp(columns, np.arange(self._areas_px.size), self._areas_px, right=0))
+
+    def few_pixels(self, shape: tuple[int, ...]) -> Pixels:
+        """A thin table of them: enough to find the surface by."""
+        return self.pixels(shape, 1 + int(self.area_px(0.0) / _FEW_PIXELS))
 
     @property
     def thinning(self) -> int:
@@ -303,7 +315,7 @@ def learn(
 def _fits(
     surface: Surface, images: Sequence[Image], angles_rad: Array, fixed_pivot: bool
 ) -> list[Fit | None]:
-    pixels = surface.pixels(images[0].shape, surface.thinning)
+    pixels = surface.pixels(images[0].shape)
     still = surface.blurred(0.0)
     motion = turn if fixed_pivot else turn_and_shift
     return [
