@@ -250,7 +250,7 @@ def _row(row_values, times, values, linear, samples, step, out):
                 out[n:] = np.nan
                 return
             left = horizon - gone
-            h = left / math.ceil(left / limit - _EDGE)
+            h = left / max(math.ceil(left / limit - _EDGE), 1)
             now = force + gone * rise
             stopped = False
             if mode == 0:

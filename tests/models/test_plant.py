@@ -165,3 +165,20 @@ def test_the_wrong_width_is_refused(plant: Plant) -> None:
     stimulus = Stimulus(np.zeros(1), np.zeros(1), False, np.arange(3.0), np.ones(1))
     with pytest.raises(ValueError, match="expected"):
         plant.simulate(np.zeros(5), stimulus)
+
+
+@pytest.mark.parametrize("early_s", [1e-13, 7e-10, 1e-7, 1e-4])
+def test_a_first_sample_just_before_the_first_row_changes_nothing(
+    plant: Plant, early_s: float
+) -> None:
+    """A clock that begins a rounding before the command's; the servo rests there, so equal to 1e-9."""
+    times, command = np.array([0.0, 0.1, 0.2]), np.array([0.0, 5.0, -5.0])
+    samples = np.arange(0.0, 0.3, 0.005)
+    shifted = samples.copy()
+    shifted[0] -= early_s
+    row = row_of(plant, coulomb_friction__level=0.2)
+    whole, early = (
+        plant.simulate(row, Stimulus(times, command, False, at, np.ones(1)))
+        for at in (samples, shifted)
+    )
+    np.testing.assert_allclose(early, whole, atol=1e-9)
