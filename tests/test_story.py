@@ -1,0 +1,71 @@
+"""The whole story through the video: film a servo with a hidden effect, track it, find the effect.
+
+Bounds: the issue of identification is k within 0.5 %, T and xi within 2 %; a named effect's
+parameter within the larger of three sigma and 5 %; held-out error within 1.10 of the floor.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.app.main import main
+from servosight.models.recording_io import load_recording
+from servosight.scenarios.produce import produce
+from servosight.scenarios.scenario import Scenario, hidden_effect
+
+
+def filmed(scenario: Scenario, folder: Path) -> dict[str, float]:
+    """Film a scenario for eight seconds; return its truth and hide it from the program."""
+    scenario = replace(scenario, duration_s=8.0, video=True)
+    produce(scenario, folder)
+    (folder / "truth.toml").unlink()
+    assert not (folder / "angle.csv").exists()
+    return scenario.truth()
+
+
+def answer(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    """What a command prints as JSON."""
+    capsys.readouterr()
+    assert main([*words, "--json", "-"]) == 0
+    result: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return result
+
+
+@pytest.mark.parametrize("effect", ["backlash", "coulomb_friction"])
+def test_a_hidden_effect_is_named_through_the_video(
+    effect: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = filmed(hidden_effect(effect, 2, video=True), tmp_path / "rec")
+    found = answer(capsys, "diagnose", str(tmp_path / "rec"), "--auto")
+    assert found["effects"] == [effect]
+    assert found["verdict"] == "explained"
+    first, last = found["ladder"][0], found["ladder"][-1]
+    assert last["held_out_rmse_deg"] <= 1.10 * found["floor_deg"]
+    assert last["held_out_rmse_deg"] <= first["held_out_rmse_deg"] / 5.0
+    for name, estimate in last["parameters"].items():
+        if name.startswith(effect):
+            allowed = max(3.0 * (estimate["sigma"] or 0.0), 0.05 * abs(truth[name]))
+            assert estimate["value"] == pytest.approx(truth[name], abs=allowed)
+
+
+def test_the_servo_without_effects_is_identified_through_the_video(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = filmed(Scenario(seed=4), tmp_path / "rec")
+    found = answer(capsys, "identify", str(tmp_path / "rec"))["parameters"]
+    assert found["k"]["value"] == pytest.approx(truth["k"], rel=0.005)
+    assert found["T"]["value"] == pytest.approx(truth["T"], rel=0.02)
+    assert found["xi"]["value"] == pytest.approx(truth["xi"], rel=0.02)
+    assert answer(capsys, "diagnose", str(tmp_path / "rec"), "--auto")["effects"] == []
+
+    # The tracker itself: within 0.03 deg rms of the true angle, its constant being the bias.
+    recording = load_recording(tmp_path / "rec")
+    table = np.loadtxt(tmp_path / "rec" / "truth_angle.csv", delimiter=",", skiprows=1)
+    error = recording.angle_deg - np.interp(recording.time_s, table[:, 0], table[:, 1])
+    assert np.sqrt(np.mean((error - np.median(error)) ** 2)) < 0.03
