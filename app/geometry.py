@@ -24,19 +24,26 @@ FORMAT = 1
 class Geometry:
     """The surface in the picture at angle zero, and by what its video is known again.
 
-    ``pivot_px`` is x, y (integer centres, y down), ``outline_px`` (points, 2) the contour.
+    ``pivot_px`` is x, y (integer centres, y down), ``outline_px`` (points, 2) the contour,
+    ``left_out`` the frames that have no row in angle.csv.
     """
 
     frames: int
     video_bytes: int
     pivot_px: tuple[float, float]
     outline_px: Array
+    left_out: tuple[int, ...] = ()
+
+    def frame_of(self, row: int) -> int:
+        """The frame that a row of angle.csv, counted from 0, was measured in."""
+        return int(np.delete(np.arange(self.frames), np.array(self.left_out, int))[row])
 
     @classmethod
     def of(cls, track: Track, video: Path) -> Geometry:
         """What a track found in ``video``."""
         outline = np.asarray(track.outline_px, dtype=np.float64)
-        return cls(track.frames, video.stat().st_size, track.pivot_px, outline)
+        left_out = tuple(np.flatnonzero(~track.measured).tolist())
+        return cls(track.frames, video.stat().st_size, track.pivot_px, outline, left_out)
 
     def save(self, folder: Path) -> None:
         """Write track.toml into a recording's folder, whole or not at all."""
@@ -47,6 +54,7 @@ class Geometry:
         lines = (
             f"format = {FORMAT}",
             f"frames = {self.frames}",
+            f"left_out = {list(self.left_out)}",
             f"video_bytes = {self.video_bytes}",
             f"pivot_px = [{x:.4f}, {y:.4f}]",
             f"outline_px = [{points}]",
@@ -57,7 +65,8 @@ class Geometry:
 def geometry_of(recording: Recording) -> Geometry | None:
     """The geometry kept beside a recording's angle; None where there is none that fits.
 
-    It fits where video and samples are still those that were tracked: a row for each frame.
+    It fits where video and samples are still those that were tracked: a row for each frame that
+    was not left out.
     """
     if recording.video is None:
         return None
@@ -65,10 +74,13 @@ def geometry_of(recording: Recording) -> Geometry | None:
         table = tomllib.loads(recording.video.with_name(NAME).read_text(encoding="utf-8"))
         x, y = table["pivot_px"]
         outline = np.array(table["outline_px"], dtype=np.float64)
-        found = Geometry(table["frames"], table["video_bytes"], (float(x), float(y)), outline)
+        left_out = tuple(int(frame) for frame in table.get("left_out", ()))
+        found = Geometry(
+            table["frames"], table["video_bytes"], (float(x), float(y)), outline, left_out
+        )
         size = recording.video.stat().st_size
     except (OSError, KeyError, TypeError, ValueError):
         return None
     shaped = outline.ndim == 2 and outline.shape[0] > 2 and outline.shape[1] == 2
-    known = (table.get("format"), found.frames, found.video_bytes)
+    known = (table.get("format"), found.frames - len(found.left_out), found.video_bytes)
     return found if shaped and known == (FORMAT, recording.time_s.size, size) else None

@@ -63,7 +63,8 @@ def track_folder(
 ) -> Track:
     """Track a recording's video and write its ``angle.csv``, on the command's clock.
 
-    Where the surface was found in the picture goes beside it, into track.toml.
+    Frames that measured nothing are left out: a wide sigma would count as noise of the rest.
+    Where the surface lies in the picture goes beside it, into track.toml.
     """
     from servosight.app.geometry import Geometry
     from servosight.models.errors import InputError
@@ -101,8 +102,14 @@ def track_video(video: Path, **options: Any) -> Track:
 
 
 def write_track(path: Path, track: Track, *, time_s: Any = None, scale: float = 1.0) -> None:
-    """Write ``time_s,angle_deg,sigma_deg``; ``scale`` is the recording's unit_scale."""
+    """Write ``time_s,angle_deg,sigma_deg`` of the frames that measured the angle.
+
+    ``scale`` is the recording's unit_scale.
+    """
     from servosight.models.recording_io import write_angle
 
     times = track.time_s if time_s is None else time_s
-    write_angle(path, times, track.angle_deg / scale, track.sigma_deg / abs(scale))
+    rows = track.measured
+    write_angle(
+        path, times[rows], track.angle_deg[rows] / scale, track.sigma_deg[rows] / abs(scale)
+    )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from servosight.models.errors import InputError
 from servosight.tracking.acquire import Box, acquire
+from servosight.tracking.ahead import ahead
 from servosight.tracking.fit import Fit
 from servosight.tracking.match import Match, choose_box
 from servosight.tracking.polar import Array
@@ -32,6 +33,10 @@ Method = Literal["match", "refine"]
 Progress = Callable[[int], None]
 
 _SAMPLE = 32
+_AHEAD = 4
+_STALE = 3.0
+_DOUBT = 1.5  # what a fit may leave unlike, over what the one before left, and beside it
+_SLACK = 1e-3
 _NEAR_RAD = np.deg2rad(15.0)
 # Worth fitting again: a blur that was guessed wrong by this much at the tip. Less is even about
 # the angle and moves nothing.
@@ -78,6 +83,16 @@ class Track:
     def found(self) -> NDArray[np.bool_]:
         """The frames in which the surface was found; shape (frames,)."""
         return np.asarray((self.flags & Flag.LOST) == 0)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """The frames that tell an angle of their own time; shape (frames,).
+
+        Not those in which the surface was not found, nor a repeated picture of one that moved on.
+        """
+        usual = np.median(self.sigma_deg[self.found])
+        stale = ((self.flags & Flag.DUPLICATE) > 0) & (self.sigma_deg > _STALE * usual)
+        return np.asarray(self.found & ~stale)
 
 
 class Stage(Protocol):
@@ -129,6 +144,11 @@ def track(
 
     exposures = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
     stamps, fits, flags = _follow(video, stage, surface, exposures, progress)
+    if all(fit is None for fit in fits):
+        raise InputError(
+            f"{video}: the surface was found in none of {len(fits)} frames; expected it in most of "
+            "them, point at it with --pivot X,Y and --template X,Y,W,H."
+        )
     if times is not None:
         _same_length(frame_table, len(times[0]), video, len(stamps))
         time_s = times[0]
@@ -175,13 +195,13 @@ class _Seen:
 def _follow(
     video: Path, stage: Stage, surface: Surface, exposures_s: Array, progress: Progress | None
 ) -> tuple[Array, list[Fit | None], NDArray[np.uint8]]:
-    """Presentation times, fits and flags of all frames; holds three pictures at a time."""
+    """Presentation times, fits and flags of all frames; holds a few pictures at a time."""
     stamps: list[float] = []
     fits: list[Fit | None] = []
     flags: list[int] = []
     older: _Seen | None = None
     last: _Seen | None = None
-    for frame in frames(video):
+    for frame in ahead(frames(video), _AHEAD):
         exposure = float(exposures_s[min(frame.index, len(exposures_s) - 1)])
         now = _measure(stage, frame, older, last, exposure)
         if last is not None and older is not None:
@@ -216,7 +236,17 @@ def _measure(
             fit = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), smear)
     if fit is None:
         fit = stage.near(frame.image, stage.anywhere(frame.image, held, np.pi), 0.0)
+    elif last is not None and last.fit is not None and _doubtful(fit, last.fit):
+        # Where the surface sets off fast, a fit can rest on a neighbouring likeness: look about.
+        found = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), smear)
+        if found is not None and found.correlation > fit.correlation:
+            fit = found
     return _Seen(frame, fit, fit.angle_rad if fit is not None else held, smear)
+
+
+def _doubtful(fit: Fit, before: Fit) -> bool:
+    """True where a fit leaves much more unlike than the one before it."""
+    return 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
 
 
 def _speed(before: _Seen | None, after: _Seen | None) -> float:
@@ -274,8 +304,6 @@ def _columns(fits: list[Fit | None], flags: NDArray[np.uint8]) -> tuple[Array, A
             share = min(fit.kept, fit.in_view, 1.0 - fit.saturated)
             sigma[number] = fit.sigma_rad / (max(share, 0.05) if doubtful else 1.0)
     known = np.flatnonzero(np.isfinite(angle))
-    if known.size == 0:
-        return np.zeros(len(fits)), np.full(len(fits), np.pi)
     spread = max(float(np.ptp(angle[known])) / np.sqrt(12.0), np.deg2rad(1.0))
     held = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
     sigma = np.where(np.isfinite(angle), sigma, spread)

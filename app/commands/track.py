@@ -50,6 +50,8 @@ def run(args: argparse.Namespace) -> None:
         f"{output}: {track.frames} frames, moved {np.ptp(track.angle_deg):.4g} deg, sigma "
         f"{np.median(track.sigma_deg):.2g} deg, pivot {x:.2f},{y:.2f} px"
     )
-    lost = track.frames - int(np.sum(track.found))
-    if lost:
-        out.print(f"note: the surface was not found in {lost} frames; their sigma says so")
+    missing = track.frames - int(np.sum(track.measured))
+    if missing:
+        out.print(
+            f"note: {missing} frames left out: the surface was not found, or the picture repeated"
+        )

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from servosight.app.geometry import geometry_of
 from servosight.app.main import main
 from servosight.models.actuator import Actuator, Estimate
+from servosight.models.recording_io import load_recording
 from servosight.models.registry import CATALOGUE, catalogue
 
 T, XI = 0.05, 0.7
@@ -394,12 +396,13 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         options["progress"](300)
         time_s = 0.01 * np.arange(300)
         angle = np.array([10 * response(t, 3) + 5 * response(t, 11) for t in time_s])
+        measured = ~np.isin(np.arange(300), (150, 151))
         return SimpleNamespace(
             time_s=time_s,
             angle_deg=angle,
-            sigma_deg=np.full(300, 0.001),
+            sigma_deg=np.where(measured, 0.001, 8.0),
             frames=300,
-            found=np.arange(300) > 1,
+            measured=measured,
             pivot_px=(320.5, 240.25),
             outline_px=np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
         )
@@ -425,13 +428,19 @@ def test_track_a_recording(
     assert main(["track", str(rec), "--pivot", "3,4", "--method", "match"]) == 0
     told = capsys.readouterr().out
     assert "300 frames" in told
-    assert "not found in 2 frames" in told
+    assert "2 frames left out" in told
     assert tracker["pivot"] == (3.0, 4.0)
     assert tracker["method"] == "match"
     assert tracker["exposure_s"] == 0.004
-    first = (rec / "angle.csv").read_text().splitlines()[:2]
-    assert first[0] == "time_s,angle_deg,sigma_deg"
-    assert first[1].startswith("0.501,")  # the offset and half the readout
+    rows = (rec / "angle.csv").read_text().splitlines()
+    assert rows[0] == "time_s,angle_deg,sigma_deg"
+    assert rows[1].startswith("0.501,")  # the offset and half the readout
+    # What was not seen leaves neither a row nor its doubt, which would count as noise.
+    assert len(rows) == 1 + 298
+    assert all(row.endswith(",0.001") for row in rows[1:])
+    kept = geometry_of(load_recording(rec))
+    assert kept is not None
+    assert [kept.frame_of(row) for row in (0, 149, 150, 297)] == [0, 149, 152, 299]
     (rec / "video.mkv").unlink()
     complaint(capsys, ["track", str(rec)], "holds no video", "expected")
 

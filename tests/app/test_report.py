@@ -138,7 +138,10 @@ def filmed(recording: Recording, folder: Path) -> Recording:
     outline = np.vstack(
         [np.linspace(a, b, 40) for a, b in zip(FIN, np.roll(FIN, -1, 0), strict=True)]
     )
-    track: Any = SimpleNamespace(frames=recording.time_s.size, pivot_px=PIVOT, outline_px=outline)
+    count = recording.time_s.size
+    track: Any = SimpleNamespace(
+        frames=count, measured=np.ones(count, bool), pivot_px=PIVOT, outline_px=outline
+    )
     Geometry.of(track, video).save(folder)
     return replace(recording, video=video, path=folder)
 

@@ -81,6 +81,18 @@ def _layers(scene: Scene) -> tuple[NDArray[np.float32], NDArray[np.float32], NDA
     )
 
 
+def _around(scene: Scene, angle_deg: float, smear_deg: float) -> tuple[int, int, int, int]:
+    """The box (left, top, right, bottom) that holds the fin during an exposure; the rest is bench.
+
+    Over some degrees the tip leaves the box of the two ends by less than its margin.
+    """
+    ends = [scene.outline_px(angle_deg + part * smear_deg) for part in (-0.5, 0.0, 0.5)]
+    low, high = np.vstack(ends).min(0) - 3, np.vstack(ends).max(0) + 4
+    left, top = np.maximum(np.floor(low).astype(int), 0)
+    right, bottom = np.minimum(np.ceil(high).astype(int), (WIDTH, HEIGHT))
+    return int(left), int(top), int(right), int(bottom)
+
+
 def draw(scene: Scene) -> list[Image]:
     """The scene's pictures, uint8 (height, width) each."""
     bench, fin, cover = _layers(scene)
@@ -89,19 +101,26 @@ def draw(scene: Scene) -> list[Image]:
     led = np.zeros((HEIGHT, WIDTH), np.float64)
     cv2.circle(led, (340, 40), 5, 1.0, -1)
     led = cv2.GaussianBlur(led, (0, 0), 1.0)
+    still = cv2.resize(bench, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
     pictures = []
     for number, (angle, smear) in enumerate(zip(scene.angle_deg, scene.smear_deg, strict=True)):
         count = 1 + int(np.ceil(np.deg2rad(smear) * 210))
-        total = np.zeros_like(bench)
+        left, top, right, bottom = _around(scene, angle, smear)
+        behind = bench[top * SCALE : bottom * SCALE, left * SCALE : right * SCALE]
+        total = np.zeros_like(behind)
         for part in (np.arange(count) + 0.5) / count - 0.5:
             turn = cv2.getRotationMatrix2D(centre.tolist(), float(angle + part * smear), 1.0)
-            size = (bench.shape[1], bench.shape[0])
+            turn[:, 2] -= left * SCALE, top * SCALE
+            size = (behind.shape[1], behind.shape[0])
             alpha = cv2.warpAffine(cover, turn, size, flags=cv2.INTER_LINEAR)
             turned = cv2.warpAffine(
                 fin, turn, size, flags=cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REFLECT
             )
-            total += bench + alpha * (turned - bench)
-        picture = cv2.resize(total / count, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+            total += behind + alpha * (turned - behind)
+        picture = still.copy()
+        picture[top:bottom, left:right] = cv2.resize(
+            total / count, (right - left, bottom - top), interpolation=cv2.INTER_AREA
+        )
         picture = cv2.GaussianBlur(picture, (0, 0), 0.6).astype(np.float64)
         picture += 130 * led * np.clip(number + 1 - scene.led_from, 0.0, 1.0)
         picture += scene.noise * rng.standard_normal(picture.shape)

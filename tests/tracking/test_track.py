@@ -174,6 +174,8 @@ def test_covered_repeated_and_dark_frames_are_flagged_not_filled_in(
     assert result.flags[75] == Flag.LOST
     assert result.sigma_deg[75] > 1.0
     assert not result.found[75]
+    # Of the repeated and the dark picture nothing is kept: neither tells an angle of its own time.
+    assert np.flatnonzero(~result.measured).tolist() == [60, 75]
     clear = np.setdiff1d(np.arange(len(error)), [*range(40, 46), 60, 75])
     assert not result.flags[clear].any()
     assert error[clear].max() < 0.02

@@ -52,7 +52,8 @@ def section(story: Story) -> Section | None:
     from servosight.tracking.surface import turned
     from servosight.tracking.video import read_frame
 
-    image = read_frame(recording.video, index)
+    frame = geometry.frame_of(index)
+    image = read_frame(recording.video, frame)
     kinds = ("before", "after")
     angles = [("measured", "measured", float(recording.angle_deg[index]))]
     for kind, told in zip(kinds, story.models, strict=False):
@@ -69,7 +70,7 @@ def section(story: Story) -> Section | None:
         "Seen by the camera",
         {
             "recording": recording.name,
-            "frame": index,
+            "frame": frame,
             "time_s": float(recording.time_s[index]),
             "measured": outlines[0],
             "models": outlines[1:],
@@ -83,7 +84,7 @@ def section(story: Story) -> Section | None:
 
 
 def _worst_frame(story: Story) -> tuple[int, int, Geometry] | None:
-    """Recording, frame and geometry of the largest error among trusted frames."""
+    """Recording, row and geometry of the largest error among trusted frames."""
     best: tuple[float, int, int, Geometry] | None = None
     for number, one in enumerate(story.before.judged):
         geometry = geometry_of(one.recording)
