@@ -171,7 +171,7 @@ def test_the_wrong_width_is_refused(plant: Plant) -> None:
 def test_a_first_sample_just_before_the_first_row_changes_nothing(
     plant: Plant, early_s: float
 ) -> None:
-    """A clock that begins a rounding before the command's; the servo rests there, so equal to 1e-9."""
+    """A clock that begins before the command: the servo rests there, so equal to 1e-9 deg."""
     times, command = np.array([0.0, 0.1, 0.2]), np.array([0.0, 5.0, -5.0])
     samples = np.arange(0.0, 0.3, 0.005)
     shifted = samples.copy()
