@@ -140,10 +140,12 @@ def track(
     home_rad = zero.angle_rad if zero is not None else 0.0
     outline = turned(surface.outline_px, surface.pivot_px, home_rad)
     box = template or choose_box(outline, surface.pivot_px, images[0].shape)
-    stage: Stage = refine if method == "refine" else Match(images[0], surface.pivot_px, box)
+    stage: Stage = refine
+    if method == "match":
+        stage, home_rad = Match(images[0], surface.pivot_px, box), 0.0
 
     exposures = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
-    stamps, fits, flags = _follow(video, stage, surface, exposures, progress)
+    stamps, fits, flags = _follow(video, stage, surface, home_rad, exposures, progress)
     if all(fit is None for fit in fits):
         raise InputError(
             f"{video}: the surface was found in none of {len(fits)} frames; expected it in most of "
@@ -193,9 +195,17 @@ class _Seen:
 
 
 def _follow(
-    video: Path, stage: Stage, surface: Surface, exposures_s: Array, progress: Progress | None
+    video: Path,
+    stage: Stage,
+    surface: Surface,
+    home_rad: float,
+    exposures_s: Array,
+    progress: Progress | None,
 ) -> tuple[Array, list[Fit | None], NDArray[np.uint8]]:
-    """Presentation times, fits and flags of all frames; holds a few pictures at a time."""
+    """Presentation times, fits and flags of all frames, the first of them about ``home_rad``.
+
+    Holds a few pictures at a time.
+    """
     stamps: list[float] = []
     fits: list[Fit | None] = []
     flags: list[int] = []
@@ -203,7 +213,7 @@ def _follow(
     last: _Seen | None = None
     for frame in ahead(frames(video), _AHEAD):
         exposure = float(exposures_s[min(frame.index, len(exposures_s) - 1)])
-        now = _measure(stage, frame, older, last, exposure)
+        now = _measure(stage, frame, older, last, home_rad, exposure)
         if last is not None and older is not None:
             # The blur was guessed from the past; now the future is known too.
             last = _reblurred(stage, surface, older, last, now, exposure)
@@ -220,18 +230,21 @@ def _follow(
 
 
 def _measure(
-    stage: Stage, frame: Frame, older: _Seen | None, last: _Seen | None, exposure_s: float
+    stage: Stage,
+    frame: Frame,
+    older: _Seen | None,
+    last: _Seen | None,
+    home_rad: float,
+    exposure_s: float,
 ) -> _Seen:
     """Try where the motion leads, where it was, near that, and everywhere: the first that holds."""
     speed = _speed(older, last)
-    held = last.angle_rad if last is not None else 0.0
+    held = last.angle_rad if last is not None else home_rad
     step = speed * (frame.time_s - last.frame.time_s) if last is not None else 0.0
     smear = abs(speed) * exposure_s
-    fit = None
-    if last is not None:
-        fit = stage.near(frame.image, held + step, smear)
-        if fit is None:
-            fit = stage.near(frame.image, held, 0.0)
+    fit = stage.near(frame.image, held + step, smear)
+    if fit is None and last is not None:
+        fit = stage.near(frame.image, held, 0.0)
         if fit is None:
             fit = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), smear)
     if fit is None:
