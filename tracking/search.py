@@ -10,7 +10,7 @@ from servosight.tracking.polar import Array, Pixels
 from servosight.tracking.surface import Blurred
 
 # Between two tries the outer part of the surface moves by this much: less than a printed feature.
-_STRIDE_PX = 0.9
+_STRIDE_PX = 1.6
 _LEAST_PIXELS = 25
 
 
