@@ -23,7 +23,6 @@ ZOOM_SHARE = 7.0
 """The zoom is as many times as wide as the distance that it shows."""
 LEAST_ZOOM_PX = 36
 WIDEST_PX = 1280
-SMOOTHING_POINTS = 2.0
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def section(story: Story) -> Section | None:
     angles = [("measured", "measured", float(recording.angle_deg[index]))]
     for kind, told in zip(kinds, story.models, strict=False):
         angles.append((kind, told.name, float(told.judged[number].predicted_deg[index])))
-    outline = smoothed(geometry.outline_px)
+    outline = geometry.outline_px
     outlines = [
         Drawn(kind, name, angle, turned(outline, geometry.pivot_px, np.deg2rad(angle)))
         for kind, name, angle in angles
@@ -98,13 +97,6 @@ def _worst_frame(story: Story) -> tuple[int, int, Geometry] | None:
         if best is None or error[index] > best[0]:
             best = (float(error[index]), number, index, geometry)
     return None if best is None else best[1:]
-
-
-def smoothed(outline_px: Array) -> Array:
-    """A closed outline (points, 2) without the steps of the pixels that it was found on."""
-    from scipy.ndimage import gaussian_filter1d
-
-    return np.asarray(gaussian_filter1d(outline_px, SMOOTHING_POINTS, axis=0, mode="wrap"))
 
 
 def _zoom(outlines: list[Drawn], shape: tuple[int, int]) -> tuple[Box, float]:
