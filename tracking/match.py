@@ -135,17 +135,29 @@ def _sigma_rad(template: NDArray[np.float32], seen: NDArray[np.float32], arm_px:
     return float(np.hypot(spread, _PEAK_BIAS_PX) / radius)
 
 
-def choose_box(outline_px: Array, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> Box:
-    """A square on the surface, far from the pivot, that never sees past its edge (x, y, w, h)."""
+def choose_box(outline_px: Array, pivot_px: tuple[float, float], picture: Image) -> Box:
+    """The square on the surface that tells most of its angle (x, y, w, h).
+
+    It never sees past the surface's edge. What it tells is the sum of (dI/dangle)^2 over its
+    pixels, the information of Robinson and Milanfar (2004).
+    """
+    shape = picture.shape
     cover = np.zeros(shape, np.uint8)
     cv2.fillPoly(cover, [np.round(outline_px).astype(np.int32)], 1)
     cover[[0, -1]] = 0
     cover[:, [0, -1]] = 0
     # The square may turn: its corners stay within a circle of half its diagonal.
-    half = (ndimage.distance_transform_edt(cover) - 2.0) / np.sqrt(2.0)
-    half = np.minimum(np.floor(half), _LARGEST_HALF_PX)
+    room = (ndimage.distance_transform_edt(cover) - 2.0) / np.sqrt(2.0)
+    half = np.clip(np.floor(room), 0, _LARGEST_HALF_PX).astype(int)
     y, x = np.indices(shape)
-    worth = half * np.hypot(x - pivot_px[0], y - pivot_px[1]) * (half >= 6)
+    gy, gx = np.gradient(ndimage.gaussian_filter(picture.astype(np.float64), 1.0))
+    told = (gy * (x - pivot_px[0]) - gx * (y - pivot_px[1])) ** 2
+    gathered = np.pad(told.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    low_y, low_x = np.maximum(y - half, 0), np.maximum(x - half, 0)
+    high_y, high_x = np.minimum(y + half + 1, shape[0]), np.minimum(x + half + 1, shape[1])
+    worth = gathered[high_y, high_x] - gathered[low_y, high_x]
+    worth += gathered[low_y, low_x] - gathered[high_y, low_x]
+    worth[half < 6] = half[half < 6] - 6.0
     row, column = np.unravel_index(int(np.argmax(worth)), shape)
     size = int(max(half[row, column], 6))
     left = int(np.clip(column - size, 0, shape[1] - 2 * size - 1))

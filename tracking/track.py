@@ -139,7 +139,7 @@ def track(
     zero = refine.near(images[0], refine.anywhere(images[0], 0.0, np.pi), 0.0)
     home_rad = zero.angle_rad if zero is not None else 0.0
     outline = turned(surface.outline_px, surface.pivot_px, home_rad)
-    box = template or choose_box(outline, surface.pivot_px, images[0].shape)
+    box = template or choose_box(outline, surface.pivot_px, images[0])
     stage: Stage = refine
     if method == "match":
         stage, home_rad = Match(images[0], surface.pivot_px, box), 0.0
