@@ -14,6 +14,8 @@ MIN_EVIDENCE = 10.0
 """And gain this much log-likelihood, parameters counted, plus the log of how many were tried."""
 MIN_SHARE = 0.35
 """And it must account for this share of the squared held-out error above the floor."""
+MIN_REMOVED = 0.6
+"""And what it removes, as an rms, must be this much of the floor: it matters in degrees."""
 EXPLAINED = 1.10
 """A model explains a recording when its held-out rmse is within this factor of the floor."""
 TIE = 10.0
@@ -51,6 +53,11 @@ class Bar:
         before, after = base.held_out_rmse_deg**2, trial.held_out_rmse_deg**2
         return (before - after) / max(before - self.floor_deg**2, 1e-300)
 
+    def removed_deg(self, trial: Trial, base: Trial) -> float:
+        """Rms of the held-out error that ``trial`` takes off ``base`` [deg]."""
+        gone = base.held_out_rmse_deg**2 - trial.held_out_rmse_deg**2
+        return float(np.sqrt(max(gone, 0.0)))
+
     def earns(self, trial: Trial, base: Trial, tried: int) -> bool:
         """True where the gain shows on held-out data, in degrees and in evidence.
 
@@ -63,5 +70,6 @@ class Bar:
         return (
             lower
             and self.closed(trial, base) >= MIN_SHARE
+            and self.removed_deg(trial, base) >= MIN_REMOVED * self.floor_deg
             and evidence(trial, base, self.tolerance_deg) >= needed
         )

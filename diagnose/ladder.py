@@ -14,7 +14,9 @@ FINALISTS = 8
 """Pairs are formed among this many of the best single candidates, and the best eight finished."""
 MAX_RUNGS = 6
 FAR = 3.0
-"""Beyond this factor of the floor, pairs are tried also where one effect earns its place."""
+"""Beyond this factor of the floor, pairs are tried also where one effect earns its place,"""
+MOST = 0.9
+"""unless it accounts for this share of the squared error."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -71,7 +73,8 @@ class Climber:
         while len(rungs) < MAX_RUNGS and not self.bar.explained(rungs[-1].trial):
             base = rungs[-1].trial
             added = self._single(base, ranked) or []
-            if self._far(added[-1].trial if added else base) or not (added or base.effects):
+            reached = added[-1].trial if added else base
+            if self._far(reached, rungs[0].trial) or not reached.effects:
                 added = self._pair(base, ranked) or added
             if not added:
                 break
@@ -81,8 +84,9 @@ class Climber:
                 ranked = self.rank(rungs[-1].trial, f"effect {len(rungs[-1].trial.effects) + 1}")
         return Climb(tuple(rungs), first.singles)
 
-    def _far(self, trial: Trial) -> bool:
-        return trial.held_out_rmse_deg > FAR * self.bar.floor_deg
+    def _far(self, trial: Trial, linear: Trial) -> bool:
+        beyond = trial.held_out_rmse_deg > FAR * self.bar.floor_deg
+        return beyond and self.bar.closed(trial, linear) < MOST
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """A rung for the best single candidate if it earns its place."""
