@@ -3,7 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """How a value carries over to a recording at another gain of the position loop or load.
+
+    Recordings share one value, at relative gain and load 1; in a recording it is
+    ``value * relative_gain**gain * relative_load**load``.
+    """
+
+    gain: float = 0.0
+    load: float = 0.0
+
+
+FIXED = Scaling()
+"""An angle, a speed, a time or a ratio: the same in every recording."""
+TORQUE = Scaling(gain=-1.0)
+"""A torque in degrees of position error: torque over the stiffness of the loop."""
+WEIGHT = Scaling(gain=-1.0, load=1.0)
+"""A torque of what hangs on the surface."""
 
 
 @dataclass(frozen=True)
@@ -14,7 +34,7 @@ class Parameter:
     meaning there (a period, a phase). Where ``neutral`` is infinite, the optimiser works on the
     reciprocal, so that files and search space stay finite.
 
-    ``low`` and ``high`` bound ``value`` in its own unit; ``high`` may be infinite only together
+    ``low`` and ``high`` bound the value in its own unit; ``high`` may be infinite only together
     with an infinite ``neutral``.
     """
 
@@ -24,8 +44,7 @@ class Parameter:
     high: float
     neutral: float | None = None
     meaning: str = ""
-    value: float | None = None
-    free: bool = True
+    scaling: Scaling = FIXED
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:
@@ -57,17 +76,23 @@ class Parameter:
             return self.low, self.high
         return self.to_search(self.high), self.to_search(self.low)
 
-    def at(self, value: float) -> Parameter:
-        """The same parameter with a value."""
-        return replace(self, value=value)
-
 
 CORE: tuple[Parameter, ...] = (
     Parameter("k", "-", -10.0, 10.0, meaning="static gain, surface degrees per command degree"),
-    Parameter("T", "s", 1e-3, 2.0, meaning="time constant of the position loop"),
-    Parameter("xi", "-", 0.02, 20.0, meaning="damping ratio"),
+    Parameter(
+        "T",
+        "s",
+        1e-3,
+        2.0,
+        meaning="time constant of the position loop",
+        scaling=Scaling(gain=-0.5),
+    ),
+    Parameter("xi", "-", 0.02, 20.0, meaning="damping ratio", scaling=Scaling(gain=-0.5)),
 )
-"""The linear actuator G(s) = k / (T^2 s^2 + 2 xi T s + 1), paper eq. 1."""
+"""The linear actuator G(s) = k / (T^2 s^2 + 2 xi T s + 1), paper eq. 1.
+
+Inertia over stiffness is T^2, viscous damping over stiffness 2 xi T: hence the scalings.
+"""
 
 OWN: tuple[Parameter, ...] = (
     Parameter("bias", "deg", -720.0, 720.0, meaning="angle at zero command"),

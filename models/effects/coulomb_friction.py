@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.effect import Cues, Effect, Place
-from servosight.models.parameter import Parameter
+from servosight.models.parameter import TORQUE, Parameter
 
 
 def term(speed: float, drive: float, load: float, level: float) -> float:
@@ -19,7 +19,7 @@ def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
 EFFECT = Effect(
     id="coulomb_friction",
     place=Place.FRICTION,
-    parameters=(Parameter("level", "deg", 0.0, 90.0, 0.0, "torque that must be overcome"),),
+    parameters=(Parameter("level", "deg", 0.0, 90.0, 0.0, "torque that must be overcome", TORQUE),),
     equation="friction = level sign(w); sticks while |drive - load| <= level",
     looks_like="the surface stands still at every reversal, then breaks loose; it rests up to the "
     "level away from where the linear model puts it; slow triangles have flat tops",

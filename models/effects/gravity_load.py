@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.effect import Cues, Effect, Place
-from servosight.models.parameter import Parameter
+from servosight.models.parameter import WEIGHT, Parameter
 
 
 def term(theta: float, w: float, sine: float, cosine: float) -> float:
@@ -24,8 +24,10 @@ EFFECT = Effect(
     id="gravity_load",
     place=Place.LOAD,
     parameters=(
-        Parameter("sine", "deg", -720.0, 720.0, 0.0, "torque at 90 deg from the zero angle"),
-        Parameter("cosine", "deg", -720.0, 720.0, 0.0, "torque at the zero angle"),
+        Parameter(
+            "sine", "deg", -720.0, 720.0, 0.0, "torque at 90 deg from the zero angle", WEIGHT
+        ),
+        Parameter("cosine", "deg", -720.0, 720.0, 0.0, "torque at the zero angle", WEIGHT),
     ),
     equation="load = sine sin(theta) + cosine cos(theta)",
     looks_like="the error at rest depends on the angle alone and bends with it; it is the same on "

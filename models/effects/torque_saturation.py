@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.effect import Cues, Effect, Place
-from servosight.models.parameter import Parameter
+from servosight.models.parameter import TORQUE, Parameter
 
 
 def term(drive: float, w: float, limit: float) -> float:
@@ -29,7 +29,7 @@ EFFECT = Effect(
     id="torque_saturation",
     place=Place.DRIVE,
     parameters=(
-        Parameter("limit", "deg", 1e-2, float("inf"), float("inf"), "largest drive torque"),
+        Parameter("limit", "deg", 1e-2, float("inf"), float("inf"), "largest drive torque", TORQUE),
     ),
     equation="drive = clip(e, -limit, limit)",
     looks_like="large steps accelerate no faster than middling ones and settle late; small steps "
