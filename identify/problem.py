@@ -133,6 +133,7 @@ class Problem:
     def rows(self, points: Array, recording: int) -> Array:
         """Rows of plant parameters (batch, width) for search points (batch, coordinates)."""
         batch = np.tile(np.array(self.plant.layout.neutral_row()), (points.shape[0], 1))
+        servo = self.recordings[recording]
         for j, coordinate in enumerate(self.coordinates):
             if coordinate.recording in (None, recording):
                 column = points[:, j]
@@ -143,6 +144,9 @@ class Problem:
                         batch[:, coordinate.column] = 1.0 / column
                 else:
                     batch[:, coordinate.column] = column
+                batch[:, coordinate.column] *= coordinate.parameter.scaling.factor(
+                    servo.relative_gain, servo.relative_load
+                )
         return batch
 
     def predict(self, points: Array) -> list[Array]:

@@ -17,6 +17,10 @@ class Scaling:
     gain: float = 0.0
     load: float = 0.0
 
+    def factor(self, relative_gain: float, relative_load: float) -> float:
+        """What the shared value is multiplied with."""
+        return float(relative_gain**self.gain * relative_load**self.load)
+
 
 FIXED = Scaling()
 """An angle, a speed, a time or a ratio: the same in every recording."""

@@ -21,7 +21,8 @@ class Recording:
     or joined by lines ("linear"); before the first row the first value holds, after the last
     the last. ``time_s`` (samples,) is mid-exposure, ``angle_deg`` (samples,) the measured angle,
     ``sigma_deg`` (samples,) its standard deviation where known. ``exposure_s`` is the time over
-    which one sample averages the angle.
+    which one sample averages the angle. ``relative_gain`` and ``relative_load`` are the gain of the
+    position loop and the load on the surface relative to those that a model's parameters refer to.
     """
 
     name: str
@@ -32,6 +33,8 @@ class Recording:
     sigma_deg: Array | None = None
     hold: Hold = "zero"
     exposure_s: float = 0.0
+    relative_gain: float = 1.0
+    relative_load: float = 1.0
     path: Path | None = None
     video: Path | None = None
     details: dict[str, Any] = field(default_factory=dict)

@@ -147,6 +147,8 @@ def recording_of(
         sigma_deg=None if s.sigma is None else s.sigma.values,
         hold=settings.hold,
         exposure_s=settings.exposure_s,
+        relative_gain=settings.relative_gain,
+        relative_load=settings.relative_load,
         path=path,
         video=video,
         details=dict(settings.details),
@@ -164,6 +166,9 @@ def save_recording(
     table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
     table.pop("command_hold", None)
     table["hold"] = recording.hold
+    for key in ("relative_gain", "relative_load"):
+        if getattr(recording, key) != 1.0 or key in table:
+            table[key] = getattr(recording, key)
     if recording.exposure_s > 0.0:
         table["camera"] = {**table.get("camera", {}), "exposure_s": recording.exposure_s}
     scale = float(table.get("unit_scale", 1.0))

@@ -15,6 +15,7 @@ from servosight.models.recording import Hold
 
 FORMAT = 1
 LONGEST_EXPOSURE_S = 1.0
+LARGEST_RATIO = 1e3
 
 KEYS = (
     "format",
@@ -24,6 +25,8 @@ KEYS = (
     "unit_scale",
     "deg_per_us",
     "neutral_us",
+    "relative_gain",
+    "relative_load",
     "camera",
 )
 CAMERA_KEYS = ("exposure_s", "readout_s")
@@ -36,6 +39,8 @@ class Settings:
     ``video_offset_s`` is added to a video's times to give the command's clock. ``unit_scale``
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
+    ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
+    those of the others that share its physics.
     """
 
     hold: Hold = "zero"
@@ -45,6 +50,8 @@ class Settings:
     neutral_us: float | None = None
     exposure_s: float = 0.0
     readout_s: float = 0.0
+    relative_gain: float = 1.0
+    relative_load: float = 1.0
     details: dict[str, Any] = field(default_factory=dict)
 
 
@@ -100,6 +107,8 @@ def read_settings(path: Path) -> Settings:
         neutral_us=_optional(path, "neutral_us", table),
         exposure_s=exposure_s,
         readout_s=readout_s,
+        relative_gain=_ratio(path, "relative_gain", table, lowest=1e-3),
+        relative_load=_ratio(path, "relative_load", table, lowest=0.0),
         details=table,
     )
 
@@ -116,6 +125,16 @@ def _hold(path: Path, table: Mapping[str, Any]) -> Hold:
         f'{path}: key hold is {hold!r}, expected "zero" (held between rows) or "linear" (joined by '
         f"lines); mend it"
     )
+
+
+def _ratio(path: Path, key: str, table: Mapping[str, Any], lowest: float) -> float:
+    value = _number(path, key, table.get(key, 1.0))
+    if not lowest <= value <= LARGEST_RATIO:
+        raise InputError(
+            f"{path}: key {key} is {value:g}, expected {lowest:g} to {LARGEST_RATIO:g}, where 1 is "
+            f"the servo as the others have it; write half of that as 0.5"
+        )
+    return value
 
 
 def _optional(path: Path, key: str, table: Mapping[str, Any]) -> float | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,11 @@ import numpy as np
 from servosight.models.errors import InputError
 from servosight.models.importers.request import Imported, Raw, Request, assemble
 
+DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
+"""Firmware position gain as delivered: the relative gain of a log counts from there.
+
+ROBOTIS e-Manual, XL330-M288, Position P Gain (84); Feetech STS memory table, address 21.
+"""
 KEYS = {
     "time": ("timestamp", "s"),
     "command": ("goal_position", "rad"),
@@ -65,7 +71,17 @@ def read_bam(path: Path, request: Request) -> Imported:
     }
     if notes:
         source["kept_entries"] = [start, stop - 1]
-    return Imported(assemble(path, raw, request, {"source": source}), notes)
+    recording = assemble(path, raw, request, {"source": source})
+    return Imported(replace(recording, relative_gain=_relative_gain(log)), notes)
+
+
+def _relative_gain(log: dict[str, Any]) -> float:
+    """The log's gain relative to the firmware's default; 1 where one of them is not known."""
+    default = DEFAULT_GAIN.get(str(log.get("motor", "")).lower())
+    gain = log.get("kp")
+    if default is None or isinstance(gain, bool) or not isinstance(gain, int | float) or gain <= 0:
+        return 1.0
+    return gain / default
 
 
 def _log(path: Path) -> dict[str, Any]:

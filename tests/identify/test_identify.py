@@ -111,6 +111,20 @@ def test_several_recordings_share_the_physics_and_keep_their_biases(record: Any)
     assert isinstance(alone.to_json()["parameters"]["bias"], dict)
 
 
+def test_recordings_at_other_gains_and_loads_share_one_set_of_parameters(record: Any) -> None:
+    """Four times the gain halves T and xi and quarters each torque; half the load halves gravity.
+
+    The rows are written out by hand: the scaling under test is not used to make the data.
+    """
+    one = record(6.0, 1, T=0.03, xi=0.8, coulomb_friction__level=2.0, gravity_load__cosine=3.0)
+    other = record(6.0, 2, T=0.015, xi=0.4, coulomb_friction__level=0.5, gravity_load__cosine=0.375)
+    other = replace(other, relative_gain=4.0, relative_load=0.5)
+    effects = ["coulomb_friction", "gravity_load"]
+    found = identify([one, other], effects, catalogue=catalogue(), method="gradient").actuator
+    truth = {"T": 0.03, "xi": 0.8, "coulomb_friction.level": 2.0, "k": 1.027}
+    assert_near(dict(found.parameters), truth)
+
+
 def test_samples_count_by_their_sigma(record: Any) -> None:
     """Half the samples are useless (3 deg) and say so: the fit is as good as on the other half."""
     recording = record(6.0)

@@ -54,10 +54,12 @@ def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
     imported = import_recording(saved(tmp_path / "a.json", bam_log()), Request())
     recording = imported.recording
     assert imported.notes == ()
+    assert recording.relative_gain == 0.25  # 100 over the firmware's 400
     assert recording.command_deg[7] == pytest.approx(math.degrees(0.5 * math.sin(0.7)))
     save_recording(recording, tmp_path / "rec")
     read = load_recording(tmp_path / "rec")
     np.testing.assert_array_equal(read.angle_deg, recording.angle_deg)
+    assert read.relative_gain == 0.25
     source = read.details["source"]
     assert source["name"] == "a.json"
     assert {key: source[key] for key in ("mass", "length", "kp", "vin", "motor")} == {

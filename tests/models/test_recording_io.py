@@ -139,13 +139,14 @@ def test_folder_with_settings(tmp_path: Path) -> None:
     place = folder(
         tmp_path,
         toml='format = 1\nservo = "MG90S"\nhold = "linear"\nvideo_offset_s = 0.5\n'
-        "unit_scale = 2.0\n[camera]\nexposure_s = 0.004\nwidth = 640\n",
+        "unit_scale = 2.0\nrelative_gain = 4.0\nrelative_load = 0.5\n[camera]\nexposure_s = 0.004\nwidth = 640\n",
     )
     recording = load_recording(place)
     plain = load_recording(written(tmp_path / "plain.csv", table()))
     assert recording.name == "rec"
     assert recording.hold == "linear"
     assert recording.exposure_s == 0.004
+    assert (recording.relative_gain, recording.relative_load) == (4.0, 0.5)
     assert recording.details["servo"] == "MG90S"
     np.testing.assert_array_equal(recording.angle_deg, 2.0 * plain.angle_deg)
     np.testing.assert_array_equal(recording.command_deg, 2.0 * plain.command_deg)
@@ -261,6 +262,9 @@ def test_bytes_that_are_no_table(tmp_path: Path, data: bytes, words: tuple[str, 
         ("unit_scale = 0", ("key unit_scale", "0")),
         ("unit_scale = inf", ("key unit_scale", "finite")),
         ("video_offset_s = 'late'", ("key video_offset_s", "'late'", "number")),
+        ("relative_gain = 0", ("key relative_gain", "0.001 to 1000")),
+        ("relative_load = -1", ("key relative_load", "0 to 1000")),
+        ("relative_gains = 2", ("unknown key relative_gains", "relative_gain")),
         ("camera = 3", ("key camera", "table")),
         ("[camera]\nexposure_s = -0.001", ("camera.exposure_s", "-0.001", "seconds")),
         ("[camera]\nexposure_s = 8", ("camera.exposure_s", "8", "0.008")),
