@@ -66,6 +66,26 @@ def multisine(
     return np.asarray(amplitude_deg * wave / np.max(np.abs(wave)))
 
 
+_TAPS = {4: 3, 5: 3, 6: 5, 7: 6, 9: 5, 10: 7, 11: 9, 15: 14, 17: 14, 20: 17}
+"""Second tap of a maximum-length register of each length; the first is the length itself."""
+
+
+def prbs(time_s: Array, amplitude_deg: float, clock_s: float, seed: int) -> Array:
+    """Pseudo-random binary sequence +-``amplitude_deg``, one bit each ``clock_s``; zero at first.
+
+    The shortest maximum-length shift register that does not repeat within ``time_s`` (Soderstrom
+    and Stoica, System Identification, 1989, section 5.3); ``seed`` sets where it begins.
+    """
+    index = np.floor((time_s - time_s[0]) / clock_s + 1e-9).astype(int)
+    length = next((n for n in _TAPS if 2**n - 1 >= index[-1]), max(_TAPS))
+    bits = list(np.random.default_rng(seed).integers(0, 2, length))
+    bits[0] = 1  # all zeros would stay zeros
+    while len(bits) < index[-1]:
+        bits.append(bits[-length] ^ bits[-_TAPS[length]])
+    levels = np.concatenate([[0.0], 2.0 * np.array(bits) - 1.0])
+    return np.asarray(amplitude_deg * levels[index])
+
+
 def standard(
     duration_s: float = 20.0, amplitude_deg: float = 20.0, seed: int = 0, rate_hz: float = 250.0
 ) -> Excitation:
