@@ -1,13 +1,20 @@
-"""The noise of a recording, without any model of the servo.
+"""The noise of a recording, without a model of the servo.
 
-Where the tracker gives a sigma, that is it. Otherwise: high-order divided differences remove what
-is smooth and leave noise; they are taken where the command has been calmest, so that what the
-servo does in a hurry does not count as noise. Never below the angle's own resolution / sqrt(12).
+Where the tracker gives a sigma, that is it. Otherwise two ways, whichever has more to go by:
+
+- where the command repeats itself, what differs from one period to the next;
+- else the angle is cut into short blocks, each turned into coefficients over orthonormal
+  polynomials in time. White noise puts the same variance into all of them, the servo's motion goes
+  into few: at a standstill into the mean, in smooth motion into the lowest degrees. Which, is read
+  off the command, smoothed over about the time by which the angle lags it; all others are noise.
+
+Never below the angle's own resolution / sqrt(12).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +22,30 @@ from numpy.typing import NDArray
 from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-_ORDERS = (3, 4, 6)
-_CALM_SHARE = 0.5
-_MEMORY_S = 0.25
+_LAGS_S = np.geomspace(1e-3, 0.5, 19)
+_NEIGHBOURS = 3
+"""Lags on either side of the one at which the command resembles the angle most."""
+_GRID_S = 2e-3
+_LONGEST_GRID = 2**17
+_STRIDE = 3
+_LENGTHS = (6, 9, 12, 18, 24)
+"""Samples in a block; blocks begin at every third sample."""
+_MEMORY_S = 0.15
+"""Play and friction answer late: what the command did that long before a block counts as well."""
+_MOVED = (0.03, 0.1, 0.3)
+"""A coefficient is noise where the command moves it by less than this share of the noise."""
+_ENOUGH = 300
+"""So many coefficients tell sigma to 4 %; where there are fewer, the next share is tried."""
+_FEWEST = 100
+_PASSES = 4
+_GAPS = 20
+_EVEN = 0.02
+"""Samples are even where their spacing scatters by less than this share of it."""
+_SAME = 1e-4
+"""A command repeats itself where its periods differ by less than this share of its range, rms."""
+_OUTLIER_SIGMA = 3.0
 _MAD = 0.6744897501960817
 
 
@@ -27,9 +54,12 @@ def noise_deg(recording: Recording) -> float:
     sigma = recording.sigma_deg
     if sigma is not None and np.all(sigma > 0.0):
         return float(np.sqrt(np.mean(sigma**2)))
-    calm = np.argsort(_activity(recording), kind="stable")
-    estimates = [_spread(recording, calm, order) for order in _ORDERS]
-    return max(min(estimates), resolution_deg(recording.angle_deg) / math.sqrt(12.0))
+    values, chosen = _smoothness(recording)
+    repeats = _repeats(recording)
+    if repeats.size > chosen.sum():
+        values, chosen = repeats, np.ones(repeats.shape, dtype=bool)
+    least = resolution_deg(recording.angle_deg) / math.sqrt(12.0)
+    return max(_spread(values, chosen), least)
 
 
 def joint_noise_deg(recordings: tuple[Recording, ...]) -> float:
@@ -50,50 +80,158 @@ def resolution_deg(angle_deg: Array) -> float:
         return 0.0
     step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
     on_grid = np.abs(gaps / step - np.round(gaps / step)) < 0.05
-    crowded = levels.size < 0.7 * angle_deg.size
-    return step if crowded and np.mean(on_grid) > 0.95 else 0.0
+    # Chance puts a tenth of the gaps near a multiple of the smallest.
+    enough = gaps.size >= _GAPS or levels.size < 0.7 * angle_deg.size
+    return step if enough and np.mean(on_grid) > 0.95 else 0.0
 
 
-def _spread(recording: Recording, calm: NDArray[np.intp], order: int) -> float:
-    """Robust standard deviation of normalised divided differences where the command is calm."""
-    differences = divided_differences(recording.time_s, recording.angle_deg, order)
-    chosen = np.zeros(recording.time_s.size, dtype=bool)
-    chosen[calm[: max(int(_CALM_SHARE * calm.size), 4 * order)]] = True
-    # A difference counts where all its samples are calm.
-    window = np.convolve(chosen, np.ones(order + 1), mode="valid") > order + 0.5
-    picked = differences[window] if window.sum() >= 20 else differences
-    spread = float(np.median(np.abs(picked)) / _MAD)
-    for _ in range(3):
-        inside = np.abs(picked) <= 3.0 * spread
-        if spread == 0.0 or not inside.any():
+def _spread(values: Array, chosen: Mask) -> float:
+    """Rms of the chosen values, rows left out whose sum of squares is no chi-square's.
+
+    Their limit is Wilson and Hilferty's (1931), at three sigma.
+    """
+    spread = float(np.median(np.abs(values[chosen]))) / _MAD
+    count = np.maximum(chosen.sum(axis=1), 1)
+    part = 2.0 / (9.0 * count)
+    limit = count * (1.0 - part + _OUTLIER_SIGMA * np.sqrt(part)) ** 3
+    squares = np.sum(np.where(chosen, values, 0.0) ** 2, axis=1)
+    for _ in range(_PASSES):
+        inside = squares <= limit * spread**2
+        if spread == 0.0 or not count[inside].sum():
             break
-        spread = float(np.sqrt(np.mean(picked[inside] ** 2)) / 0.98658)
+        spread = float(np.sqrt(squares[inside].sum() / chosen[inside].sum()))
     return spread
 
 
-def divided_differences(time_s: Array, values: Array, order: int) -> Array:
-    """Divided differences over ``order + 1`` neighbours, scaled to unit noise gain.
+@dataclass(frozen=True)
+class _Blocks:
+    """All blocks of one length: what angle and command put into each coefficient [deg].
 
-    For any spacing of the samples: the weights 1 / prod(t_i - t_j) annihilate polynomials below
-    ``order`` (de Boor, A Practical Guide to Splines, chapter 1). Shape (samples - order,).
+    Both (starts, degrees).
     """
-    windows = np.lib.stride_tricks.sliding_window_view(time_s, order + 1)
-    spacing = windows[:, :, None] - windows[:, None, :]
-    scale = np.median(np.diff(time_s))
-    spacing = spacing / scale + np.eye(order + 1)
-    weights = 1.0 / np.prod(spacing, axis=2)
-    weights /= np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
-    data = np.lib.stride_tricks.sliding_window_view(values, order + 1)
-    return np.asarray(np.einsum("ij,ij->i", weights, data))
+
+    length: int
+    angle: Array
+    command: Array
 
 
-def _activity(recording: Recording) -> Array:
-    """How much the command has moved just before each sample [deg], with a long memory."""
-    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(recording.command_deg)))])
-    times = recording.command_time_s
+def _smoothness(recording: Recording) -> tuple[Array, Mask]:
+    """Coefficients (blocks, degrees) of the best cut into blocks, and which of them are noise."""
+    shapes = _shapes(recording)
+    lengths = [length for length in _LENGTHS if length <= recording.time_s.size]
+    tables = [_blocks(recording, shapes, length) for length in lengths]
+    calmest = min(float(np.partition(table.command.ravel(), _FEWEST)[_FEWEST]) for table in tables)
+    found = _cut(tables, calmest)
+    for share in _MOVED:
+        for _ in range(_PASSES):
+            wider = _cut(tables, max(calmest, share * _spread(*found)))
+            if np.array_equal(wider[1], found[1]):
+                break
+            found = wider
+        if found[1].sum() >= _ENOUGH:
+            break
+    return found
 
-    def travelled(t: Array) -> Array:
-        return np.asarray(np.interp(t, times, travel))
 
-    now = recording.time_s
-    return travelled(now + 0.02) - travelled(now - _MEMORY_S)
+def _cut(tables: list[_Blocks], limit_deg: float) -> tuple[Array, Mask]:
+    """The cut into blocks with the most coefficients below the limit, by dynamic programming."""
+    calm = [table.command <= limit_deg for table in tables]
+    worth = [flags.sum(axis=1).tolist() for flags in calm]
+    ends = max(len(table.angle) + table.length // _STRIDE for table in tables)
+    most, last = [0] * (ends + 1), [-1] * (ends + 1)
+    for end in range(1, ends + 1):
+        most[end] = most[end - 1]
+        for i, table in enumerate(tables):
+            start = end - table.length // _STRIDE
+            if 0 <= start < len(worth[i]) and most[start] + worth[i][start] > most[end]:
+                most[end], last[end] = most[start] + worth[i][start], i
+    values, chosen = [], []
+    end = ends
+    while end > 0:
+        if last[end] < 0:
+            end -= 1
+            continue
+        i = last[end]
+        end -= tables[i].length // _STRIDE
+        beyond = (0, tables[-1].length - tables[i].length)
+        values.append(np.pad(tables[i].angle[end], beyond))
+        chosen.append(np.pad(calm[i][end], beyond))
+    return np.array(values), np.array(chosen)
+
+
+def _blocks(recording: Recording, shapes: Array, length: int) -> _Blocks:
+    def cut(values: Array) -> Array:
+        return np.lib.stride_tricks.sliding_window_view(values, length)[::_STRIDE]
+
+    time_s = cut(recording.time_s)
+    first, last = time_s[:, :1], time_s[:, -1:]
+    place = np.round((2.0 * time_s - first - last) / (last - first), 6)
+    place, kind = np.unique(place, axis=0, return_inverse=True)
+    basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(place, length - 1))
+    basis = basis[kind.ravel()]
+    angle = np.einsum("bij,bi->bj", basis, cut(recording.angle_deg))
+    moved = np.max([np.abs(np.einsum("bij,bi->bj", basis, cut(one))) for one in shapes], axis=0)
+    # A motion that reaches some degree reaches those below it, and the mean is always the servo's.
+    moved = np.maximum.accumulate(moved[:, ::-1], axis=1)[:, ::-1]
+    moved[:, 0] = np.inf
+    command = moved.copy()
+    spacing = float(np.median(np.diff(recording.time_s)))
+    for late in range(1, round(_MEMORY_S / (_STRIDE * spacing)) + 1):
+        np.maximum(command[late:], moved[:-late], out=command[late:])
+    return _Blocks(length, angle, command)
+
+
+def _shapes(recording: Recording) -> Array:
+    """The command behind critically damped lags, scaled to the angle [deg], (lags, samples)."""
+    first = float(min(recording.command_time_s[0], recording.time_s[0]))
+    span = float(recording.time_s[-1]) - first
+    since = np.arange(0.0, span + 2.0 * _GRID_S, max(_GRID_S, span / _LONGEST_GRID))
+    change = np.diff(_command(recording, first + since), prepend=recording.command_deg[0])
+    spectrum = np.fft.rfft(change, 2 * since.size)
+    measured = recording.angle_deg - recording.angle_deg.mean()
+    shapes, left = [], []
+    for lag in _LAGS_S:
+        answer = 1.0 - (1.0 + since / lag) * np.exp(-since / lag)
+        lagged = np.fft.irfft(spectrum * np.fft.rfft(answer, 2 * since.size))[: since.size]
+        shape = np.interp(recording.time_s - first, since, lagged)
+        shape -= shape.mean()
+        shape *= (shape @ measured) / max(float(shape @ shape), 1e-300)
+        shapes.append(shape)
+        left.append(float(np.sum((measured - shape) ** 2)))
+    best = int(np.argmin(left))
+    return np.array(shapes[max(best - _NEIGHBOURS, 0) : best + _NEIGHBOURS + 1])
+
+
+def _repeats(recording: Recording) -> Array:
+    """What the periods of a command differ by [deg], (samples of a period, periods - 1).
+
+    Helmert's contrasts, so that white noise keeps its variance; empty where the command does not
+    repeat itself, twice at least beside the first period, or samples do not fall on its period.
+    """
+    nothing = np.empty((0, 1))
+    spacing = np.diff(recording.time_s)
+    if np.ptp(spacing) > _EVEN * spacing.mean():
+        return nothing
+    command = _command(recording, recording.time_s)
+    count = command.size
+    span = float(np.ptp(command))
+    command = command - command.mean()
+    # Sum of (command(t + lag) - command(t))^2 for all lags at once.
+    power = np.concatenate([[0.0], np.cumsum(command**2)])
+    overlap = np.fft.irfft(np.abs(np.fft.rfft(command, 2 * count)) ** 2)[:count]
+    lags = np.arange(1, count // 3 + 1)
+    unlike = power[count - lags] + power[-1] - power[lags] - 2.0 * overlap[lags]
+    for lag in lags[unlike <= _SAME**2 * span**2 * (count - lags)]:
+        if np.ptp(command[:lag]) > 0.5 * span:
+            periods = count // lag - 1
+            table = recording.angle_deg[count - periods * lag :].reshape(periods, lag)
+            contrasts = np.linalg.qr(np.eye(periods) - 1.0 / periods)[0][:, : periods - 1]
+            return np.asarray(table.T @ contrasts)
+    return nothing
+
+
+def _command(recording: Recording, time_s: Array) -> Array:
+    if recording.hold == "linear":
+        return np.interp(time_s, recording.command_time_s, recording.command_deg)
+    at = np.searchsorted(recording.command_time_s, time_s + 1e-9, side="right") - 1
+    return np.asarray(recording.command_deg[np.maximum(at, 0)])
