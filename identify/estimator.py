@@ -36,7 +36,8 @@ class Outcome:
     """The best point of a run. ``cost`` is half the sum of squares.
 
     ``stopped`` says why the run ended and, where it ran out of budget, what to raise; ``history``
-    holds the best cost after each generation.
+    (generations,) holds the best cost after each generation and ``path`` (generations,
+    coordinates) where it was found.
     """
 
     point: Array
@@ -44,18 +45,23 @@ class Outcome:
     evaluations: int
     stopped: str
     history: Array
+    path: Array
 
 
-def drive(estimator: Estimator, residuals: Residuals, budget: int) -> Outcome:
-    """Run an estimator until it stops or its next batch would pass ``budget`` evaluations.
+def drive(
+    estimator: Estimator, residuals: Residuals, budget: int, goal: float = -np.inf
+) -> Outcome:
+    """Run an estimator until it stops, its cost falls below ``goal``, or the budget is spent.
 
-    At least one batch is run. The estimator may be driven on from where it was left.
+    No batch is run that would pass ``budget`` evaluations, but at least one is. The estimator may
+    be driven on from where it was left.
     """
     best: Array | None = None
     best_cost = np.inf
     spent = 0
     history: list[float] = []
-    while not estimator.stopped:
+    path: list[Array] = []
+    while not estimator.stopped and best_cost >= goal:
         points = estimator.ask()
         if best is not None and spent + len(points) > budget:
             break
@@ -66,11 +72,14 @@ def drive(estimator: Estimator, residuals: Residuals, budget: int) -> Outcome:
         if best is None or costs[winner] < best_cost:
             best, best_cost = points[winner].copy(), float(costs[winner])
         history.append(best_cost)
+        path.append(best)
         estimator.tell(points, answers)
     if best is None:
         raise ValueError(f"the estimator had stopped before it began: {estimator.stopped}")
     reason = estimator.stopped or f"budget of {budget} evaluations spent; raise it to go on"
-    return Outcome(best, best_cost, spent, reason, np.array(history))
+    if best_cost < goal:
+        reason = f"goal reached: a cost below {goal:g}"
+    return Outcome(best, best_cost, spent, reason, np.array(history), np.array(path))
 
 
 def half_squares(residuals: Array) -> Array:

@@ -70,8 +70,10 @@ class GaussNewton:
 
     def _neighbours(self) -> Array:
         steps = _QUOTIENT * (self.scale + np.abs(self.point))
-        # Step inward where a bound is near.
-        self._steps = np.where(self.point + steps > self.high, -steps, steps)
+        # Step inward where a bound is near, and no further than the other one.
+        above, below = self.high - self.point, self.point - self.low
+        inward = np.where(below > above, -np.minimum(steps, below), np.minimum(steps, above))
+        self._steps = np.where(steps > above, inward, steps)
         return np.vstack([self.point, self.point + np.diag(self._steps)])
 
     def _differentiate(self, residuals: Array) -> None:

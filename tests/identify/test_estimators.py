@@ -8,16 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from servosight.identify.estimator import Estimator, drive, half_squares
+from servosight.identify.estimator import drive, half_squares
+from servosight.identify.estimators import ESTIMATORS
+from servosight.identify.flock import Box, Settings, first_flock
 from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.population import (
-    OPERATORS,
-    Box,
-    Population,
-    Settings,
-    crossed,
-    mutated,
-)
+from servosight.identify.genetic import crossed, mutated, offspring
+from servosight.identify.polished import Polished
+from servosight.identify.population import OPERATORS, Population
 
 Array = NDArray[np.float64]
 
@@ -61,31 +58,108 @@ def population(name: str, seed: int, seeds: Array | None = None) -> Population:
     return Population(OPERATORS[name], LOW, HIGH, seed, seeds)
 
 
-def test_the_combination_reaches_the_valleys_end() -> None:
-    """A cost of 0.01 on Rosenbrock, from 20 seeds; the paper has 96 %, its tolerance unknown."""
-    runs = [drive(population("combination", seed), rosenbrock, 8_000) for seed in range(20)]
-    assert max(run.cost for run in runs) < 0.01
+def rippled(points: Array) -> Array:
+    """A bowl about (0.5, 0.5) with many local minima; its least cost is 0."""
+    away = points - 0.5
+    return np.stack([away, np.sin(4.0 * away)], axis=2).reshape(len(points), -1)
 
 
-@pytest.mark.parametrize("name", OPERATORS)
-def test_every_population_improves_within_its_bounds(name: str) -> None:
-    """From 40 random members, whose best is seldom below 0.05, at least halfway down."""
-    estimator = population(name, 1)
-    first = half_squares(rosenbrock(estimator.ask())).min()
+# What every estimator of the registry keeps to.
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_the_same_seed_gives_the_same_run(name: str) -> None:
+    runs = [drive(ESTIMATORS[name](LOW, HIGH, seed), rippled, 2_000) for seed in (3, 3, 4)]
+    np.testing.assert_array_equal(runs[0].history, runs[1].history)
+    np.testing.assert_array_equal(runs[0].path, runs[1].path)
+    assert runs[0].stopped == runs[1].stopped
+    assert not np.array_equal(runs[0].path[0], runs[2].path[0])
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize(
+    ("low", "high"), [([-2.0, -2.0], [2.0, 2.0]), ([-9.0, 0.0], [0.5, 0.5]), ([0, 5], [1e-9, 6])]
+)
+def test_bounds_are_kept(name: str, low: list[float], high: list[float]) -> None:
+    """Also where the minimum lies on a bound, and where a range is next to nothing."""
+    lower, upper = np.array(low, dtype=float), np.array(high, dtype=float)
 
     def bounded(points: Array) -> Array:
-        assert np.all((points >= LOW) & (points <= HIGH))
-        return rosenbrock(points)
+        assert np.all((points >= lower) & (points <= upper))
+        return rippled(points)
 
-    assert drive(estimator, bounded, 4_000).cost < 0.5 * first
+    drive(ESTIMATORS[name](lower, upper, 1), bounded, 2_000)
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("budget", [1, 100, 333, 1_000])
+def test_the_budget_is_kept(name: str, budget: int) -> None:
+    """Counted by the problem itself; the one batch that must run may pass the budget alone."""
+    asked = []
+
+    def counted(points: Array) -> Array:
+        asked.append(len(points))
+        return rippled(points)
+
+    outcome = drive(ESTIMATORS[name](LOW, HIGH, 0), counted, budget)
+    assert outcome.evaluations == sum(asked)
+    assert sum(asked) <= max(budget, asked[0])
+    assert len(outcome.history) == len(outcome.path) == len(asked)
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_batch_equals_its_members_one_by_one(name: str) -> None:
+    def alone(points: Array) -> Array:
+        return np.vstack([rippled(point[None, :]) for point in points])
+
+    together, each = (
+        drive(ESTIMATORS[name](LOW, HIGH, 5), problem, 2_000) for problem in (rippled, alone)
+    )
+    np.testing.assert_array_equal(together.path, each.path)
+    np.testing.assert_array_equal(together.history, each.history)
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_the_end_has_a_reason(name: str) -> None:
+    """By itself, by the budget, or by the goal; and the history never rises."""
+    own = drive(ESTIMATORS[name](LOW, HIGH, 2), rosenbrock, 50_000)
+    assert own.stopped.startswith("converged")
+    assert np.all(np.diff(own.history) <= 0.0)
+    assert own.cost == own.history[-1] == half_squares(rosenbrock(own.path[-1:]))[0]
+    short = drive(ESTIMATORS[name](LOW, HIGH, 2), rosenbrock, 1)
+    assert short.stopped == "budget of 1 evaluations spent; raise it to go on"
+    near = drive(ESTIMATORS[name](LOW, HIGH, 2), rosenbrock, 50_000, goal=0.5 * short.cost)
+    assert near.stopped.startswith("goal reached")
+    assert near.cost < 0.5 * short.cost
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_failed_simulation_is_no_answer(name: str) -> None:
+    """Left of zero every simulation fails, and says so by residuals of 1e6."""
+
+    def half_failed(points: Array) -> Array:
+        return np.where(points[:, :1] < 0.0, 1e6, rippled(points))
+
+    if name != "gradient":  # it may begin on the plateau, where nothing leads off
+        assert drive(ESTIMATORS[name](LOW, HIGH, 0), half_failed, 4_000).cost < 0.5
+
+
+def test_the_driver_refuses_an_estimator_that_has_stopped() -> None:
+    stopped = descent(np.ones(2))
+    drive(stopped, rosenbrock, 2_000)
+    with pytest.raises(ValueError, match="stopped before it began"):
+        drive(stopped, rosenbrock, 2_000)
+
+
+# The populations.
 
 
 @pytest.mark.parametrize("name", OPERATORS)
-def test_the_same_seed_gives_the_same_run(name: str) -> None:
-    runs = [drive(population(name, seed), rosenbrock, 2_000) for seed in (3, 3, 4)]
-    np.testing.assert_array_equal(runs[0].history, runs[1].history)
-    np.testing.assert_array_equal(runs[0].point, runs[1].point)
-    assert not np.array_equal(runs[0].history, runs[2].history)
+def test_every_population_improves(name: str) -> None:
+    """From 40 members, whose best is seldom below 0.05, at least halfway down."""
+    estimator = population(name, 1)
+    first = half_squares(rosenbrock(estimator.ask())).min()
+    assert drive(estimator, rosenbrock, 4_000).cost < 0.5 * first
 
 
 def test_seeds_join_the_first_generation() -> None:
@@ -97,33 +171,41 @@ def test_seeds_join_the_first_generation() -> None:
     assert drive(swarm, rosenbrock, 4_000).cost == 0.0
 
 
-@pytest.mark.parametrize("budget", [1, 100, 333, 1_000])
-@pytest.mark.parametrize("kind", ["swarm", "descent"])
-def test_the_driver_keeps_the_budget(kind: str, budget: int) -> None:
-    """Counted by the problem itself; the one batch that must run may pass the budget alone."""
-    asked = []
-
-    def counted(points: Array) -> Array:
-        asked.append(len(points))
-        return rosenbrock(points)
-
-    estimator: Estimator = (
-        population("combination", 0) if kind == "swarm" else descent(np.array([-1.2, 1.0]))
-    )
-    outcome = drive(estimator, counted, budget)
-    assert outcome.evaluations == sum(asked)
-    assert sum(asked) <= max(budget, asked[0])
-    assert len(outcome.history) == len(asked)
-    if not outcome.stopped.startswith("converged"):
-        assert f"budget of {budget}" in outcome.stopped
-        assert "raise it" in outcome.stopped
+@given(count=st.integers(1, 50), seed=st.integers(0, 2**31))
+def test_the_first_generation_covers_every_range_evenly(count: int, seed: int) -> None:
+    """A Latin hypercube: each of ``count`` equal stretches of each gene holds one member."""
+    flock = first_flock(Box(LOW, HIGH), count, np.random.default_rng(seed), None)
+    stretches = np.floor((flock.position - LOW) / (HIGH - LOW) * count - 1e-9)
+    np.testing.assert_array_equal(np.sort(stretches, axis=0).T, [np.arange(count)] * 2)
 
 
-def test_the_driver_refuses_an_estimator_that_has_stopped() -> None:
-    stopped = descent(np.ones(2))
-    drive(stopped, rosenbrock, 2_000)
-    with pytest.raises(ValueError, match="stopped before it began"):
-        drive(stopped, rosenbrock, 2_000)
+@given(st.lists(st.floats(-50.0, 50.0), min_size=2, max_size=2))
+def test_bounds_reflect(point: list[float]) -> None:
+    """Folded as a mirror on each bound would: cos is even and has the box's double width."""
+    there = np.array([point])
+    back = Box(LOW, HIGH).reflected(there)
+    assert np.all((back >= LOW) & (back <= HIGH))
+    wave = [np.cos(np.pi * (x - LOW) / (HIGH - LOW)) for x in (there, back)]
+    np.testing.assert_allclose(wave[0], wave[1], atol=1e-12)
+
+
+def test_the_polished_combination_ends_at_the_bottom_of_the_best_basin() -> None:
+    """The next best minima cost 0.29 more: 40 seeds, none fails."""
+    make = ESTIMATORS["polished combination"]
+    runs = [drive(make(LOW, HIGH, seed), rippled, 9_000) for seed in range(40)]
+    print(max(run.cost for run in runs), np.median([run.evaluations for run in runs]))
+    assert max(run.cost for run in runs) < 1e-6
+
+
+def test_polishing_goes_on_from_what_the_population_finds() -> None:
+    """The first descent ends in a local minimum; the run does not."""
+    swarm = Population(OPERATORS["combination"], LOW, HIGH, 0, settings=Settings(population=6))
+    first = swarm.ask()[int(np.argmin(half_squares(rippled(swarm.ask()))))]
+    local = drive(descent(first), rippled, 1_000)
+    whole = drive(Polished(swarm, np.ones(2), first=1, patience=15), rippled, 9_000)
+    print(local.cost, whole.cost)
+    assert local.cost > 0.05
+    assert whole.cost < 1e-6
 
 
 def test_half_squares() -> None:
@@ -165,52 +247,28 @@ def test_gauss_newton_keeps_bounds_and_never_climbs(
     assert outcome.stopped
 
 
-@settings(max_examples=25)
-@given(
-    seed=st.integers(0, 2**31),
-    low=st.tuples(finite, finite, finite),
-    width=st.tuples(*[st.floats(1e-3, 10.0)] * 3),
-    count=st.integers(2, 21),
-)
-def test_the_combination_keeps_bounds_and_its_best(
-    seed: int,
-    low: tuple[float, float, float],
-    width: tuple[float, float, float],
-    count: int,
-) -> None:
-    lower = np.array(low)
-    upper = lower + np.array(width)
-    seen: list[float] = []
-
-    def residuals(points: Array) -> Array:
-        assert points.shape == (count, 3)
-        assert np.all(points >= lower)
-        assert np.all(points <= upper)
-        answer = np.cos(5.0 * points) + points
-        seen.append(float(half_squares(answer).min()))
-        return answer
-
-    swarm = Population(
-        OPERATORS["combination"], lower, upper, seed, settings=Settings(population=count)
-    )
-    outcome = drive(swarm, residuals, 40 * count)
-    np.testing.assert_array_equal(outcome.history, np.minimum.accumulate(seen))
-    assert outcome.cost == min(seen)
-
-
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 30))
-def test_children_lie_between_their_parents_and_mutants_within_the_bounds(
-    seed: int, count: int
-) -> None:
+def test_children_lie_near_their_parents_and_mutants_within_reach(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
+    box = Box(LOW, HIGH)
     parents = rng.uniform(LOW, HIGH, (5, 2))
-    children = crossed(parents, count, rng)
-    assert children.shape == (count, 2)
-    assert np.all(children >= parents.min(axis=0))
-    assert np.all(children <= parents.max(axis=0))
-    mutants = mutated(children, Box(LOW, HIGH), Settings(mutation=1.0, spread=3.0), rng)
-    assert np.all(mutants >= LOW)
-    assert np.all(mutants <= HIGH)
-    none = mutated(children, Box(LOW, HIGH), Settings(mutation=0.0), rng)
-    np.testing.assert_array_equal(none, children)
+    between = crossed(parents, count, Settings(overreach=0.0), rng)
+    assert between.shape == (count, 2)
+    assert np.all(between >= parents.min(axis=0) - 1e-12)
+    assert np.all(between <= parents.max(axis=0) + 1e-12)
+    moved = np.abs(mutated(between, box, Settings(mutations=2.0), rng) - between)
+    assert np.all((moved <= 0.1 * box.width) & (moved > 1e-6 * box.width))
+    same = mutated(between, box, Settings(mutations=0.0), rng)
+    np.testing.assert_array_equal(same, between)
+    far = offspring(parents, count, box, Settings(overreach=9.0), rng)
+    assert np.all((far >= LOW) & (far <= HIGH))
+
+
+def test_crossing_and_mutation_keep_the_spread() -> None:
+    """Children vary as 2 (1/4 + 1/3) = 7/6 of their parents' variance about the mean."""
+    rng = np.random.default_rng(1)
+    parents = rng.normal(0.0, 0.1, (2_000, 2))
+    children = crossed(parents, 20_000, Settings(), rng)
+    # 40,000 values, kurtosis about 5: the variance scatters by sqrt(4 / 40000) = 1 %.
+    assert children.var() == pytest.approx(7 / 6 * parents.var(), rel=0.05)
