@@ -11,6 +11,8 @@ import numpy as np
 import tomli_w
 
 from servosight.models.atomic import new_folder, write_text
+from servosight.models.camera import Camera
+from servosight.models.csv_io import table_text
 from servosight.models.recording_io import FILES, save_recording, write_angle
 from servosight.scenarios.scenario import Scenario
 from servosight.sim.run import angle_recording, run
@@ -20,7 +22,10 @@ VIDEO = "video.mkv"
 TRUTH = "truth.toml"
 TRUE_ANGLE = "truth_angle.csv"
 """Mean angles over the exposures without noise, for tests that score a tracker."""
-OURS = (*FILES, VIDEO, "frames.csv", "track.toml", TRUTH, TRUE_ANGLE)
+TRUE_FRAMES = "truth_frames.csv"
+"""What is true of each frame of a video; docs/camera.md lists the columns."""
+OURS = (*FILES, VIDEO, "frames.csv", "track.toml", TRUTH, TRUE_ANGLE, TRUE_FRAMES)
+KNOWN = ("rate_hz", "exposure_s", "readout_s", "width", "height")
 
 Progress = Callable[[int, int], None]
 
@@ -32,16 +37,17 @@ def produce(scenario: Scenario, folder: Path, progress: Progress | None = None) 
     and of all frames. Raises InputError where ``folder`` holds what is not a recording's.
     """
     trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
-    exact = angle_recording(trajectory, scenario.camera, 0.0, 0, name=folder.name)
+    camera = replace(scenario.camera, clock_seed=_stream(scenario, 2) + scenario.camera.clock_seed)
+    exact = angle_recording(trajectory, camera, 0.0, 0, name=folder.name)
     noisy = angle_recording(
-        trajectory, scenario.camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
+        trajectory, camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
     )
     with new_folder(folder, OURS) as fresh:
         save_recording(noisy, fresh, extra={"camera": _camera(scenario)})
         truth: dict[str, Any] = {"format": 1, "effects": list(scenario.effects)}
         if scenario.video:
             (fresh / "angle.csv").unlink()
-            truth["video"] = _render(scenario, trajectory, fresh / VIDEO, progress)
+            truth["video"] = _render(scenario, camera, trajectory, fresh, progress)
         truth["parameters"] = scenario.truth()
         truth["scenario"] = _settings(scenario)
         write_angle(fresh / TRUE_ANGLE, exact.time_s, exact.angle_deg, None)
@@ -50,17 +56,33 @@ def produce(scenario: Scenario, folder: Path, progress: Progress | None = None) 
 
 
 def _render(
-    scenario: Scenario, trajectory: Trajectory, path: Path, progress: Progress | None
+    scenario: Scenario,
+    camera: Camera,
+    trajectory: Trajectory,
+    folder: Path,
+    progress: Progress | None,
 ) -> dict[str, Any]:
     """Render the video; what the renderer knows and the tracker has to find out."""
     from servosight.sim.video import render_video  # OpenGL: only where there is a video
 
     frames = render_video(
-        trajectory, scenario.camera, path, seed=_stream(scenario, 1), progress=progress
+        trajectory,
+        camera,
+        folder / VIDEO,
+        seed=_stream(scenario, 1),
+        settings=scenario.filming.video_settings(),
+        progress=progress,
     )
-    truth: dict[str, Any] = {"pivot_px": [float(x) for x in frames.pivot_px]}
+    columns = frames.columns()
+    write_text(folder / TRUE_FRAMES, table_text(list(columns), list(columns.values())))
+    truth: dict[str, Any] = {
+        "pivot_px": list(frames.pivot_px),
+        "horn_px": list(frames.horn_px),
+        "focal_px": frames.focal_px,
+        "principal_px": list(frames.principal_px),
+    }
     if frames.led_on_s is not None:
-        truth["led_on_s"] = float(frames.led_on_s)
+        truth["led_on_s"] = frames.led_on_s
     return truth
 
 
@@ -70,12 +92,15 @@ def _stream(scenario: Scenario, number: int) -> int:
 
 
 def _camera(scenario: Scenario) -> dict[str, Any]:
-    """What recording.toml says of the camera: settings, not the geometry."""
-    table = asdict(replace(scenario.camera, pivot_px=None))
-    return {key: value for key, value in table.items() if value is not None}
+    """What recording.toml says of the camera: what its maker's sheet would."""
+    camera = scenario.camera
+    return {name: getattr(camera, name) for name in KNOWN}
 
 
 def _settings(scenario: Scenario) -> dict[str, Any]:
+    """The scenario's file again."""
     table = asdict(scenario)
-    table["camera"] = _camera(scenario)
-    return table
+    if scenario.camera.pivot_px is None:
+        del table["camera"]["pivot_px"]
+    del table["filming"]
+    return {**table, **scenario.filming.tables()}

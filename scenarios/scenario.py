@@ -15,7 +15,14 @@ from servosight.models.camera import Camera
 from servosight.models.errors import InputError
 from servosight.models.excitation import Array, Excitation
 from servosight.models.registry import catalogue
-from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.camera_settings import (
+    TABLES,
+    Filming,
+    check_camera,
+    check_filming,
+    read_filming,
+)
+from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS, USUAL, scaled
 from servosight.scenarios.toml_table import read_number, read_table, require
 from servosight.sim.bench import BenchParameters
 from servosight.sim.effects import resolve
@@ -84,14 +91,15 @@ class Scenario:
     servo: Response = field(default_factory=Response)
     motion: Motion = field(default_factory=Motion)
     camera: Camera = field(default_factory=Camera)
+    filming: Filming = field(default_factory=Filming)
     effects: Effects = field(default_factory=dict)
 
     @classmethod
     def load(cls, path: Path) -> Scenario:
         """Read a scenario; InputError names the file, the key and what was expected.
 
-        Keys are the fields' names; ``[servo]``, ``[motion]``, ``[camera]`` and
-        ``[effects.ID]`` are tables.
+        Keys are the fields' names; ``[servo]``, ``[motion]``, ``[camera]``, those of
+        :class:`Filming` and ``[effects.ID]`` are tables.
         """
         try:
             table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
@@ -168,38 +176,58 @@ def parse_settings(texts: Sequence[str]) -> dict[str, float]:
 def hidden(seed: int, *, video: bool = True) -> Scenario:
     """A short scenario with an effect that the user is not told.
 
-    Nine seeds in a row hide nine different effects; strength, servo and command vary as well.
+    As many seeds in a row as there are effects hide each of them once; strength, servo and command
+    vary as well.
     """
     require(seed >= 0, "--seed", "seed", seed, "a whole number from 0")
     names = list(DRAWS)
     block, place = divmod(seed, len(names))
     order = np.random.default_rng(block).permutation(len(names))
-    return hidden_effect(names[order[place]], seed, video=video)
+    return hidden_effects([names[order[place]]], seed, video=video)
 
 
-def hidden_effect(effect: str, seed: int, *, video: bool = False) -> Scenario:
-    """The scenario that shows one effect clearly, its strength drawn by ``seed``."""
-    draw = DRAWS[effect]
+def hidden_effects(
+    effects: Sequence[str], seed: int, *, strength: float = 1.0, video: bool = False
+) -> Scenario:
+    """The scenario that shows ``effects`` clearly, or a servo without any; drawn by ``seed``.
+
+    ``strength`` scales those of the catalogue (:func:`servosight.scenarios.draws.scaled`); the
+    servo and the command are the same at any strength. Several effects share the servo of the
+    first that needs a special one, and the widest motion.
+    """
+    draws = {name: {**DRAWS, **UNCATALOGUED_DRAWS}[name] for name in effects}
+    special = [draw for draw in draws.values() if (draw.T, draw.xi) != (USUAL.T, USUAL.xi)]
+    servo = (special or [USUAL])[0]
     rng = np.random.default_rng([seed, 1])
 
     def pick(low: float, high: float) -> float:
         return float(f"{rng.uniform(low, high):.4g}")
 
-    values = {name: pick(*span) for name, span in draw.parameters.items()}
-    bias = pick(-1.0, 1.0) + values.get(draw.trimmed, 0.0)
+    values = {
+        name: {key: pick(*span) for key, span in draw.parameters.items()}
+        for name, draw in draws.items()
+    }
+    bias = pick(-1.0, 1.0)
+    values |= {name: scaled(name, values[name], strength) for name in effects if name in DRAWS}
+    bias += sum(values[name].get(draw.trimmed, 0.0) for name, draw in draws.items())
     return Scenario(
         seed=seed,
         duration_s=12.0,
         video=video,
-        servo=Response(pick(0.95, 1.05), pick(*draw.T), pick(*draw.xi), bias),
-        motion=Motion(amplitude_deg=draw.amplitude_deg),
+        servo=Response(pick(0.95, 1.05), pick(*servo.T), pick(*servo.xi), bias),
+        motion=Motion(amplitude_deg=max(draw.amplitude_deg for draw in (USUAL, *draws.values()))),
         camera=Camera(rate_hz=120.0, exposure_s=0.002),
-        effects={effect: values},
+        effects=values,
     )
 
 
+def hidden_effect(effect: str, seed: int, *, video: bool = False) -> Scenario:
+    """:func:`hidden_effects` with one effect at its usual strength."""
+    return hidden_effects([effect], seed, video=video)
+
+
 def _read(table: Mapping[str, Any], source: str) -> Scenario:
-    parts = ("servo", "motion", "camera", "effects")
+    parts = ("servo", "motion", "camera", *TABLES, "effects")
     scenario = read_table(Scenario, table, source, "", also=parts)
     effects = table.get("effects", {})
     if not isinstance(effects, Mapping) or not all(
@@ -215,6 +243,7 @@ def _read(table: Mapping[str, Any], source: str) -> Scenario:
             servo=read_table(Response, table.get("servo", {}), source, "servo"),
             motion=read_table(Motion, table.get("motion", {}), source, "motion"),
             camera=read_table(Camera, table.get("camera", {}), source, "camera"),
+            filming=read_filming(table, source),
             effects={
                 name: {
                     key: read_number(value, f"{source}: key effects.{name}.{key}")
@@ -229,7 +258,7 @@ def _read(table: Mapping[str, Any], source: str) -> Scenario:
 
 def _checked(scenario: Scenario, source: str) -> Scenario:
     """The scenario, if its numbers make sense; InputError names the key that does not."""
-    servo, motion, camera = scenario.servo, scenario.motion, scenario.camera
+    servo, motion = scenario.servo, scenario.motion
     low, high = 1.0, 600.0
     checks: list[tuple[bool, str, object, str]] = [
         (scenario.seed >= 0, "seed", scenario.seed, "a whole number from 0"),
@@ -252,24 +281,15 @@ def _checked(scenario: Scenario, source: str) -> Scenario:
         (1.0 <= motion.rate_hz <= 1e4, "motion.rate_hz", motion.rate_hz, "1 to 10000 Hz"),
         (motion.dwell_s > 0.0, "motion.dwell_s", motion.dwell_s, "more than 0 seconds"),
         (0.0 < motion.low_hz < motion.high_hz, "motion.low_hz", motion.low_hz, "0 to high_hz"),
-        (1.0 <= camera.rate_hz <= 1e4, "camera.rate_hz", camera.rate_hz, "1 to 10000 Hz"),
-        (
-            0.0 <= camera.exposure_s <= 1.0 / camera.rate_hz,
-            "camera.exposure_s",
-            camera.exposure_s,
-            "0 to 1 / rate_hz seconds",
-        ),
-        (
-            0.0 <= camera.readout_s <= 1.0 / camera.rate_hz,
-            "camera.readout_s",
-            camera.readout_s,
-            "0 to 1 / rate_hz seconds",
-        ),
     ]
     for holds, key, value, expected in checks:
         require(holds, source, key, value, expected)
+    check_camera(scenario.camera, source)
+    check_filming(scenario.filming, scenario.camera, source)
     known = catalogue()
     for effect, values in resolve(scenario.effects).items():
+        if effect not in known:
+            continue
         for name, value in values.items():
             bounds = known[effect].parameter(name)
             require(

@@ -26,7 +26,8 @@ class Optics:
     ``white_level``: grey level of a white sheet; the lamp is set for it at any exposure time.
     ``gain``: grey levels per electron (K of EMVA 1288), 0.03 for a full well of 8,500 electrons.
     ``read_noise_e``: electrons. ``pixel_gain_rms`` (PRNU) and ``pixel_offset_rms`` [grey levels]
-    (DSNU) are the fixed pattern. ``blur_px``: rms width of the lens's blur. ``vignetting``: share
+    (DSNU) are the fixed pattern. ``blur_px``: rms width of the lens's blur, a Gaussian;
+    ``defocus_px``: radius of the disc that a point out of focus becomes. ``vignetting``: share
     of the light lost at the picture's half width from the optical axis. The defaults give a noise
     of about 2 grey levels in mid grey.
     """
@@ -38,8 +39,14 @@ class Optics:
     pixel_gain_rms: float = 0.005
     pixel_offset_rms: float = 0.3
     blur_px: float = 0.6
+    defocus_px: float = 0.0
     vignetting: float = 0.08
     gamma: float = 1.0
+
+    @property
+    def margin_px(self) -> int:
+        """Pixels beyond the picture whose light the lens may bring into it."""
+        return math.ceil(4.0 * self.blur_px) + math.ceil(self.defocus_px)
 
     @property
     def clean(self) -> Optics:
@@ -65,20 +72,21 @@ def fixed_pattern(optics: Optics, height: int, width: int, seed: int) -> FixedPa
     )
 
 
-def blur_and_bin(light: Light, blur_px: float, factor: int, margin: int) -> Light:
+def blur_and_bin(light: Light, optics: Optics, factor: int, margin: int) -> Light:
     """Blur by the lens, then average over square pixels of ``factor`` x ``factor`` samples.
 
-    ``light`` (rows, columns) has ``margin`` pixels more on each side than the result, which must
-    hold the kernel: four times ``blur_px``. Blurring at the finer grid, before
-    the sensor samples, is what keeps the result free of aliasing.
+    ``light`` (rows, columns) has ``margin`` pixels more on each side than the result, at least
+    ``optics.margin_px``. Blurring at the finer grid, before the sensor samples, is what keeps the
+    result free of aliasing.
     """
-    reach = math.ceil(4.0 * blur_px * factor)
+    if optics.margin_px > margin:
+        raise ValueError(f"expected a margin of {optics.margin_px} px or more, got {margin}")
+    if optics.defocus_px > 0.0:
+        light = np.asarray(cv2.filter2D(light, -1, disc(optics.defocus_px * factor)))
+    if optics.blur_px > 0.0:
+        side = 2 * math.ceil(4.0 * optics.blur_px * factor) + 1
+        light = np.asarray(cv2.GaussianBlur(light, (side, side), optics.blur_px * factor))
     edge = margin * factor
-    if reach > edge:
-        raise ValueError(f"expected a margin of {reach / factor:g} px or more, got {margin}")
-    if blur_px > 0.0:
-        side = 2 * reach + 1
-        light = np.asarray(cv2.GaussianBlur(light, (side, side), blur_px * factor))
     rows, columns = (n // factor - 2 * margin for n in light.shape)
     core = light[edge : edge + rows * factor, edge : edge + columns * factor]
     total = np.zeros((rows, columns), dtype=np.float32)
@@ -86,6 +94,16 @@ def blur_and_bin(light: Light, blur_px: float, factor: int, margin: int) -> Ligh
         for i in range(factor):
             total += core[j::factor, i::factor]
     return np.asarray(total / factor**2, dtype=np.float32)
+
+
+def disc(radius: float) -> Light:
+    """A pillbox of ``radius`` samples that sums to one, each sample by the share it covers."""
+    reach, fine = math.ceil(radius), 16
+    at = (np.arange((2 * reach + 1) * fine) + 0.5) / fine - 0.5 - reach
+    inside = at[None, :] ** 2 + at[:, None] ** 2 <= radius**2
+    side = 2 * reach + 1
+    kernel = inside.reshape(side, fine, side, fine).sum(axis=(1, 3)).astype(np.float32)
+    return np.asarray(kernel / kernel.sum())
 
 
 def vignette(height: int, width: int, axis_px: tuple[float, float], loss: float) -> Light:

@@ -2,10 +2,9 @@
 
 Lit surfaces cost 0.2 us a pixel in software OpenGL: 92 ms a sub-frame for the part of a 640 x 480
 picture that moves, at twofold supersampling, and a demo has ten thousand sub-frames. So every body
-is drawn once, at :data:`SUPERSAMPLING` times the resolution, and turned by ``render_compose.py``,
-which takes 2 ms. For the fin this is no approximation: the lens and its ring light lie on the
-hinge, so shading and perspective do not depend on its angle. The crank and the rod are off the
-axis; nothing is measured on them.
+is drawn once, as a sheet at its own height, and moved by ``render_compose.py``, which takes 2 ms.
+For the fin this is no approximation: drawn from above the hinge, under a ring light there, neither
+shading nor perspective depends on its angle. A camera off the axis sees the same sheets.
 """
 
 from __future__ import annotations
@@ -28,72 +27,89 @@ if TYPE_CHECKING:
 Light = NDArray[np.float32]
 
 SUPERSAMPLING = 2
-"""Samples per pixel and axis: with 2, the fin's angle in a picture is right to 0.0003 deg."""
+"""Samples per pixel and axis of what does not move, and of the picture that is put together."""
 
-MARGIN = 4
-"""Pixels drawn beyond the picture on each side, so that blur reaches no edge."""
+FINER = 2
+"""Samples of a moving body for one of the picture: what is turned is sampled between them."""
+
+ROOM_PX = 8
+"""Pixels of the bench drawn beyond the picture on each side of a camera that is still."""
 
 _AMBIENT, _LAMP = 0.22, 0.72
 _SHADOW, _PENUMBRA_MM = 0.85, 2.4
 _LED_COLOUR = (1.0, 0.28, 0.2)
+_LED_Z_MM, _LED_REACH_MM = -9.0, 45.0
 _SCREEN_GAMMA = 2.2  # what pyrender's shader encodes with
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A moving body: premultiplied linear colour and coverage, (rows, columns, 4) float32.
+    """A sheet parallel to the surface: premultiplied linear colour and coverage.
 
-    ``anchor`` (x, y) is the point it turns about in its own samples, ``centre`` the same point at
-    rest in those of the padded picture.
+    ``rgba`` (rows, columns, 4) float32; ``anchor`` (x, y) is the point it turns about, in its own
+    samples, ``centre_mm`` the same point at rest on the bench, ``per_mm`` its samples a
+    millimetre. ``solid`` (rows, columns) is the coverage without the shadow about the body.
     """
 
     rgba: Light
     anchor: tuple[float, float]
-    centre: tuple[float, float]
+    centre_mm: tuple[float, float, float]
+    per_mm: float
+    solid: Light | None = None
 
 
 @dataclass(frozen=True)
 class Layers:
-    """The bench in linear light (a white sheet at the hinge: about 1), supersampled.
+    """The bench in linear light (a white sheet at the hinge: about 1).
 
-    ``still`` (rows, columns, 3) is all that does not move, padded by :data:`MARGIN` pixels;
-    ``led`` what the light adds to it when on. ``rod``, ``arm``, ``fin`` lie on it in this order.
+    ``still`` is all that does not move, ``led`` what the light adds to it when on. ``rod``,
+    ``arm``, ``fin`` lie on it in this order.
     """
 
     view: View
-    still: Light
-    led: Light
+    still: Layer
+    led: Layer
     rod: Layer
     arm: Layer
     fin: Layer
 
 
-def render_layers(camera: Camera, seed: int) -> Layers:
-    """Draw the bench for ``camera`` with the surfaces that belong to ``seed``."""
+def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> Layers:
+    """Draw the bench for ``camera`` with the surfaces that belong to ``seed``.
+
+    ``room_px``: how far beyond the picture the bench is drawn.
+    """
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before anything imports OpenGL
     import pyrender
 
     view = View.of(camera)
     renderer = pyrender.OffscreenRenderer(64, 64)
     try:
-        rows = (view.height + 2 * MARGIN) * SUPERSAMPLING
-        columns = (view.width + 2 * MARGIN) * SUPERSAMPLING
-        axis = _sample(view.pivot_px)
-        static = [scene.table(seed), *scene.case_meshes(seed)]
-        still = _draw(renderer, static, view, axis, (rows, columns))[:, :, :3]
         rod, arm, fin = (
             _layer(renderer, part, view, seed) for part in (scene.ROD, scene.ARM, scene.FIN)
         )
+        still = _still(renderer, view, seed, room_px)
     finally:
         renderer.delete()
-    still = still * _case_shadow(view, (rows, columns))[:, :, None]
-    return Layers(view, still, _led(view, (rows, columns)), rod, arm, fin)
+    return Layers(view, still, _led(view), rod, arm, fin)
 
 
-def _sample(pixel: tuple[float, float]) -> tuple[float, float]:
-    """A place in the picture [px] in samples of the padded, supersampled one; integer centres."""
-    x, y = ((p + 0.5 + MARGIN) * SUPERSAMPLING - 0.5 for p in pixel)
-    return x, y
+def _per_mm(view: View, z_mm: float, samples: int) -> float:
+    """Samples a millimetre at height ``z_mm``, seen from above the hinge."""
+    return view.scale * samples * LENS_HEIGHT_MM / (LENS_HEIGHT_MM - z_mm)
+
+
+def _still(renderer: pyrender.OffscreenRenderer, view: View, seed: int, room_px: int) -> Layer:
+    """Table, plate and case, with the shadow about the case."""
+    size = tuple((n + 2 * room_px) * SUPERSAMPLING for n in (view.height, view.width))
+    x, y = ((p + 0.5 + room_px) * SUPERSAMPLING - 0.5 for p in view.pivot_px)
+    meshes = [scene.table(seed), *scene.case_meshes(seed)]
+    rgba = _draw(renderer, meshes, view, (x, y), (size[0], size[1]), SUPERSAMPLING)
+    per_mm = _per_mm(view, scene.PLATE_Z_MM, SUPERSAMPLING)
+    across = ((np.arange(size[1]) - x) / per_mm).astype(np.float32)
+    along = ((y - np.arange(size[0])) / per_mm).astype(np.float32)
+    rgba[:, :, :3] *= _case_shadow(across[None, :], along[:, None])[:, :, None]
+    return Layer(rgba, (x, y), (0.0, 0.0, scene.PLATE_Z_MM), per_mm)
 
 
 def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: int) -> Layer:
@@ -101,19 +117,22 @@ def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: i
     from cv2 import GaussianBlur
 
     left, bottom, right, top = part.box_mm
+    x, y, z = part.centre_mm
     room = 2.2 * _PENUMBRA_MM
-    centre = _sample(view.pixel(*part.centre_mm))
-    first = _sample(view.pixel(left - room, top + room, part.centre_mm[2]))
-    last = _sample(view.pixel(right + room, bottom - room, part.centre_mm[2]))
-    x0, y0 = math.floor(first[0]), math.floor(first[1])
-    size = (math.ceil(last[1]) - y0 + 1, math.ceil(last[0]) - x0 + 1)
-    axis = _sample(view.pivot_px)
-    rgba = _draw(renderer, part.build(seed), view, (axis[0] - x0, axis[1] - y0), size)
-    sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING
-    covered = rgba[:, :, 3]
-    shadow = _SHADOW * np.asarray(GaussianBlur(covered, (0, 0), sigma))
-    rgba[:, :, 3] = covered + (1.0 - covered) * shadow * _fade(size, sigma)
-    return Layer(rgba, (centre[0] - x0, centre[1] - y0), centre)
+    per_mm = _per_mm(view, z, SUPERSAMPLING * FINER)
+    # The hinge lies on a sample, wherever it lies in the picture.
+    axis = (math.ceil((room - left) * per_mm), math.ceil((top + room) * per_mm))
+    size = (
+        axis[1] + math.ceil((room - bottom) * per_mm) + 1,
+        axis[0] + math.ceil((right + room) * per_mm) + 1,
+    )
+    rgba = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
+    sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING * FINER
+    solid = rgba[:, :, 3].copy()
+    shadow = _SHADOW * np.asarray(GaussianBlur(solid, (0, 0), sigma))
+    rgba[:, :, 3] = solid + (1.0 - solid) * shadow * _fade(size, sigma)
+    anchor = (axis[0] + per_mm * x, axis[1] - per_mm * y)
+    return Layer(rgba, anchor, part.centre_mm, per_mm, solid)
 
 
 def _fade(size: tuple[int, int], width: float) -> Light:
@@ -129,16 +148,17 @@ def _draw(
     view: View,
     axis: tuple[float, float],
     size: tuple[int, int],
+    samples: int,
 ) -> Light:
     """Render ``meshes`` to linear, premultiplied colour and coverage: (rows, columns, 4).
 
-    ``axis`` is where the hinge meets the picture, in samples. The lens and the lamp stay on the
-    hinge whatever part of the view is drawn.
+    ``axis`` is where the hinge meets the picture, in samples, of which there are ``samples`` a
+    pixel. The lens and the lamp stay on the hinge whatever part of the view is drawn.
     """
     import pyrender
 
     rows, columns = size
-    focal = view.scale * SUPERSAMPLING * LENS_HEIGHT_MM
+    focal = view.scale * samples * LENS_HEIGHT_MM
     lens = pyrender.IntrinsicsCamera(
         fx=focal, fy=focal, cx=axis[0] + 0.5, cy=axis[1] + 0.5, znear=100.0, zfar=2000.0
     )
@@ -160,31 +180,28 @@ def _draw(
     return np.ascontiguousarray(np.concatenate([colour * alpha, alpha], axis=2), dtype=np.float32)
 
 
-def _grid(view: View, size: tuple[int, int], z_mm: float) -> tuple[Light, Light]:
-    """Bench coordinates [mm] at height ``z_mm`` of a column and a row of samples."""
-    axis = _sample(view.pivot_px)
-    mm = (LENS_HEIGHT_MM - z_mm) / (LENS_HEIGHT_MM * view.scale * SUPERSAMPLING)
-    x = (np.arange(size[1]) - axis[0]) * mm
-    y = (axis[1] - np.arange(size[0])) * mm
-    return x[None, :].astype(np.float32), y[:, None].astype(np.float32)
-
-
-def _case_shadow(view: View, size: tuple[int, int]) -> Light:
+def _case_shadow(x_mm: Light, y_mm: Light) -> Light:
     """What the ring light leaves of the plate's brightness about the servo's case."""
-    x, y = _grid(view, size, scene.PLATE_Z_MM)
     left, bottom, right, top = scene.LUGS_MM
     corner = 2.0
-    across = np.maximum(np.maximum(left + corner - x, x - right + corner), 0.0)
-    along = np.maximum(np.maximum(bottom + corner - y, y - top + corner), 0.0)
+    across = np.maximum(np.maximum(left + corner - x_mm, x_mm - right + corner), 0.0)
+    along = np.maximum(np.maximum(bottom + corner - y_mm, y_mm - top + corner), 0.0)
     out = np.hypot(across, along) - corner
     return np.where(out <= 0.0, 1.0, 1.0 - 0.55 * np.exp(-out / 2.4)).astype(np.float32)
 
 
-def _led(view: View, size: tuple[int, int]) -> Light:
-    """Light of the LED: its lens, and the halo on what lies about it."""
-    x, y = _grid(view, size, -9.0)
-    radius = np.hypot(x - scene.LED_MM[0], y - scene.LED_MM[1])
+def _led(view: View) -> Layer:
+    """Light of the LED: its lens, and the halo on what lies about it; it covers nothing.
+
+    It belongs to the sheet of what does not move, where its socket is drawn.
+    """
+    per_mm = _per_mm(view, _LED_Z_MM, SUPERSAMPLING)
+    near = (LENS_HEIGHT_MM - scene.PLATE_Z_MM) / (LENS_HEIGHT_MM - _LED_Z_MM)
+    x, y = (near * place for place in scene.LED_MM)
+    reach = math.ceil(_LED_REACH_MM * per_mm)
+    off = np.arange(-reach, reach + 1) / per_mm
+    radius = np.hypot(off[None, :], off[:, None])
     lens = np.clip((scene.LED_RADIUS_MM - radius) / 0.4 + 0.5, 0.0, 1.0)
     halo = 0.16 / (1.0 + (radius / 3.0) ** 2) * np.exp(-((radius / 14.0) ** 2))
-    glow = 1.6 * lens + halo
-    return np.asarray(glow[:, :, None] * np.array(_LED_COLOUR), dtype=np.float32)
+    light = (1.6 * lens + halo)[:, :, None] * np.array([*_LED_COLOUR, 0.0])
+    return Layer(light.astype(np.float32), (reach, reach), (x, y, scene.PLATE_Z_MM), per_mm / near)

@@ -1,4 +1,4 @@
-"""Turn the bench's layers and sum them in linear light: what one exposure gathers."""
+"""Move the bench's layers and sum them in linear light: what one exposure gathers."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from servosight.sim.optics import blur_and_bin
-from servosight.sim.render import MARGIN, SUPERSAMPLING, Layer, Layers
+from servosight.sim.optics import Optics, blur_and_bin
+from servosight.sim.optics_lens import Lens
+from servosight.sim.render import SUPERSAMPLING, Layer, Layers
+from servosight.sim.render_kernel import lay_along_rays, lay_over
+from servosight.sim.render_sight import Sight, onto_layer, shaken
+from servosight.sim.scene import CRANK_MM
 
 Light = NDArray[np.float32]
 Array = NDArray[np.float64]
@@ -19,97 +22,142 @@ Array = NDArray[np.float64]
 MONO = (0.30, 0.59, 0.11)
 """Response of a monochrome sensor to red, green and blue."""
 
-_REACH_PX = 1.0 + MARGIN  # blur carries a moving edge this far
+TRIPOD = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Angles [deg] of the surface and of the horn that drives it."""
+    """Angles [deg] of the surface and of the horn that drives it, and what else moves.
+
+    ``card_mm`` is the place of the card that covers the surface, None where it is out of view;
+    ``shake`` the picture's shift in x and y [px] and its roll [deg].
+    """
 
     surface_deg: float
     motor_deg: float
+    card_mm: float | None = None
+    shake: tuple[float, float, float] = TRIPOD
+
+
+@dataclass(frozen=True)
+class Props:
+    """What may lie above the bench: a band of shadow, a highlight on the surface, a card."""
+
+    shadow: Layer | None = None
+    glint: Layer | None = None
+    card: Layer | None = None
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A layer as one channel of light sees it: ``body`` (rows, columns, 2), light and cover."""
+
+    layer: Layer
+    body: Light
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The layers as one channel of light sees them, behind a lens that blurs by ``blur_px``.
+    """The bench as one channel of light sees it, through a lens of ``optics``.
 
-    ``background`` and ``led`` (height, width) are on the pixels and blurred; ``still`` is padded
-    and supersampled, and so is each body (rows, columns, 2): light and cover.
+    ``sheets`` are the layers by name, and "gloss", the part of the fin that can glint.
+    ``background`` (height, width) is what does not move, blurred, on the pixels; ``still`` the
+    same padded and supersampled.
     """
 
-    layers: Layers
-    blur_px: float
-    background: Light
-    led: Light
+    sight: Sight
+    optics: Optics
+    sheets: dict[str, Sheet]
     still: Light
-    rod: Light
-    arm: Light
-    fin: Light
+    background: Light
 
     @classmethod
-    def of(cls, layers: Layers, blur_px: float, response: Sequence[float] = MONO) -> Plane:
+    def of(
+        cls,
+        layers: Layers,
+        optics: Optics,
+        response: Sequence[float] = MONO,
+        *,
+        lens: Lens | None = None,
+        props: Props | None = None,
+    ) -> Plane:
         """Weigh the colours by ``response`` (red, green, blue)."""
         weights = np.array(response, dtype=np.float32)
-
-        def body(layer: Layer) -> Light:
-            light = layer.rgba[:, :, :3] @ weights
-            return np.ascontiguousarray(np.stack([light, layer.rgba[:, :, 3]], axis=2))
-
-        still, led = (np.ascontiguousarray(x @ weights) for x in (layers.still, layers.led))
-        return cls(
-            layers,
-            blur_px,
-            blur_and_bin(still, blur_px, SUPERSAMPLING, MARGIN),
-            blur_and_bin(led, blur_px, SUPERSAMPLING, MARGIN),
-            still,
-            body(layers.rod),
-            body(layers.arm),
-            body(layers.fin),
-        )
+        above = props or Props()
+        drawn = {
+            "still": layers.still,
+            "led": layers.led,
+            "rod": layers.rod,
+            "arm": layers.arm,
+            "fin": layers.fin,
+            "shadow": above.shadow,
+            "glint": above.glint,
+            "card": above.card,
+        }
+        sheets = {name: _sheet(layer, weights) for name, layer in drawn.items() if layer}
+        solid = layers.fin.rgba[:, :, 3] if layers.fin.solid is None else layers.fin.solid
+        sheets["gloss"] = Sheet(layers.fin, np.dstack([solid, solid]))
+        sight = Sight(layers.view, lens or Lens(), optics.margin_px)
+        still = np.zeros(sight.size, dtype=np.float32)
+        _lay(still, (0, 0), sight, _placed(sight, sheets["still"], TRIPOD))
+        background = blur_and_bin(still, optics, SUPERSAMPLING, sight.margin)
+        return cls(sight, optics, sheets, still, background)
 
 
 @dataclass(frozen=True)
 class Placed:
-    """A layer in the padded picture: ``turn_rad`` counter-clockwise about its anchor at ``at``."""
+    """A sheet in the picture.
+
+    ``onto`` (3, 3) takes undistorted pixels to its samples; ``box`` is the first and last column
+    and row of the padded picture's samples that it may touch. ``within``: a sheet outside of
+    which it is not seen.
+    """
 
     body: Light
-    anchor: tuple[float, float]
-    at: tuple[float, float]
-    turn_rad: float
-
-    def box(self) -> tuple[float, float, float, float]:
-        """First and last column, first and last row that it may touch, in samples."""
-        rows, columns = self.body.shape[:2]
-        x = np.array([0.0, columns, 0.0, columns]) - self.anchor[0]
-        y = np.array([0.0, 0.0, rows, rows]) - self.anchor[1]
-        c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
-        across, down = self.at[0] + c * x + s * y, self.at[1] - s * x + c * y
-        return (
-            float(across.min()),
-            float(across.max()),
-            float(down.min()),
-            float(down.max()),
-        )
+    onto: Array
+    box: tuple[float, float, float, float]
+    within: Placed | None = None
 
 
-def place(plane: Plane, pose: Pose) -> tuple[Placed, ...]:
-    """The moving bodies of a pose, from the back to the front."""
-    layers = plane.layers
-    motor, surface = math.radians(pose.motor_deg), math.radians(pose.surface_deg)
-    crank = _crank_px(layers)
-    shift = (crank * (1.0 - math.cos(motor)), crank * math.sin(motor))
-    rod_at = (layers.rod.centre[0] + shift[0], layers.rod.centre[1] + shift[1])
-    return (
-        Placed(plane.rod, layers.rod.anchor, rod_at, 0.0),
-        Placed(plane.arm, layers.arm.anchor, layers.arm.centre, motor),
-        Placed(plane.fin, layers.fin.anchor, layers.fin.centre, surface),
-    )
+def _sheet(layer: Layer, weights: Light) -> Sheet:
+    light = layer.rgba[:, :, :3] @ weights
+    return Sheet(layer, np.ascontiguousarray(np.stack([light, layer.rgba[:, :, 3]], axis=2)))
 
 
-def _crank_px(layers: Layers) -> float:
-    """Samples from the hinge to the rod's end at rest."""
-    return layers.fin.centre[0] - layers.rod.centre[0]
+def _placed(
+    sight: Sight,
+    sheet: Sheet,
+    shake: tuple[float, float, float],
+    turn_deg: float = 0.0,
+    shift_mm: tuple[float, float] = (0.0, 0.0),
+    within: Placed | None = None,
+) -> Placed:
+    plane = shaken(sight, shake) @ sight.plane(sheet.layer.centre_mm[2])
+    onto = onto_layer(sheet.layer, math.radians(turn_deg), shift_mm) @ np.linalg.inv(plane)
+    rows, columns = sheet.body.shape[:2]
+    return Placed(sheet.body, onto, sight.box(onto, rows, columns), within)
+
+
+def place(plane: Plane, pose: Pose) -> list[Placed]:
+    """What lies on the background in a pose, from the back to the front.
+
+    Where the camera shakes, the background is among it.
+    """
+    sight, sheets, shake = plane.sight, plane.sheets, pose.shake
+    crank = math.radians(pose.motor_deg)
+    rod_mm = (CRANK_MM * (1.0 - math.cos(crank)), -CRANK_MM * math.sin(crank))
+    items = [] if shake == TRIPOD else [_placed(sight, sheets["still"], shake)]
+    items.append(_placed(sight, sheets["rod"], shake, 0.0, rod_mm))
+    items.append(_placed(sight, sheets["arm"], shake, pose.motor_deg))
+    items.append(_placed(sight, sheets["fin"], shake, pose.surface_deg))
+    if "shadow" in sheets:
+        items.append(_placed(sight, sheets["shadow"], shake))
+    if "glint" in sheets:
+        gloss = _placed(sight, sheets["gloss"], shake, pose.surface_deg)
+        items.append(_placed(sight, sheets["glint"], shake, within=gloss))
+    if pose.card_mm is not None:
+        items.append(_placed(sight, sheets["card"], shake, 0.0, (0.0, pose.card_mm)))
+    return items
 
 
 def light_of(plane: Plane, poses: Sequence[Pose], weights: Array) -> Light:
@@ -118,95 +166,66 @@ def light_of(plane: Plane, poses: Sequence[Pose], weights: Array) -> Light:
     ``weights`` (sub-frames, height): the share of each row's exposure that a pose fills; each
     row's shares add up to one.
     """
-    view = plane.layers.view
+    sight = plane.sight
     scenes = [place(plane, pose) for pose in poses]
     light = plane.background.copy()
-    left, right, top, bottom = _window(scenes, view.width, view.height)
+    left, right, top, bottom = _window(sight, scenes)
     if left >= right or top >= bottom:
         return light
-    # The samples of the window and of MARGIN pixels about it.
+    # The samples of the window and of a margin about it.
     y0, x0 = top * SUPERSAMPLING, left * SUPERSAMPLING
-    y1, x1 = (bottom + 2 * MARGIN) * SUPERSAMPLING, (right + 2 * MARGIN) * SUPERSAMPLING
+    y1, x1 = ((n + 2 * sight.margin) * SUPERSAMPLING for n in (bottom, right))
     background = plane.still[y0:y1, x0:x1]
     total = np.zeros_like(background)
-    row = np.clip(np.arange(y0, y1) // SUPERSAMPLING - MARGIN, 0, view.height - 1)
+    row = np.clip(np.arange(y0, y1) // SUPERSAMPLING - sight.margin, 0, sight.view.height - 1)
     for scene, share in zip(scenes, weights.astype(np.float32), strict=True):
         if not share.any():
             continue
         picture = background.copy()
         for item in scene:
-            _lay_over(
-                picture,
-                item.body,
-                item.anchor[0],
-                item.anchor[1],
-                item.at[0] - x0,
-                item.at[1] - y0,
-                math.cos(item.turn_rad),
-                math.sin(item.turn_rad),
-            )
+            _lay(picture, (x0, y0), sight, item)
         total += share[row, None] * picture
-    light[top:bottom, left:right] = blur_and_bin(total, plane.blur_px, SUPERSAMPLING, MARGIN)
+    light[top:bottom, left:right] = blur_and_bin(total, plane.optics, SUPERSAMPLING, sight.margin)
     return light
 
 
-def _window(
-    scenes: Sequence[Sequence[Placed]], width: int, height: int
-) -> tuple[int, int, int, int]:
+def led_of(plane: Plane, shake: tuple[float, float, float] = TRIPOD) -> Light:
+    """Light that the LED adds to the pixels when it is on, (height, width)."""
+    samples = np.zeros(plane.sight.size, dtype=np.float32)
+    _lay(samples, (0, 0), plane.sight, _placed(plane.sight, plane.sheets["led"], shake))
+    return blur_and_bin(samples, plane.optics, SUPERSAMPLING, plane.sight.margin)
+
+
+def _lay(picture: Light, corner: tuple[int, int], sight: Sight, item: Placed) -> None:
+    """Lay a sheet over ``picture`` in place, whose first sample (x, y) is ``corner``."""
+    if item.within is not None:
+        light, inside = np.zeros_like(picture), np.zeros_like(picture)
+        _lay(light, corner, sight, Placed(item.body, item.onto, item.box))
+        _lay(inside, corner, sight, item.within)
+        picture += light * inside
+        return
+    rays = sight.rays
+    if rays is None:
+        matrix = item.onto @ sight.pixel_of_sample(corner)
+        lay_over(picture, item.body, matrix / matrix[2, 2])
+        return
+    left, right, top, bottom = (math.floor(edge) for edge in item.box)
+    x, y = corner
+    rows = slice(max(top - y, 0), max(min(bottom + 1 - y, picture.shape[0]), 0))
+    columns = slice(max(left - x, 0), max(min(right + 1 - x, picture.shape[1]), 0))
+    seen = rays[y : y + picture.shape[0], x : x + picture.shape[1]][rows, columns]
+    lay_along_rays(picture[rows, columns], item.body, seen, item.onto)
+
+
+def _window(sight: Sight, scenes: Sequence[Sequence[Placed]]) -> tuple[int, int, int, int]:
     """Left, right, top, bottom [px] of what the moving bodies touch in any of the scenes."""
-    boxes = np.array([item.box() for scene in scenes for item in scene]) / SUPERSAMPLING - MARGIN
-    left = math.floor(boxes[:, 0].min() - _REACH_PX)
-    right = math.ceil(boxes[:, 1].max() + _REACH_PX)
-    top = math.floor(boxes[:, 2].min() - _REACH_PX)
-    bottom = math.ceil(boxes[:, 3].max() + _REACH_PX)
-    return max(left, 0), min(right, width), max(top, 0), min(bottom, height)
-
-
-@njit(cache=True, fastmath=True)
-def _lay_over(  # type: ignore[no-untyped-def]
-    picture, body, anchor_x, anchor_y, at_x, at_y, cos, sin
-):
-    """Lay a turned body over ``picture`` in place, sampled bilinearly.
-
-    At this many samples a pixel, under the lens's blur, bilinear sampling moves no edge.
-    """
-    rows, columns = body.shape[0], body.shape[1]
-    one, c, s = np.float32(1), np.float32(cos), np.float32(sin)
-    for j in range(picture.shape[0]):
-        dy = j - at_y
-        # Along this row the body's coordinates are u = u0 + cos i, v = v0 + sin i: keep the i
-        # for which both lie within the body.
-        u0 = anchor_x - cos * at_x - sin * dy
-        v0 = anchor_y - sin * at_x + cos * dy
-        first, last = 0.0, picture.shape[1] - 1.0
-        for start, slope, limit in ((u0, cos, columns - 1.01), (v0, sin, rows - 1.01)):
-            if abs(slope) < 1e-9:
-                if start < 0.0 or start > limit:
-                    last = -1.0
-            else:
-                a, b = -start / slope, (limit - start) / slope
-                first, last = max(first, min(a, b)), min(last, max(a, b))
-        begin = math.ceil(first + 1e-3)
-        u1, v1 = np.float32(u0 + cos * begin), np.float32(v0 + sin * begin)
-        for i in range(max(math.floor(last - 1e-3) + 1 - begin, 0)):
-            step = np.float32(i)
-            u, v = u1 + c * step, v1 + s * step
-            m, n = np.int32(u), np.int32(v)
-            p, q = u - np.float32(m), v - np.float32(n)
-            a = (one - q) * (one - p)
-            b = (one - q) * p
-            d = q * (one - p)
-            e = q * p
-            light = (
-                a * body[n, m, 0]
-                + b * body[n, m + 1, 0]
-                + d * body[n + 1, m, 0]
-                + e * body[n + 1, m + 1, 0]
-            )
-            cover = (
-                a * body[n, m, 1]
-                + b * body[n, m + 1, 1]
-                + d * body[n + 1, m, 1]
-                + e * body[n + 1, m + 1, 1]
-            )
-            picture[j, begin + i] = picture[j, begin + i] * (one - cover) + light
+    boxes = np.array([item.box for scene in scenes for item in scene]) / SUPERSAMPLING
+    reach = 1.0 + sight.margin  # blur carries a moving edge this far
+    left, top = (math.floor(boxes[:, n].min() - sight.margin - reach) for n in (0, 2))
+    right, bottom = (math.ceil(boxes[:, n].max() - sight.margin + reach) for n in (1, 3))
+    return (
+        max(left, 0),
+        min(right, sight.view.width),
+        max(top, 0),
+        min(bottom, sight.view.height),
+    )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from servosight.models.camera import Camera
 from servosight.sim.optics import Optics, encode, vignette
 from servosight.sim.render import Layers, render_layers
-from servosight.sim.render_compose import Plane, Pose, light_of
+from servosight.sim.render_compose import Plane, Pose, led_of, light_of
 
 Image = NDArray[np.uint8]
 
@@ -40,7 +40,7 @@ def render_still(
     falloff = vignette(view.height, view.width, view.pivot_px, optics.vignetting)
     channels = []
     for response in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-        plane = Plane.of(drawn, optics.blur_px, response)
-        light = light_of(plane, poses, shares) + (plane.led if led else 0.0)
+        plane = Plane.of(drawn, optics, response)
+        light = light_of(plane, poses, shares) + (led_of(plane) if led else 0.0)
         channels.append(255.0 * (_EXPOSED * falloff * light).clip(0.0, 1.0) ** (1 / _SCREEN_GAMMA))
     return encode(np.stack(channels, axis=2), gamma=1.0)

@@ -39,7 +39,7 @@ LUGS_MM = (-10.0, -72.0, 10.0, -20.0)
 CRANK_MM = 20.0
 LED_MM = (-59.0, 55.0)
 LED_RADIUS_MM = 2.3
-_CASE_TOP_MM, _ARM_TOP_MM = -7.0, -3.5
+_CASE_TOP_MM, ARM_TOP_MM = -7.0, -3.5
 
 
 @dataclass(frozen=True)
@@ -147,19 +147,19 @@ def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
     sheet = texture.Sheet(x - CRANK_MM - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
     paint = texture.plain(sheet, (182, 184, 186), seed)
     return [
-        extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), _ARM_TOP_MM, -6.0, 0.5, sheet, paint),
-        extrude(disc(x, y, 4.6), _ARM_TOP_MM + 0.8, -7.0, 0.5, sheet, paint),
+        extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), ARM_TOP_MM, -6.0, 0.5, sheet, paint),
+        extrude(disc(x, y, 4.6), ARM_TOP_MM + 0.8, -7.0, 0.5, sheet, paint),
         extrude(
             disc(x, y, 1.6),
-            _ARM_TOP_MM + 1.4,
-            _ARM_TOP_MM,
+            ARM_TOP_MM + 1.4,
+            ARM_TOP_MM,
             0.4,
             sheet,
             texture.plain(sheet, (60, 60, 62), seed),
         ),
         extrude(
             disc(x - CRANK_MM, y, 1.6),
-            _ARM_TOP_MM + 0.8,
+            ARM_TOP_MM + 0.8,
             -6.0,
             0.4,
             sheet,
@@ -182,5 +182,5 @@ def _rod_meshes(seed: int) -> list[pyrender.Mesh]:
 
 _X, _Y = SHAFT_MM
 ROD = Part("rod", (-CRANK_MM, 0.0, -5.0), (-24.5, _Y - 4.5, -15.5, 4.5), _rod_meshes)
-ARM = Part("arm", (_X, _Y, _ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes)
+ARM = Part("arm", (_X, _Y, ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes)
 FIN = Part("fin", (0.0, 0.0, 0.0), (-25.5, -22.5, 91.5, 15.5), _fin_meshes)

@@ -1,8 +1,8 @@
-"""A Matroska file of FFV1 pictures whose time stamps are microseconds.
+"""A Matroska file of one video track whose time stamps are microseconds.
 
 FFmpeg's own Matroska writer rounds every time stamp to a millisecond, which at 300 deg/s is 0.3 deg
 in an angle. The format itself allows any unit (RFC 9559, ``TimestampScale``), and the little of it
-that one track of key frames needs is written here. The same input gives the same bytes.
+that one track without reordering needs is written here. The same input gives the same bytes.
 """
 
 from __future__ import annotations
@@ -35,11 +35,17 @@ class MatroskaWriter:
     """Writes one video track to a seekable binary file; close by leaving its ``with`` block."""
 
     def __init__(
-        self, file: BinaryIO, width: int, height: int, codec_private: bytes, period_s: float
+        self,
+        file: BinaryIO,
+        size: tuple[int, int],
+        codec: str,
+        codec_private: bytes,
+        period_s: float,
     ) -> None:
+        """``size``: width and height [px]; ``codec``: Matroska's identifier, such as V_FFV1."""
         self._file = file
         self._period_s = period_s
-        self._cluster: list[tuple[int, bytes]] = []
+        self._cluster: list[tuple[int, bool, bytes]] = []
         self._cues: list[bytes] = []
         self._last = 0
         file.write(
@@ -63,7 +69,8 @@ class MatroskaWriter:
         )
         file.write(_element(_INFO, info + _float(_DURATION, 0.0)))
         self._duration_at = file.tell() - 8
-        video = _uint(_WIDTH, width) + _uint(_HEIGHT, height)
+        video = _uint(_WIDTH, size[0]) + _uint(_HEIGHT, size[1])
+        private = _element(_PRIVATE, codec_private) if codec_private else b""
         file.write(
             _element(
                 _TRACKS,
@@ -73,20 +80,19 @@ class MatroskaWriter:
                     + _uint(_UID, 1)
                     + _uint(_TYPE, 1)
                     + _uint(_LACING, 0)
-                    + _element(_CODEC, b"V_FFV1")
-                    + _element(_PRIVATE, codec_private)
+                    + _element(_CODEC, codec.encode())
+                    + private
                     + _uint(_PERIOD, round(period_s * 1e9))
                     + _element(_VIDEO, video),
                 ),
             )
         )
 
-    def write(self, time_s: float, packet: bytes) -> None:
-        """Append a key frame shown at ``time_s`` >= 0; times rise."""
-        ticks = round(time_s / TICK_S)
+    def write(self, ticks: int, packet: bytes, key: bool = True) -> None:
+        """Append a picture shown at ``ticks`` >= 0, which rise; ``key``: it stands by itself."""
         if self._cluster and ticks - self._cluster[0][0] > _CLUSTER_TICKS:
             self._flush()
-        self._cluster.append((ticks, packet))
+        self._cluster.append((ticks, key, packet))
         self._last = ticks
 
     def close(self) -> None:
@@ -117,13 +123,17 @@ class MatroskaWriter:
             return
         start = self._cluster[0][0]
         place = _uint(_CUE_TRACK, 1) + _uint(_CUE_CLUSTER, self._file.tell() - self._segment)
-        self._cues.append(
-            _element(_CUE_POINT, _uint(_CUE_TIME, start) + _element(_CUE_PLACES, place))
-        )
-        # Track 1, time within the cluster, a key frame without lacing.
+        for ticks, key, _ in self._cluster:
+            if key:  # where a reader may begin
+                point = _uint(_CUE_TIME, ticks) + _element(_CUE_PLACES, place)
+                self._cues.append(_element(_CUE_POINT, point))
+                break
+        # Track 1, time within the cluster, a key frame or not, without lacing.
         blocks = b"".join(
-            _element(_BLOCK, b"\x81" + struct.pack(">hB", ticks - start, 0x80) + packet)
-            for ticks, packet in self._cluster
+            _element(
+                _BLOCK, b"\x81" + struct.pack(">hB", ticks - start, 0x80 if key else 0) + packet
+            )
+            for ticks, key, packet in self._cluster
         )
         self._file.write(_element(_CLUSTER, _uint(_TIMESTAMP, start) + blocks))
         self._cluster = []

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.camera import Camera
-from servosight.sim.render_compose import Pose
+from servosight.sim.render_compose import TRIPOD, Pose
 from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
+from servosight.sim.video_settings import VideoSettings
 
 Array = NDArray[np.float64]
 
 SUBFRAME_PX = 0.5
-"""Longest way of the fin's tip between two sub-frames."""
+"""Longest way of the fin's tip, of the card or of a shaken picture between two sub-frames."""
 
 _STILL_PX = 1e-6
 _ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
@@ -48,11 +49,16 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class Shot:
-    """One frame to take: poses of its sub-frames, each row's share of them and of the light."""
+    """One frame to take: poses of its sub-frames, and what each row gets of them.
+
+    ``weights`` (sub-frames, height) are shares of a row's light, ``lamp`` (height,) is the lamp's
+    mean brightness over its exposure, ``led`` (height,) the share in which the LED was on.
+    """
 
     index: int
     poses: tuple[Pose, ...]
     weights: Array
+    lamp: Array
     led: Array
 
 
@@ -69,22 +75,33 @@ def command_start(trajectory: Motion) -> float | None:
 
 
 def plan(
-    trajectory: Motion, camera: Camera, starts: Array, led_on_s: float | None
+    trajectory: Motion,
+    camera: Camera,
+    starts: Array,
+    led_on_s: float | None,
+    settings: VideoSettings | None = None,
+    seed: int = 0,
 ) -> Iterator[Shot]:
-    """The sub-frames of each exposure: one where all is still, else as many as the tip's way needs.
+    """The sub-frames of each exposure: one where all is still, else as many as the way needs.
 
     Under a global shutter a sub-frame shows the mean angle of its share of the exposure, not the
     angle at its middle, so the mean over sub-frames is the mean over the exposure exactly. Under a
     rolling one the picture is taken to change linearly from instant to instant, and each row sums
-    its own stretch.
+    its own stretch. ``seed`` draws how the camera shakes.
     """
+    chosen = settings or VideoSettings()
+    first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
     exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
-    delays = camera.readout_s * np.arange(camera.height) / max(camera.height - 1, 1)
-    tip_px = math.radians(1.0) * FIN_RADIUS_MM * View.of(camera).scale  # px/deg
+    delays = row_delays(camera)
+    scale = View.of(camera).scale
+
+    def lamp(from_s: Array, to_s: Array) -> Array:
+        return chosen.light.mean(from_s - first, to_s - first, 0.0, last - first)
+
     for index, start in enumerate(starts):
         opens = start + delays
         length = exposure + camera.readout_s
-        way_px = tip_px * _way_deg(trajectory, start, start + length)
+        way_px = _way_px(trajectory, chosen, start, start + length, scale, seed)
         needed = math.ceil(way_px / SUBFRAME_PX)
         if way_px < _STILL_PX:
             time_s = np.array([start + 0.5 * length])
@@ -94,17 +111,44 @@ def plan(
             step = length / count
             time_s = start + step * (np.arange(count) + 0.5)
             surface = trajectory.mean_angle(time_s, step)
-            weights = np.full((count, camera.height), 1.0 / count)
+            bright = lamp(time_s - 0.5 * step, time_s + 0.5 * step)
+            weights = np.repeat((bright / bright.sum())[:, None], camera.height, axis=1)
         else:
             time_s = np.linspace(start, start + length, max(needed, _ROLLING_STEPS) + 1)
             surface = trajectory.angle_at(time_s)
-            weights = shares(time_s, opens, opens + exposure)
-        motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
+            blink = 0.5 * _SHORTEST_EXPOSURE_S
+            bright = lamp(time_s - blink, time_s + blink)[:, None]
+            weights = bright * shares(time_s, opens, opens + exposure)
+            weights /= weights.sum(axis=0)
         led = np.zeros(camera.height)
         if led_on_s is not None:
             led = np.clip((opens + exposure - led_on_s) / exposure, 0.0, 1.0)
-        poses = tuple(Pose(float(s), float(m)) for s, m in zip(surface, motor, strict=True))
-        yield Shot(index, poses, weights, led)
+        poses = _poses(trajectory, chosen, time_s, surface, seed)
+        yield Shot(index, poses, weights, lamp(opens, opens + exposure), led)
+
+
+def row_delays(camera: Camera) -> Array:
+    """By how much each row starts later than the first [s], (height,)."""
+    return camera.readout_s * np.arange(camera.height) / max(camera.height - 1, 1)
+
+
+def _poses(
+    trajectory: Motion, settings: VideoSettings, time_s: Array, surface: Array, seed: int
+) -> tuple[Pose, ...]:
+    """What there is to see at instants (n,) at which the surface stands at ``surface`` [deg]."""
+    motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
+    card = settings.cover.place_mm(time_s - trajectory.time_s[0])
+    shown = settings.cover.in_view(card)
+    shake = settings.shake.at(time_s, seed)
+    return tuple(
+        Pose(
+            float(surface[n]),
+            float(motor[n]),
+            float(card[n]) if shown[n] else None,
+            TRIPOD if settings.shake.still else tuple(shake[n].tolist()),
+        )
+        for n in range(time_s.size)
+    )
 
 
 def shares(instants: Array, opens: Array, closes: Array) -> Array:
@@ -124,11 +168,29 @@ def shares(instants: Array, opens: Array, closes: Array) -> Array:
     return np.asarray(total / total.sum(axis=0))
 
 
-def _way_deg(trajectory: Motion, start_s: float, end_s: float) -> float:
-    """How far the fin's tip moves between two instants, or the crank if that is farther [deg]."""
+def _way_px(
+    trajectory: Motion,
+    settings: VideoSettings,
+    start_s: float,
+    end_s: float,
+    scale: float,
+    seed: int,
+) -> float:
+    """How far anything in the picture moves between two instants [px], ``scale`` in px/mm."""
     time_s = np.linspace(start_s, end_s, max(2, math.ceil((end_s - start_s) / 1e-4) + 1))
     motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
-    surface_way, motor_way = (
-        float(np.abs(np.diff(angle)).sum()) for angle in (trajectory.angle_at(time_s), motor)
-    )
-    return max(surface_way, motor_way * CRANK_MM / FIN_RADIUS_MM)
+    card = settings.cover.place_mm(time_s - trajectory.time_s[0])
+    per_deg = math.radians(1.0) * scale
+    ways = [
+        _way(trajectory.angle_at(time_s)) * FIN_RADIUS_MM * per_deg,
+        _way(motor) * CRANK_MM * per_deg,
+        _way(card) * scale,
+    ]
+    if not settings.shake.still:
+        x, y, roll = settings.shake.at(time_s, seed).T
+        ways.append(ways[0] + math.hypot(_way(x), _way(y)) + _way(roll) * FIN_RADIUS_MM * per_deg)
+    return max(ways)
+
+
+def _way(place: Array) -> float:
+    return float(np.abs(np.diff(place)).sum())

@@ -83,11 +83,18 @@ def test_a_video_takes_the_place_of_the_angles(
     seeds = []
 
     def render_video(
-        trajectory: object, camera: object, path: Path, *, seed: int, progress: object
+        trajectory: object, camera: object, path: Path, *, seed: int, **_: object
     ) -> SimpleNamespace:
         seeds.append(seed)
         path.write_bytes(b"frames")
-        return SimpleNamespace(pivot_px=(320.5, 240.0), led_on_s=0.3)
+        return SimpleNamespace(
+            pivot_px=(320.5, 240.0),
+            horn_px=(320.5, 354.0),
+            focal_px=2100.0,
+            principal_px=(320.5, 240.0),
+            led_on_s=0.3,
+            columns=lambda: {"frame": np.arange(2.0), "angle_deg": np.array([0.5, 1.5])},
+        )
 
     video = ModuleType("servosight.sim.video")
     video.render_video = render_video  # type: ignore[attr-defined]
@@ -95,7 +102,20 @@ def test_a_video_takes_the_place_of_the_angles(
     for seed in (3, 4):
         produce(replace(SMALL, seed=seed, video=True), tmp_path / "rec")
     names = {path.name for path in (tmp_path / "rec").iterdir()}
-    assert names == {"recording.toml", "command.csv", "video.mkv", "truth.toml", "truth_angle.csv"}
+    assert names == {
+        "recording.toml",
+        "command.csv",
+        "video.mkv",
+        "truth.toml",
+        "truth_angle.csv",
+        "truth_frames.csv",
+    }
     truth = tomllib.loads((tmp_path / "rec" / "truth.toml").read_text(encoding="utf-8"))
-    assert truth["video"] == {"pivot_px": [320.5, 240.0], "led_on_s": 0.3}
+    assert truth["video"] == {
+        "pivot_px": [320.5, 240.0],
+        "horn_px": [320.5, 354.0],
+        "focal_px": 2100.0,
+        "principal_px": [320.5, 240.0],
+        "led_on_s": 0.3,
+    }
     assert len(set(seeds)) == 2

@@ -99,7 +99,7 @@ def test_an_edge_keeps_its_place_and_gets_the_lens_width(blur_px: float) -> None
     factor, margin = 4, 4
     samples = np.zeros((16 * factor, (40 + 2 * margin) * factor), dtype=np.float32)
     samples[:, round((margin + 20.75) * factor) :] = 1.0
-    row = blur_and_bin(samples, blur_px, factor, margin)[4].astype(float)
+    row = blur_and_bin(samples, Optics(blur_px=blur_px), factor, margin)[4].astype(float)
     spread = np.diff(row)
     place = np.arange(39) + 0.5
     mean = spread @ place
@@ -112,7 +112,7 @@ def test_an_edge_keeps_its_place_and_gets_the_lens_width(blur_px: float) -> None
 
 def test_blur_needs_its_margin() -> None:
     with pytest.raises(ValueError, match=r"expected a margin of 8 px or more, got 4"):
-        blur_and_bin(np.zeros((40, 40), dtype=np.float32), 2.0, 2, 4)
+        blur_and_bin(np.zeros((40, 40), dtype=np.float32), Optics(blur_px=2.0), 2, 4)
 
 
 def test_vignetting_is_round_about_the_axis() -> None:

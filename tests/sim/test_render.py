@@ -27,18 +27,18 @@ def layers() -> Layers:
 
 @pytest.fixture(scope="module")
 def plane(layers: Layers) -> Plane:
-    return Plane.of(layers, Optics().blur_px)
+    return Plane.of(layers, Optics())
 
 
 def light(plane: Plane, *angles_deg: float) -> Array:
     poses = [Pose(a, a) for a in angles_deg]
-    shares = np.full((len(poses), plane.layers.view.height), 1.0 / len(poses))
+    shares = np.full((len(poses), plane.sight.view.height), 1.0 / len(poses))
     return light_of(plane, poses, shares).astype(np.float64)
 
 
 def picture(plane: Plane, angle_deg: float) -> Array:
     """A clean frame of 8 bits, as a tracker gets it."""
-    view, optics = plane.layers.view, Optics().clean
+    view, optics = plane.sight.view, Optics().clean
     falloff = vignette(view.height, view.width, view.pivot_px, optics.vignetting)
     pattern = fixed_pattern(optics, view.height, view.width, 0)
     lit = light(plane, angle_deg).astype(np.float32) * falloff
@@ -56,7 +56,7 @@ def turned(image: Array, angle_deg: float, pivot: tuple[float, float]) -> Array:
 
 def inside(plane: Plane, angle_deg: float, erode_px: int) -> NDArray[np.bool_]:
     """Pixels of the fin at ``angle_deg``, from its drawing."""
-    view = plane.layers.view
+    view = plane.sight.view
     place = np.array([view.pixel(x, y) for x, y in FIN_OUTLINE]) - view.pivot_px
     c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     seen = place @ np.array([[c, -s], [s, c]]) + view.pivot_px
@@ -88,7 +88,7 @@ def test_the_angle_in_a_clean_frame_is_right(plane: Plane) -> None:
     Quantization (0.29 grey levels) alone allows 0.0002 deg here, by the Cramer-Rao bound;
     interpolation adds as much. A tracker needs 0.001 deg, and a pivot right to 0.01 px.
     """
-    pivot = plane.layers.view.pivot_px
+    pivot = plane.sight.view.pivot_px
     rest = picture(plane, 0.0)
     errors, shifts = [], []
     for angle in (-38.3, -20.17, -3.1, 0.21, 5.5, 22.3, 41.9):
@@ -131,7 +131,7 @@ def test_an_exposure_sums_light_linearly(plane: Plane) -> None:
 def test_half_a_pixel_is_fine_enough(plane: Plane) -> None:
     """Sub-frames every half pixel at the tip against sixteen times as many: under 0.2 levels."""
     way_deg = 4.0
-    tip_px = np.radians(way_deg) * 90.0 * plane.layers.view.scale
+    tip_px = np.radians(way_deg) * 90.0 * plane.sight.view.scale
     count = int(np.ceil(tip_px / 0.5))
 
     def exposed(n: int) -> Array:
@@ -153,7 +153,7 @@ def test_rows_have_their_own_shares(plane: Plane) -> None:
 def test_surfaces_belong_to_their_seed(layers: Layers) -> None:
     again, other = render_layers(CAMERA, seed=1), render_layers(CAMERA, seed=2)
     assert np.array_equal(layers.fin.rgba, again.fin.rgba)
-    assert np.array_equal(layers.still, again.still)
+    assert np.array_equal(layers.still.rgba, again.still.rgba)
     assert not np.array_equal(layers.fin.rgba, other.fin.rgba)
 
 

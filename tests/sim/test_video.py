@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
-from servosight.sim.optics import Optics
 from servosight.sim.render import render_layers
 from servosight.sim.scene import LED_MM, View
 from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import FrameTable, Studio, VideoSettings, render_video
+from servosight.sim.video import Studio, render_video
 from servosight.sim.video_plan import command_start, frame_starts, plan
+from servosight.sim.video_settings import VideoSettings
+from servosight.sim.video_truth import FrameTable
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -63,7 +64,7 @@ def decoded(path: Path) -> tuple[list[Image], list[Fraction]]:
 
 def test_decodes_to_the_pictures_that_were_taken(film: Film) -> None:
     motion = trajectory()
-    studio = Studio(render_layers(CAMERA, ALONE.texture_seed), Optics(), seed=5)
+    studio = Studio(render_layers(CAMERA, ALONE.texture_seed), ALONE, seed=5)
     starts = frame_starts(motion, CAMERA)
     shots = plan(motion, CAMERA, starts, command_start(motion))
     images, _ = decoded(film.path)

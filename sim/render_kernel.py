@@ -1,0 +1,84 @@
+"""The two loops that draw: a layer laid over a picture, sampled bilinearly in place.
+
+At this many samples a pixel, under the lens's blur, bilinear sampling moves no edge.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def _mix(body, u, v, below):  # type: ignore[no-untyped-def]
+    """The sample at column ``u`` and row ``v`` of ``body`` over the light ``below``."""
+    one = np.float32(1)
+    m, n = int(u), int(v)
+    p, q = u - np.float32(m), v - np.float32(n)
+    a = (one - q) * (one - p)
+    b = (one - q) * p
+    d = q * (one - p)
+    e = q * p
+    light = (
+        a * body[n, m, 0]
+        + b * body[n, m + 1, 0]
+        + d * body[n + 1, m, 0]
+        + e * body[n + 1, m + 1, 0]
+    )
+    cover = (
+        a * body[n, m, 1]
+        + b * body[n, m + 1, 1]
+        + d * body[n + 1, m, 1]
+        + e * body[n + 1, m + 1, 1]
+    )
+    return below * (one - cover) + light
+
+
+@njit(cache=True, fastmath=True)
+def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
+    """Lay ``body`` (rows, columns, 2) over ``picture`` (rows, columns) in place.
+
+    ``matrix`` (3, 3), affine, takes columns and rows of the picture to those of the body.
+    """
+    rows, columns = body.shape[0], body.shape[1]
+    du, dv = matrix[0, 0], matrix[1, 0]
+    du4, dv4 = np.float32(du), np.float32(dv)
+    for j in range(picture.shape[0]):
+        # Along this row the body's coordinates are u = u0 + du i, v = v0 + dv i: keep the i for
+        # which both lie within the body.
+        u0 = matrix[0, 1] * j + matrix[0, 2]
+        v0 = matrix[1, 1] * j + matrix[1, 2]
+        first, last = 0.0, picture.shape[1] - 1.0
+        for start, slope, limit in ((u0, du, columns - 1.01), (v0, dv, rows - 1.01)):
+            if abs(slope) < 1e-9:
+                if start < 0.0 or start > limit:
+                    last = -1.0
+            else:
+                a, b = -start / slope, (limit - start) / slope
+                first, last = max(first, min(a, b)), min(last, max(a, b))
+        begin = math.ceil(first + 1e-3)
+        u1, v1 = np.float32(u0 + du * begin), np.float32(v0 + dv * begin)
+        for i in range(max(math.floor(last - 1e-3) + 1 - begin, 0)):
+            step = np.float32(i)
+            picture[j, begin + i] = _mix(
+                body, u1 + du4 * step, v1 + dv4 * step, picture[j, begin + i]
+            )
+
+
+@njit(cache=True, fastmath=True)
+def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
+    """The same where each sample of the picture has its own ray (rows, columns, 2).
+
+    ``matrix`` (3, 3), a homography, takes rays to columns and rows of the body.
+    """
+    rows, columns = body.shape[0], body.shape[1]
+    for j in range(picture.shape[0]):
+        for i in range(picture.shape[1]):
+            x, y = rays[j, i, 0], rays[j, i, 1]
+            w = 1.0 / (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2])
+            u = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) * w
+            v = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) * w
+            if 0.0 <= u < columns - 1 and 0.0 <= v < rows - 1:
+                picture[j, i] = _mix(body, np.float32(u), np.float32(v), picture[j, i])

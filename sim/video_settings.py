@@ -1,0 +1,44 @@
+"""How a video of the bench is taken, beside the camera's timing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from servosight.models.camera import Camera
+from servosight.sim.optics import Optics
+from servosight.sim.optics_lens import Lens
+from servosight.sim.render import ROOM_PX
+from servosight.sim.scene_cover import Cover
+from servosight.sim.video_codec import Codec
+from servosight.sim.video_light import Light
+from servosight.sim.video_shake import Shake
+
+_TILTED_ROOM = 0.4
+"""Share of the picture's width that the bench is drawn beyond it for a lens off the axis."""
+
+
+@dataclass(frozen=True)
+class VideoSettings:
+    """Each part is a variation of its own; the defaults are a still camera and a steady light.
+
+    ``texture_seed`` chooses the printed surfaces; ``workers`` processes share the frames.
+    """
+
+    optics: Optics = field(default_factory=Optics)
+    lens: Lens = field(default_factory=Lens)
+    light: Light = field(default_factory=Light)
+    cover: Cover = field(default_factory=Cover)
+    shake: Shake = field(default_factory=Shake)
+    codec: Codec = field(default_factory=Codec)
+    texture_seed: int = 1
+    workers: int = 2
+
+    def room_px(self, camera: Camera) -> int:
+        """How far beyond the picture the camera may come to look [px]."""
+        room = float(self.optics.margin_px + ROOM_PX)
+        room += 4.0 * self.shake.shift_px
+        room += 4.0 * math.radians(self.shake.roll_deg) * max(camera.width, camera.height)
+        if not self.lens.on_axis:
+            room += _TILTED_ROOM * camera.width
+        return math.ceil(room)
