@@ -1,0 +1,69 @@
+"""The hidden-effect benchmark: ``make hidden``, or this with options for a part of it.
+
+    python benchmarks/hidden.py --rows single,pair --trials 40 --seed 1000
+    python benchmarks/hidden.py --rows single --only 1007
+
+Results gather in out/hidden/results.jsonl, and a later run goes on from there. What was diagnosed
+wrong is printed with its candidates and the seed that runs it alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from servosight.app.output import progress
+from servosight.scenarios.hidden_draw import ROWS, choices
+from servosight.scenarios.hidden_run import Line, Results, run_trials
+from servosight.scenarios.hidden_score import explain, right
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "out" / "hidden" / "results.jsonl"
+
+
+def main() -> None:
+    """Run what is asked for and not there yet; say what went wrong."""
+    args = _arguments()
+    results = Results.at(args.results)
+    rows = [row for row in args.rows.split(",") if row]
+    jobs = [(row, seed) for row in rows for seed in _seeds(args, row)]
+    with progress("hidden effects") as show:
+
+        def heard(line: Line, done: int, total: int) -> None:
+            show(line["row"], done, total)
+            if not right(line):
+                print(explain(line), flush=True)
+
+        lines = run_trials(results, jobs, args.processes, heard)
+    if args.only:
+        print("\n".join(explain(line) for line in lines))
+    for row in rows:
+        mine = [line for line in lines if line["row"] == row]
+        print(f"{row}: {sum(map(right, mine))} of {len(mine)} right")
+
+
+def _seeds(args: argparse.Namespace, row: str) -> list[int]:
+    """Seeds to run: those asked for one by one, or the first that hide a wanted effect."""
+    if args.only:
+        return [int(seed) for seed in args.only.split(",")]
+    wanted = {name for name in args.effects.split(",") if name}
+    sets = choices(row)
+    seeds = range(args.seed, args.seed + args.trials * len(sets))
+    mine = [seed for seed in seeds if not wanted or wanted & set(sets[seed % len(sets)])]
+    return mine[: args.trials]
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description="Hide effects, diagnose, count.")
+    parser.add_argument("--rows", default=",".join(ROWS), help=f"of {', '.join(ROWS)}")
+    parser.add_argument("--effects", default="", help="only trials that hide one of these")
+    parser.add_argument("--trials", type=int, default=300, help="trials a row")
+    parser.add_argument("--seed", type=int, default=0, help="the first trial's seed")
+    parser.add_argument("--only", default="", help="these seeds alone, and say all about them")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--results", type=Path, default=RESULTS)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

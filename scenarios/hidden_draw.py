@@ -1,0 +1,212 @@
+"""Trials of the hidden-effect benchmark: what is hidden, in which servo, seen how.
+
+A trial is a row of the table and a seed. Its strength is what the row asks for: the noise is set by
+the misfit of the best model that lacks one of the hidden effects, without noise.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.models import excitation as shapes
+from servosight.models.camera import Camera
+from servosight.models.effect import Effect
+from servosight.models.excitation import Array, Excitation
+from servosight.models.parameter import Parameter
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.hidden_truth import OUTSIDE, TRUTHS, known
+from servosight.scenarios.scenario import Response
+from servosight.sim.run import angle_recording
+
+NOISE_DEG = (0.01, 0.3)
+RATES_HZ = (30.0, 60.0, 120.0, 240.0)
+SIZE = (0.1, 1.5)
+"""An effect's distance from neutral, as a share of what scenarios/draws.py draws."""
+SENDERS_HZ = (100.0, 250.0, 500.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of the table: how many effects are hidden, how strong, by which truths."""
+
+    hidden: int
+    strength: tuple[float, float]
+    truths: tuple[str, ...] = ("twin", "fixed steps")
+    coarse: bool = False
+    outside: bool = False
+
+
+ROWS: Mapping[str, Row] = {
+    "single": Row(1, (3.0, 30.0)),
+    "weak": Row(1, (1.5, 3.0)),
+    "faint": Row(1, (0.75, 1.5)),
+    "nothing": Row(0, (0.0, 0.0), ("twin",)),
+    "pair": Row(2, (3.0, 30.0)),
+    "coarse": Row(1, (1.5, 30.0), coarse=True),
+    "outside": Row(1, (3.0, 30.0), ("fixed steps",), outside=True),
+    "equation": Row(1, (3.0, 30.0), ("equation",)),
+}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Everything of a trial but its noise; ``wish`` in 0 to 1 places it within the row's range."""
+
+    row: str
+    seed: int
+    attempt: int
+    truth: str
+    servo: Response
+    effects: Mapping[str, Mapping[str, float]]
+    excitation: Excitation
+    camera: Camera
+    with_sigma: bool
+    wish: float
+
+    def record(self, noise_deg: float) -> Recording:
+        """The angles that the camera sees, with noise of its own for each trial."""
+        return angle_recording(
+            TRUTHS[self.truth](self.servo, self.effects, self.excitation),
+            self.camera,
+            noise_deg,
+            int(np.random.SeedSequence([self.seed, self.attempt, 7]).generate_state(1)[0]),
+            name=f"{self.row} {self.seed}",
+            with_sigma=self.with_sigma,
+        )
+
+
+def propose(row_name: str, seed: int, attempt: int) -> Setup:
+    """The ``attempt``-th draw of a trial. Effects take turns with the seed, the rest is random."""
+    row = ROWS[row_name]
+    rng = np.random.default_rng([seed, list(ROWS).index(row_name), attempt])
+    sets = choices(row_name)
+    names = sets[seed % len(sets)]
+    truths = [t for t in row.truths if row.outside or set(names) <= set(known(t))]
+    truth = truths[seed // len(sets) % len(truths)]
+    effects = {name: _values(name, rng) for name in names}
+    bias = float(rng.uniform(-2.0, 2.0))
+    for name in names:
+        if name in DRAWS and DRAWS[name].trimmed:
+            bias += effects[name][DRAWS[name].trimmed]
+    servo = Response(
+        k=float(rng.uniform(0.8, 1.2)),
+        T=_log_uniform(rng, 0.012, 0.05),
+        xi=float(rng.uniform(0.35, 1.2)),
+        bias=bias,
+    )
+    rate_hz = float(rng.choice(RATES_HZ))
+    if row.coarse and seed % 2:
+        rate_hz = 30.0
+    return Setup(
+        row_name,
+        seed,
+        attempt,
+        truth,
+        servo,
+        effects,
+        mixture(rng, float(rng.uniform(12.0, 20.0)), float(rng.uniform(12.0, 35.0))),
+        Camera(rate_hz=rate_hz, exposure_s=float(rng.uniform(0.0, 0.3)) / rate_hz),
+        bool(rng.uniform() < 0.67),
+        float(rng.uniform()),
+    )
+
+
+def noise_for(setup: Setup, weakest_deg: float) -> float | None:
+    """The noise [deg] that gives a strength within the row's range; None where no noise does.
+
+    ``weakest_deg`` is the misfit of the best model that lacks one of the hidden effects.
+    """
+    row = ROWS[setup.row]
+    least, most = NOISE_DEG
+    if row.coarse and setup.seed % 2 == 0:
+        least = 0.2
+    if row.hidden:
+        least, most = (
+            max(least, weakest_deg / row.strength[1]),
+            min(most, weakest_deg / row.strength[0]),
+        )
+    if not least <= most:
+        return None
+    return float(least * (most / least) ** setup.wish)
+
+
+def mixture(rng: np.random.Generator, duration_s: float, amplitude_deg: float) -> Excitation:
+    """Rest, then three to five shapes for random times, each at full or at a lower amplitude."""
+    rate_hz = float(rng.choice(SENDERS_HZ))
+    time_s = np.arange(round(duration_s * rate_hz) + 1) / rate_hz
+    command = np.zeros_like(time_s)
+    chosen = rng.permutation(5)[: int(rng.integers(3, 6))]
+    shares = rng.dirichlet(np.full(chosen.size, 8.0))
+    edges = 0.5 + (duration_s - 0.5) * np.concatenate([[0.0], np.cumsum(shares)])
+    for kind, start, end in zip(chosen, edges[:-1], edges[1:], strict=True):
+        inside = (time_s >= start) & (time_s <= end)
+        size = amplitude_deg * float(rng.choice((1.0, 0.7, 0.25)))
+        command[inside] = _shape(int(kind), time_s[inside], size, rng)
+    return Excitation(time_s, command)
+
+
+def _shape(kind: int, time_s: Array, size: float, rng: np.random.Generator) -> Array:
+    seed = int(rng.integers(2**31))
+    if kind == 0:
+        return shapes.steps(time_s, size, float(rng.uniform(0.3, 0.9)), seed)
+    if kind == 1:
+        return shapes.chirp(time_s, 0.6 * size, 0.3, float(rng.uniform(6.0, 14.0)))
+    if kind == 2:
+        return shapes.triangle(time_s, 0.8 * size, float(rng.uniform(0.3, 1.0)))
+    if kind == 3:
+        return shapes.triangle(time_s, 0.2 * size, float(rng.uniform(0.5, 2.0)))
+    return shapes.multisine(time_s, 0.8 * size, 0.5, float(rng.uniform(5.0, 12.0)), seed)
+
+
+def choices(row_name: str) -> list[tuple[str, ...]]:
+    """All sets of effects that a row can hide; seeds take turns through them."""
+    row = ROWS[row_name]
+    if row.outside:
+        return [(name,) for name in OUTSIDE if name not in catalogue()]
+    able = {name for truth in row.truths for name in known(truth) if name in DRAWS}
+    names = [name for name in catalogue() if name in able]
+    sets = itertools.combinations(names, row.hidden)
+    return [s for s in sets if any(set(s) <= set(known(truth)) for truth in row.truths)]
+
+
+def _values(name: str, rng: np.random.Generator) -> dict[str, float]:
+    """Parameters of an effect: drawn from its ranges, then moved towards or past neutral."""
+    if name in OUTSIDE and name not in DRAWS:
+        return {key: float(rng.uniform(*span)) for key, span in OUTSIDE[name].items()}
+    effect = catalogue()[name]
+    size = _log_uniform(rng, *SIZE)
+    return {
+        key: _scaled(effect.parameter(key), float(rng.uniform(*span)), size)
+        for key, span in DRAWS[name].parameters.items()
+    } | _fixed(effect, name)
+
+
+def _fixed(effect: Effect, name: str) -> dict[str, float]:
+    """Neutral values of parameters that the draw leaves out."""
+    return {
+        parameter.name: float(parameter.neutral or 0.0)
+        for parameter in effect.parameters
+        if parameter.name not in DRAWS[name].parameters
+    }
+
+
+def _scaled(parameter: Parameter, value: float, size: float) -> float:
+    """``value`` at ``size`` times its distance from neutral, within the bounds."""
+    if parameter.neutral is None:
+        return value
+    if parameter.reciprocal:
+        value = value / size
+    else:
+        value = parameter.neutral + (value - parameter.neutral) * size
+    return min(max(value, parameter.low), parameter.high)
+
+
+def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(math.exp(rng.uniform(math.log(low), math.log(high))))

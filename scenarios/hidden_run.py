@@ -1,0 +1,103 @@
+"""Run trials in several processes, and keep their lines in one file that a later run resumes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from servosight.scenarios.hidden_trial import run_trial
+
+Line = dict[str, Any]
+Job = tuple[str, int]
+Heard = Callable[[Line, int, int], None]
+
+SOURCES = Path(__file__).resolve().parent.parent
+MAKING = ("models", "sim", "scenarios")
+JUDGING = (*MAKING, "identify", "diagnose")
+"""Folders whose text decides what is hidden, and what a diagnosis makes of it."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """A file of one JSON line a trial.
+
+    ``version`` is of all sources that a result rests on: lines of another are not mixed in. Lines
+    whose ``made`` agrees lend their facts (what was hidden, and the fits without noise), so that a
+    change of the diagnosis alone costs only diagnoses.
+    """
+
+    path: Path
+    version: str
+    made: str
+
+    @classmethod
+    def at(cls, path: Path) -> Results:
+        """The results of the sources as they are."""
+        return cls(path, _digest(JUDGING), _digest(MAKING))
+
+    def lines(self) -> list[Line]:
+        """The lines that belong to these sources, the last of each trial."""
+        return list(self._of("version", self.version).values())
+
+    def facts(self) -> dict[Job, Mapping[str, Any]]:
+        """Facts that may be used again."""
+        return {job: line["facts"] for job, line in self._of("made", self.made).items()}
+
+    def append(self, line: Line) -> None:
+        """Add a line; a run that is cut short leaves at most a last line that is not read."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(line, allow_nan=False) + "\n")
+
+    def _of(self, key: str, wanted: str) -> dict[Job, Line]:
+        return {
+            (line["row"], line["seed"]): line for line in _read(self.path) if line[key] == wanted
+        }
+
+
+def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Heard) -> list[Line]:
+    """Run what is not in the results yet; ``heard`` gets each new line, how many, of how many."""
+    done = {(line["row"], line["seed"]): line for line in results.lines()}
+    facts = results.facts()
+    missing = [job for job in jobs if job not in done]
+    os.environ["NUMBA_NUM_THREADS"] = "1"  # the processes share the cores
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+        futures = [pool.submit(run_trial, *job, facts.get(job)) for job in missing]
+        try:
+            for count, future in enumerate(as_completed(futures), start=1):
+                line = {**future.result(), "version": results.version, "made": results.made}
+                results.append(line)
+                done[line["row"], line["seed"]] = line
+                heard(line, count, len(missing))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return [done[job] for job in jobs]
+
+
+def _read(path: Path) -> Iterator[Line]:
+    if not path.is_file():
+        return
+    for text in path.read_text(encoding="utf-8").splitlines():
+        try:
+            yield json.loads(text)
+        except ValueError:  # cut short
+            continue
+
+
+def _digest(folders: Sequence[str]) -> str:
+    """A hash over the Python files of some folders, their names and their text."""
+    total = hashlib.sha256()
+    for folder in folders:
+        for path in sorted((SOURCES / folder).rglob("*.py")):
+            total.update(f"{path.relative_to(SOURCES)}\0".encode())
+            total.update(path.read_bytes())
+    return total.hexdigest()[:16]

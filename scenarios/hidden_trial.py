@@ -1,0 +1,165 @@
+"""One trial: what is true of its recording without noise, and what the diagnosis makes of it."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from servosight.diagnose.diagnose import Diagnosis, diagnose
+from servosight.identify.fit import Fit, fit_effects, polish
+from servosight.identify.problem import Problem
+from servosight.identify.starts import linear_start
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
+
+SEPARABLE = 10.0
+"""Cost in log-likelihood from which the best rival can be told from what was hidden."""
+LEADING = 4
+ATTEMPTS = 200
+
+Facts = Mapping[str, Any]
+
+
+def run_trial(row: str, seed: int, facts: Facts | None = None) -> dict[str, Any]:
+    """A line of the results; ``facts`` of an earlier run of this trial save their fits."""
+    facts = facts or find_facts(row, seed)
+    setup = propose(row, seed, facts["attempt"])
+    began = time.process_time()
+    recording = setup.record(facts["noise_deg"])
+    made = time.process_time()
+    found = diagnose([recording], catalogue=catalogue(), auto=True)
+    return {
+        "row": row,
+        "seed": seed,
+        "facts": dict(facts),
+        **_answer(found, setup),
+        "making_s": made - began,
+        "cpu_s": time.process_time() - made,
+    }
+
+
+def find_facts(row: str, seed: int) -> dict[str, Any]:
+    """Draw until the row's strength can be had; then fit what could be taken for the truth.
+
+    ``misfit_deg`` has the rms error of the best fit without noise of sets of effects, joined by
+    "+"; ``strength`` is that of the best set that lacks a hidden effect over the noise; ``cost``
+    what the best rival loses in log-likelihood against the hidden set itself.
+    """
+    for attempt in range(ATTEMPTS):
+        setup = propose(row, seed, attempt)
+        names = tuple(setup.effects)
+        fits = Fits(setup.record(0.0))
+        lacking = list(itertools.combinations(names, len(names) - 1)) if names else []
+        if ROWS[row].outside:
+            lacking = [()]
+        weakest = min((fits.misfit_deg(each) for each in lacking), default=0.0)
+        noise = noise_for(setup, weakest)
+        if noise is not None:
+            break
+    else:
+        raise RuntimeError(f"{row} {seed}: no draw of {names} has the strength; widen its draw")
+    inside = not ROWS[row].outside
+    if names:
+        for rival in rivals(names if inside else (), fits):
+            fits.misfit_deg(rival)
+    own = fits.misfit_deg(names) if inside else 0.0
+    others = {key: misfit for key, misfit in fits.known.items() if key != "+".join(names)}
+    best = min(others, key=lambda key: others[key], default="")
+    count = fits.recording.time_s.size
+    return {
+        "attempt": attempt,
+        "truth": setup.truth,
+        "hidden": {name: dict(values) for name, values in setup.effects.items()},
+        "servo": {key: getattr(setup.servo, key) for key in ("k", "T", "xi", "bias")},
+        "rate_hz": setup.camera.rate_hz,
+        "exposure_s": setup.camera.exposure_s,
+        "duration_s": setup.excitation.duration_s,
+        "with_sigma": setup.with_sigma,
+        "noise_deg": noise,
+        "samples": count,
+        "strength": weakest / noise,
+        "own_deg": own,
+        "rival": best,
+        "cost": count * (others[best] ** 2 - own**2) / (2.0 * noise**2) if names else 0.0,
+        "misfit_deg": dict(fits.known),
+    }
+
+
+class Fits:
+    """Fits of sets of effects to one recording without noise, each made once."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = replace(recording, sigma_deg=None)
+        self.known: dict[str, float] = {}
+        self._fits: dict[tuple[str, ...], Fit] = {}
+
+    def misfit_deg(self, effects: Iterable[str]) -> float:
+        """Rms error of the best fit [deg]."""
+        ordered = tuple(name for name in catalogue() if name in set(effects))
+        fit = self._fit(ordered)
+        self.known["+".join(ordered)] = fit.rmse_deg
+        return fit.rmse_deg
+
+    def _fit(self, effects: tuple[str, ...]) -> Fit:
+        """Starts stand behind the best fit that lacks one of the effects."""
+        if effects not in self._fits:
+            problem = Problem.of([self.recording], catalogue(), effects)
+            if effects:
+                smaller = itertools.combinations(effects, len(effects) - 1)
+                base = min(map(self._fit, smaller), key=lambda fit: fit.outcome.cost)
+                self._fits[effects] = fit_effects(problem, base)
+            else:
+                self._fits[effects] = polish(problem, [linear_start(problem)])
+        return self._fits[effects]
+
+
+def rivals(names: Sequence[str], fits: Fits) -> list[tuple[str, ...]]:
+    """Sets of effects that could be taken for ``names``, no larger than it.
+
+    All single ones; for a pair also each pair that shares one of its effects, and all pairs among
+    the best few single ones. Of what is outside the catalogue, all single ones.
+    """
+    every = list(catalogue())
+    sets: list[tuple[str, ...]] = [(name,) for name in every if (name,) != tuple(names)]
+    if len(names) == 2:
+        leading = sorted(every, key=lambda name: fits.misfit_deg((name,)))[:LEADING]
+        sharing = (pair for pair in itertools.combinations(every, 2) if set(pair) & set(names))
+        pairs = {*sharing, *itertools.combinations(leading, 2)}
+        sets += sorted(pair for pair in pairs if set(pair) != set(names))
+    return sets
+
+
+def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:
+    """What the diagnosis said, beside the true parameters."""
+    last = found.ladder[-1]
+    top = found.candidates[0]
+    truth = {"k": setup.servo.k, "T": setup.servo.T, "xi": setup.servo.xi}
+    truth |= {
+        f"{name}.{key}": value
+        for name, values in setup.effects.items()
+        for key, value in values.items()
+    }
+    return {
+        "named": list(found.effects),
+        "verdict": found.verdict,
+        "group": [top.effect, *top.confounded_with],
+        "noise_found_deg": found.noise_deg,
+        "floor_deg": found.floor_deg,
+        "over_floor": last.trial.held_out_rmse_deg / found.floor_deg,
+        "parameters": {
+            name: [value, last.parameters[name].value, last.parameters[name].sigma]
+            for name, value in truth.items()
+            if name in last.parameters
+        },
+        "candidates": [
+            [one.effect, one.held_out_rmse_deg, one.evidence] for one in found.candidates[:5]
+        ],
+        "ladder": [
+            [step.rung.added, step.rung.removed, step.trial.held_out_rmse_deg]
+            for step in found.ladder
+        ],
+    }
