@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from servosight.models.atomic import write_text
+from servosight.models.csv_io import read_sheet, table_text
+from servosight.models.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -22,6 +27,37 @@ class Excitation:
     def duration_s(self) -> float:
         """Time from the first row to the last [s]."""
         return float(self.time_s[-1] - self.time_s[0])
+
+    def save(self, path: Path) -> None:
+        """Write ``time_s,command_deg`` to a microsecond and a microdegree, whole or not at all."""
+        columns = (np.round(self.time_s, 6), np.round(self.command_deg, 6))
+        write_text(path, table_text(("time_s", "command_deg"), columns))
+
+    @classmethod
+    def load(cls, path: Path) -> Excitation:
+        """Read what :meth:`save` writes; InputError names the row that is no number."""
+        sheet = read_sheet(path)
+        for name in ("time_s", "command_deg"):
+            if name not in sheet.header:
+                raise InputError(
+                    f"{path}, row 1: no column {name} among {', '.join(sheet.header)[:200]}, "
+                    f"expected time_s,command_deg; rename the columns"
+                )
+        rows = sheet.columns(["time_s", "command_deg"])
+        finite = np.isfinite(rows).all(axis=1)
+        rising = np.concatenate([[True], np.diff(rows[:, 0]) > 0.0])
+        bad = np.flatnonzero(~(finite & rising))
+        if bad.size:
+            raise InputError(
+                f"{path}, row {sheet.numbers[bad[0]]}: expected finite numbers and a time_s that "
+                f"rises; mend or delete the row"
+            )
+        if len(rows) < 2 or np.ptp(rows[:, 1]) == 0.0:
+            raise InputError(
+                f"{path}: column command_deg never moves, expected a changing command; write one "
+                f"with `servosight excite`"
+            )
+        return cls(rows[:, 0], rows[:, 1])
 
 
 def steps(time_s: Array, amplitude_deg: float, dwell_s: float, seed: int) -> Array:

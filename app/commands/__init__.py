@@ -13,6 +13,7 @@ from servosight.app.commands import (
     demo,
     diagnose,
     effects,
+    excite,
     identify,
     import_log,
     simulate,
@@ -29,5 +30,6 @@ COMMANDS: dict[str, ModuleType] = {
     "diagnose": diagnose,
     "add": add,
     "effects": effects,
+    "excite": excite,
 }
 """By name, in the order of the help."""
