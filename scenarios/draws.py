@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from servosight.models.registry import catalogue
+
 Range = tuple[float, float]
 
 
@@ -24,22 +26,70 @@ class Draw:
     """Parameter whose value is added to the bias: a servo that was trimmed under its load."""
 
 
+USUAL = Draw({})
+"""The servo and the motion where nothing special is needed."""
+
 DRAWS: Mapping[str, Draw] = {
     "dead_time": Draw({"delay": (0.009, 0.020)}),
+    "command_quantization": Draw({"step": (2.5, 4.5)}),
     "rate_limit": Draw({"rate": (150.0, 300.0)}),
+    "asymmetric_gain": Draw({"ratio": (0.55, 0.75)}),
     "dead_zone": Draw({"half_width": (0.8, 2.0)}),
     "torque_saturation": Draw({"limit": (4.0, 9.0)}),
+    "speed_limit": Draw({"stall": (8.0, 14.0), "no_load_speed": (180.0, 280.0)}),
     "coulomb_friction": Draw({"level": (0.8, 2.0)}),
+    "stribeck_friction": Draw({"level": (0.6, 1.2), "excess": (0.8, 1.6), "speed": (8.0, 25.0)}),
     # Without a load to carry, it shows only where a lively servo brakes against itself.
     "load_dependent_friction": Draw(
         {"ratio": (0.5, 0.65)}, T=(0.05, 0.07), xi=(0.35, 0.42), amplitude_deg=30.0
     ),
+    "presliding": Draw({"level": (1.2, 2.4), "stiffness": (2.0, 6.0)}),
+    "quadratic_drag": Draw({"coefficient": (2e-4, 6e-4)}),
     # Its sine looks like a spring; the cosine bends only over a wide motion.
     "gravity_load": Draw(
         {"sine": (-4.0, 4.0), "cosine": (18.0, 28.0)}, amplitude_deg=30.0, trimmed="cosine"
     ),
+    "hinge_hardening": Draw({"cubic": (3e-4, 1e-3)}, amplitude_deg=30.0),
+    "cogging": Draw({"amplitude": (0.8, 1.6), "period": (10.0, 25.0), "phase": (-3.0, 3.0)}),
+    "supply_sag": Draw({"sag": (0.045, 0.06), "time": (0.05, 0.2)}),
     "flexible_shaft": Draw(
         {"frequency": (9.0, 13.0), "damping": (0.05, 0.12), "inertia_ratio": (0.25, 0.45)}
     ),
     "backlash": Draw({"gap": (1.2, 3.0)}),
+    "linkage_geometry": Draw({"horn": (0.95, 1.25), "offset": (20.0, 32.0)}),
+    "sensor_nonlinearity": Draw(
+        {"amplitude": (0.8, 1.6), "period": (12.0, 40.0), "phase": (-3.0, 3.0)}
+    ),
+    "feedback_backlash": Draw({"gap": (1.7, 3.0)}),
 }
+
+UNCATALOGUED_DRAWS: Mapping[str, Draw] = {
+    "moving_average": Draw({"window": (0.07, 0.12)}),
+    "integrator_windup": Draw({"rate": (4.0, 8.0), "limit": (2.0, 5.0)}),
+    "thermal_drift": Draw({"drift": (0.08, 0.15), "time": (3.0, 8.0)}),
+    "bent_shaft": Draw({"level": (1.0, 2.0), "depth": (0.8, 1.0), "period": (20.0, 40.0)}),
+    "end_stop": Draw({"angle": (8.0, 13.0), "time": (0.01, 0.03)}),
+    "buffeting": Draw({"amplitude": (0.6, 1.5), "frequency": (1.5, 5.0)}),
+    "sticky_play": Draw({"gap": (1.5, 3.0), "share": (0.15, 0.3), "friction": (0.3, 0.8)}),
+}
+"""For the twin's effects that no catalogue has."""
+
+
+def scaled(effect: str, values: Mapping[str, float], strength: float) -> dict[str, float]:
+    """Parameters of a catalogued effect that is ``strength`` times as strong; 0 is none of it.
+
+    A parameter moves away from its neutral value: in proportion, by its reciprocal where neutral
+    is infinite, by its logarithm where neutral is 1. Those without a neutral value stay.
+    """
+    result = {}
+    for name, value in values.items():
+        neutral = catalogue()[effect].parameter(name).neutral
+        if neutral is None:
+            result[name] = value
+        elif neutral == 0.0:
+            result[name] = strength * value
+        elif neutral == 1.0:
+            result[name] = value**strength
+        else:
+            result[name] = value / strength
+    return result

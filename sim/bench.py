@@ -16,12 +16,17 @@ from dataclasses import dataclass, field
 
 import mujoco
 
-TIME_STEP_S = 1e-4
-"""Runge-Kutta of fourth order at this step: 1e-10 deg of error on a 20 deg step at T = 20 ms."""
+STEPS_PER_T = 50
+"""Runge-Kutta of fourth order at T / 50: 1e-5 deg of error on a 20 deg step."""
+LONGEST_STEP_S = 5e-4
+SHORTEST_T_S = 0.002
 
-HARD_REFERENCE = (2.0 * TIME_STEP_S, 1.0)
 HARD_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-"""Constraints as stiff as the step allows: at MuJoCo's default softness friction creeps."""
+"""With :attr:`Assembly.hard_reference`, constraints as stiff as the step allows: at MuJoCo's
+default softness friction creeps."""
+
+STRONG_NM = 1e6
+"""No limit, for what MuJoCo wants to have one."""
 
 _LINK_INERTIA = 1e-12  # MuJoCo wants moving bodies to have some, kg m^2
 
@@ -50,10 +55,10 @@ class BenchParameters:
         """A bench whose model is k / (T^2 s^2 + 2 xi T s + 1): inertia and damping follow.
 
         Three tenths of the inertia lie in the surface, a quarter of the damping in the bearings.
-        ``T`` [s] is at least 2 ms, so that the time step resolves it.
+        ``T`` [s] is at least 2 ms.
         """
-        if not (T >= 20 * TIME_STEP_S and xi > 0.0):
-            raise ValueError(f"expected T >= {20 * TIME_STEP_S} s and xi > 0, got T={T}, xi={xi}")
+        if not (T >= SHORTEST_T_S and xi > 0.0):
+            raise ValueError(f"expected T >= {SHORTEST_T_S} s and xi > 0, got T={T}, xi={xi}")
         stiffness = cls.loop_stiffness_nm_rad
         inertia = stiffness * T**2
         damping = 2.0 * xi * T * stiffness
@@ -107,17 +112,44 @@ class BenchParameters:
 class Assembly:
     """A bench under construction: what the hidden effects edit before it is compiled.
 
-    ``surface`` names the hinges whose angles add up to the surface's angle.
+    ``surface`` names the hinges whose angles add up to the surface's angle, ``sensor`` the hinge
+    with the potentiometer, ``amplifiers`` the actuators that pull at the tendon "drive".
     """
 
     bench: BenchParameters
     spec: mujoco.MjSpec
     surface: list[str] = field(default_factory=lambda: ["motor"])
+    sensor: str = "motor"
+    amplifiers: list[mujoco.MjsActuator] = field(default_factory=list)
 
     @property
     def motor(self) -> mujoco.MjsJoint:
         """The motor's hinge, behind the reducer."""
         return self.spec.joint("motor")
+
+    @property
+    def drive(self) -> mujoco.MjsTendon:
+        """What all amplifiers pull at: their sum can be limited there."""
+        return self.spec.tendon("drive")
+
+    @property
+    def hard_reference(self) -> tuple[float, float]:
+        """Time constant [s] and damping of constraints: one step, where MuJoCo's guard wants two.
+
+        Its rate of 2 / step is within what Runge-Kutta takes (2.78), and halves the softness.
+        """
+        return float(self.spec.option.timestep), 1.0
+
+    def amplifier(
+        self, gain_nm_rad: float, low_nm: float = -STRONG_NM, high_nm: float = STRONG_NM
+    ) -> mujoco.MjsActuator:
+        """An amplifier with torque ``gain`` times (control - motor angle), within limits."""
+        one = self.spec.add_actuator(trntype=mujoco.mjtTrn.mjTRN_TENDON, target="drive")
+        one.set_to_position(kp=gain_nm_rad)
+        one.forcelimited = True
+        one.forcerange = [low_nm, high_nm]
+        self.amplifiers.append(one)
+        return one
 
     def hinge(self, body: mujoco.MjsBody, name: str) -> mujoco.MjsJoint:
         """Give ``body`` a hinge about z with hard constraints."""
@@ -125,7 +157,7 @@ class Assembly:
             name=name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=[0, 0, 1],
-            solref_friction=HARD_REFERENCE,
+            solref_friction=self.hard_reference,
             solimp_friction=HARD_IMPEDANCE,
         )
 
@@ -140,15 +172,18 @@ def link(parent: mujoco.MjsBody, name: str, inertia_kg_m2: float = _LINK_INERTIA
     return parent.add_body(name=name, explicitinertial=True, mass=1e-6, inertia=[inertia_kg_m2] * 3)
 
 
-def assemble(bench: BenchParameters) -> Assembly:
+def assemble(bench: BenchParameters, step_s: float) -> Assembly:
     """The effect-free twin: one hinge, one amplifier whose control is the wanted angle [rad]."""
     spec = mujoco.MjSpec()
     spec.modelname = "servosight twin"
-    spec.option.timestep = TIME_STEP_S
+    spec.option.timestep = step_s
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     spec.option.gravity = [0.0, -9.81, 0.0]
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    spec.option.disableflags |= (
+        mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
+    )
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE
 
     assembly = Assembly(bench, spec)
     horn = link(spec.worldbody, "horn")
@@ -156,8 +191,6 @@ def assemble(bench: BenchParameters) -> Assembly:
     motor.armature = bench.armature_kg_m2
     motor.damping = linear(bench.damping_nms_rad)
     link(horn, "surface", bench.surface_inertia_kg_m2)
-    amplifier = spec.add_actuator(
-        name="amplifier", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor"
-    )
-    amplifier.set_to_position(kp=bench.loop_stiffness_nm_rad)
+    spec.add_tendon(name="drive").wrap_joint("motor", 1.0)
+    assembly.amplifier(bench.loop_stiffness_nm_rad)
     return assembly

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
-from servosight.sim.bench import TIME_STEP_S, BenchParameters, assemble
-from servosight.sim.effect import Polyline
-from servosight.sim.effects import HIDDEN_EFFECTS, resolve
-from servosight.sim.trajectory import Trajectory
+from servosight.sim.bench import LONGEST_STEP_S, STEPS_PER_T, BenchParameters, assemble
+from servosight.sim.effect import HiddenEffect, Polyline, Twin, Values
+from servosight.sim.effects import TWIN_EFFECTS, resolve
+from servosight.sim.trajectory import GRID_S, Trajectory
 
 Array = NDArray[np.float64]
+Chosen = Sequence[tuple[HiddenEffect, Values]]
 
 _SAME_S = 1e-8  # instants closer than this are one
 
@@ -35,54 +37,89 @@ def run(
     The record runs from the first row of the command to the last, on a grid of 0.1 ms. Raises
     InputError for effects or parameters that the twin does not have.
     """
-    chosen = resolve(effects)
-    assembly = assemble(bench)
+    chosen = [(TWIN_EFFECTS[name], values) for name, values in resolve(effects).items()]
+    step_s = min(LONGEST_STEP_S, bench.T / max([STEPS_PER_T, *(e.steps_per_T for e, _ in chosen)]))
+    assembly = assemble(bench, step_s)
     line = held(excitation)
-    for name, values in chosen.items():
-        HIDDEN_EFFECTS[name].edit(assembly, values)
-        line = HIDDEN_EFFECTS[name].command(line, values)
-    model = assembly.spec.compile()
-    data = mujoco.MjData(model)
-    regulators = [
-        regulate(model, data, values)
-        for name, values in chosen.items()
-        if (regulate := HIDDEN_EFFECTS[name].regulate) is not None
-    ]
+    for effect, values in chosen:
+        effect.edit(assembly, values)
+        line = effect.command(line, values)
+    twin = Twin(assembly)
 
     start = float(excitation.time_s[0])
-    steps = math.ceil(excitation.duration_s / TIME_STEP_S - 1e-6)
-    settle = math.ceil(SETTLE * bench.T / TIME_STEP_S)
-    grid = start + TIME_STEP_S * np.arange(-settle, steps + 1, dtype=np.float64)
-    edges = split_at(grid, line[0])
-    wanted = np.radians(bench.gain * step_means(line, edges) + bench.bias_deg)
+    points = math.ceil(excitation.duration_s / GRID_S - 1e-6) + 1
+    grid = start + GRID_S * np.arange(points, dtype=np.float64)
+    edges = steps_between(start - SETTLE * bench.T, line[0], float(grid[-1]), step_s)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    wanted = np.radians(bench.gain * np.interp(middles, *line) + bench.bias_deg)
 
-    motor = model.joint("motor").qposadr[0]
-    surface = [model.joint(name).qposadr[0] for name in assembly.surface]
-    for address in {motor, surface[0]}:
-        data.qpos[address] = wanted[0]
-    angles = np.empty((edges.size, model.nq))
-    angles[0] = data.qpos
-    control, position, options, step = data.ctrl, data.qpos, model.opt, mujoco.mj_step
-    for n, (angle, width) in enumerate(
-        zip(wanted.tolist(), np.diff(edges).tolist(), strict=True), start=1
-    ):
-        control[:] = angle
-        options.timestep = width
-        for regulate_step in regulators:
-            regulate_step()
-        step(model, data)
-        angles[n] = position
-    angles = np.degrees(angles[np.searchsorted(edges, grid[settle:])])
+    surface = [twin.model.joint(name).qposadr[0] for name in assembly.surface]
+    for hinge in {twin.motor, twin.sensor, surface[0]}:
+        twin.data.qpos[hinge] = wanted[0]
+    angles, speeds = _integrate(twin, chosen, edges, wanted)
 
-    time_s = grid[settle:]
-    row = np.searchsorted(excitation.time_s, time_s + 1e-9, side="right") - 1
+    def on_grid(hinges: list[int]) -> Array:
+        both = (np.degrees(x[:, hinges].sum(axis=1)) for x in (angles, speeds))
+        return np.asarray(CubicHermiteSpline(edges, *both)(grid))
+
+    behind = on_grid(surface)
+    for effect, values in chosen:
+        behind = effect.output(behind, values)
+    row = np.searchsorted(excitation.time_s, grid + 1e-9, side="right") - 1
     return Trajectory(
-        time_s,
-        np.ascontiguousarray(angles[:, motor]),
-        angles[:, surface].sum(axis=1),
+        grid,
+        on_grid([twin.motor]),
+        behind,
         np.asarray(excitation.command_deg)[np.maximum(row, 0)],
         excitation,
     )
+
+
+def _integrate(twin: Twin, chosen: Chosen, edges_s: Array, wanted: Array) -> tuple[Array, Array]:
+    """Angles and speeds [rad, rad/s] of all hinges at ``edges_s`` (n,), each (n, hinges)."""
+    senses = [e.sense(twin, values) for e, values in chosen if e.sense is not None]
+    regulators = [e.supply(twin, values) for e, values in chosen if e.supply is not None]
+    regulators += [e.regulate(twin, values) for e, values in chosen if e.regulate is not None]
+    looks = bool(senses or regulators or twin.sensor != twin.motor)
+    model, data, motor = twin.model, twin.data, twin.motor
+    control, position, speed = data.ctrl, data.qpos, data.qvel
+    options, mj_step = model.opt, mujoco.mj_step
+
+    def step(angle: float, width: float) -> None:
+        options.timestep = width
+        control[:] = angle
+        if looks:
+            twin.look_ahead()
+            believed = twin.sensed
+            for sense in senses:
+                believed = sense(believed)
+            control[:] = angle + twin.angle - believed
+            for regulate in regulators:
+                regulate()
+        mj_step(model, data)
+
+    angles = np.empty((edges_s.size, model.nq))
+    speeds = np.empty((edges_s.size, model.nv))
+    angles[0], speeds[0] = position, speed
+    before = 0.0
+    for n, (angle, width) in enumerate(
+        zip(wanted.tolist(), np.diff(edges_s).tolist(), strict=True), start=1
+    ):
+        step(angle, width)
+        now = speed[motor]
+        if before * now < 0.0:
+            # The motor turned round, where friction jumps: step up to there, and then on.
+            position[:], speed[:], data.time = angles[n - 1], speeds[n - 1], data.time - width
+            mujoco.mj_forward(model, data)
+            slowing = -float(data.qacc[motor])
+            if slowing * before > 0.0 and before / slowing < width:
+                step(angle, before / slowing)
+                width -= before / slowing
+            step(angle, width)
+            now = speed[motor]
+        before = now
+        angles[n], speeds[n] = position, speed
+    return angles, speeds
 
 
 def held(excitation: Excitation) -> Polyline:
@@ -93,34 +130,18 @@ def held(excitation: Excitation) -> Polyline:
     )
 
 
-def split_at(grid_s: Array, knots_s: Array) -> Array:
-    """The grid with the knots that fall between its points: no step straddles a jump.
+def steps_between(start_s: float, knots_s: Array, end_s: float, longest_s: float) -> Array:
+    """Edges of steps of at most ``longest_s`` from start to end, with all knots among them.
 
-    Rounding a jump to the grid would be a delay of a fraction of a step; averaging the command
-    over the step would pass the wrong torque through a dead band or a limit.
+    Rounding a jump of the command to a grid would be a delay of a fraction of a step; averaging
+    the command over the step would pass the wrong torque through a dead band or a limit.
     """
-    inside = np.unique(knots_s[(knots_s > grid_s[0]) & (knots_s < grid_s[-1])])
-    index = np.searchsorted(grid_s, inside)
-    away = np.minimum(inside - grid_s[index - 1], grid_s[index] - inside) > _SAME_S
-    apart = np.diff(inside, prepend=-np.inf) > _SAME_S
-    return np.union1d(grid_s, inside[away & apart])
-
-
-def step_means(line: Polyline, edges_s: Array) -> Array:
-    """Mean of a polyline over each step between ``edges_s`` (n + 1,); shape (n,).
-
-    Before its first knot the line has the first value, after the last the last.
-    """
-    time_s, value = line
-    time_s = np.concatenate([[min(edges_s[0], time_s[0])], time_s, [max(edges_s[-1], time_s[-1])]])
-    value = np.concatenate([[value[0]], value, [value[-1]]])
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * np.diff(time_s))])
-    index = np.clip(np.searchsorted(time_s, edges_s, side="right") - 1, 0, time_s.size - 2)
-    width = time_s[index + 1] - time_s[index]
-    gone = edges_s - time_s[index]
-    share = np.divide(gone, width, out=np.zeros_like(gone), where=width > 0.0)
-    ends = value[index] + 0.5 * share * (value[index + 1] - value[index])
-    return np.asarray(np.diff(area[index] + ends * gone) / np.diff(edges_s))
+    inside = np.unique(knots_s[(knots_s > start_s + _SAME_S) & (knots_s < end_s - _SAME_S)])
+    inside = inside[np.diff(inside, prepend=-np.inf) > _SAME_S]
+    bounds = np.concatenate([[start_s], inside, [end_s]])
+    counts = np.ceil(np.diff(bounds) / longest_s - 1e-6).astype(int)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    return np.asarray(np.interp(np.arange(ends[-1] + 1), ends, bounds))
 
 
 def angle_recording(

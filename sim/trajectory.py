@@ -12,6 +12,8 @@ from servosight.models.excitation import Excitation
 
 Array = NDArray[np.float64]
 
+GRID_S = 1e-4
+
 
 @dataclass(frozen=True)
 class Trajectory:

@@ -8,36 +8,48 @@ the fin stays where it was left, as the play operator wants. All other inertia i
 
 from __future__ import annotations
 
-import mujoco
+import math
 
-from servosight.sim.bench import HARD_IMPEDANCE, HARD_REFERENCE, Assembly, link
+from servosight.sim.bench import HARD_IMPEDANCE, Assembly, link
 from servosight.sim.effect import HiddenEffect, Values
 
-FIN_SHARE = 1e-5  # of the bench's inertia
-FIN_FRICTION_DEG = 0.001  # decelerates the fin as a position error of 100 deg would the motor
+FIN_SHARE = 1e-6  # of the bench's inertia
+FIN_FRICTION_DEG = 0.0001  # decelerates the fin as a position error of 100 deg would the motor
+
+
+def behind_play(
+    assembly: Assembly,
+    name: str,
+    hinges: list[str],
+    gap_deg: float,
+    share: float = FIN_SHARE,
+    friction_deg: float = FIN_FRICTION_DEG,
+) -> None:
+    """Hinge a body behind ``hinges``, free to turn by ``gap_deg`` against them.
+
+    It takes ``share`` of the bench's inertia over from the motor.
+    """
+    inertia = share * assembly.bench.inertia_kg_m2
+    assembly.motor.armature -= inertia
+    hinge = assembly.hinge(link(assembly.spec.worldbody, name, inertia), name)
+    hinge.frictionloss = assembly.bench.torque(friction_deg)
+    half = 0.5 * math.radians(gap_deg)
+    tendon = assembly.spec.add_tendon(
+        limited=True,
+        range=[-half, half],
+        solref_limit=assembly.hard_reference,
+        solimp_limit=HARD_IMPEDANCE,
+    )
+    for one in hinges:
+        tendon.wrap_joint(one, 1.0)
+    tendon.wrap_joint(name, -1.0)
 
 
 def edit(assembly: Assembly, values: Values) -> None:
     """Put the fin behind a play of full width ``gap`` [deg]."""
     if values["gap"] == 0.0:  # MuJoCo refuses an empty range
         return
-    spec, bench = assembly.spec, assembly.bench
-    inertia = FIN_SHARE * bench.inertia_kg_m2
-    assembly.motor.armature -= inertia
-    fin = assembly.hinge(link(spec.worldbody, "fin", inertia), "fin")
-    fin.frictionloss = bench.torque(FIN_FRICTION_DEG)
-
-    half = 0.5 * values["gap"] * mujoco.mjPI / 180.0
-    tendon = spec.add_tendon(
-        name="play",
-        limited=True,
-        range=[-half, half],
-        solref_limit=HARD_REFERENCE,
-        solimp_limit=HARD_IMPEDANCE,
-    )
-    for hinge in assembly.surface:
-        tendon.wrap_joint(hinge, 1.0)
-    tendon.wrap_joint("fin", -1.0)
+    behind_play(assembly, "fin", assembly.surface, values["gap"])
     assembly.surface[:] = ["fin"]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.errors import InputError
-from servosight.sim.bench import TIME_STEP_S, Assembly, linear
+from servosight.sim.bench import Assembly, linear
 from servosight.sim.effect import HiddenEffect, Values
 
 
@@ -18,7 +18,7 @@ def edit(assembly: Assembly, values: Values) -> None:
     """
     bench = assembly.bench
     highest = (1.0 - values["inertia_ratio"]) / (1.0 + 2.0 * values["damping"])
-    highest /= 2.0 * math.pi * TIME_STEP_S
+    highest /= 2.0 * math.pi * float(assembly.spec.option.timestep)
     if values["inertia_ratio"] == 0.0:  # nothing on the spring: the surface stays welded
         return
     if not 0.0 < values["frequency"] <= highest:
@@ -26,6 +26,11 @@ def edit(assembly: Assembly, values: Values) -> None:
             f"flexible_shaft.frequency is {values['frequency']:g} Hz, expected more than 0 and at "
             f"most {highest:.0f} Hz, which the twin's time step resolves; lower it or leave the "
             f"effect out"
+        )
+    if assembly.sensor != "motor":
+        raise InputError(
+            "flexible_shaft and feedback_backlash cannot be built into one twin, expected one of "
+            "them: the spring would push on a shaft that is free in its gap; leave one out"
         )
     omega = 2.0 * math.pi * values["frequency"]
     inertia = values["inertia_ratio"] * bench.inertia_kg_m2

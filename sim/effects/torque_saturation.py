@@ -1,4 +1,4 @@
-"""A limit of the torque that all amplifiers together bring to the motor's hinge.
+"""A limit of the torque that all amplifiers together bring to the motor.
 
 Braking by back-EMF is not part of it: it is viscous damping of the hinge.
 """
@@ -10,10 +10,10 @@ from servosight.sim.effect import HiddenEffect, Values
 
 
 def edit(assembly: Assembly, values: Values) -> None:
-    """Limit the hinge's actuator force to ``limit`` [deg]."""
+    """Limit the drive's force to ``limit`` [deg]."""
     limit = assembly.bench.torque(values["limit"])
-    assembly.motor.actfrclimited = True
-    assembly.motor.actfrcrange = [-limit, limit]
+    assembly.drive.actfrclimited = True
+    assembly.drive.actfrcrange = [-limit, limit]
 
 
 EFFECT = HiddenEffect("torque_saturation", {"limit": 5.0}, edit=edit)

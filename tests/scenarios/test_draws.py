@@ -16,14 +16,26 @@ from servosight.sim.run import run
 # least, found by trying all corners.
 WEAKEST = {
     "dead_time": ({"delay": 0}, 1, 1),
+    "command_quantization": ({"step": 0}, 1, 1),
     "rate_limit": ({"rate": 1}, 1, 1),
+    "asymmetric_gain": ({"ratio": 1}, 0, 1),
     "dead_zone": ({"half_width": 0}, 1, 1),
     "torque_saturation": ({"limit": 1}, 0, 1),
+    "speed_limit": ({"stall": 1, "no_load_speed": 1}, 1, 1),
     "coulomb_friction": ({"level": 0}, 1, 1),
+    "stribeck_friction": ({"level": 0, "excess": 0, "speed": 0}, 1, 1),
     "load_dependent_friction": ({"ratio": 0}, 0, 1),
+    "presliding": ({"level": 0, "stiffness": 0}, 1, 1),
+    "quadratic_drag": ({"coefficient": 0}, 1, 1),
     "gravity_load": ({"sine": 1, "cosine": 0}, 1, 1),
+    "hinge_hardening": ({"cubic": 0}, 1, 1),
+    "cogging": ({"amplitude": 0, "period": 0, "phase": 1}, 1, 1),
+    "supply_sag": ({"sag": 0, "time": 1}, 0, 1),
     "flexible_shaft": ({"frequency": 1, "damping": 1, "inertia_ratio": 1}, 1, 1),
     "backlash": ({"gap": 0}, 1, 1),
+    "linkage_geometry": ({"horn": 0, "offset": 0}, 1, 1),
+    "sensor_nonlinearity": ({"amplitude": 0, "period": 1, "phase": 0}, 1, 1),
+    "feedback_backlash": ({"gap": 0}, 0, 1),
 }
 
 

@@ -8,17 +8,19 @@ import numpy as np
 import pytest
 
 from servosight.models.errors import InputError
-from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS
 from servosight.scenarios.scenario import (
     KINDS,
     Motion,
     Scenario,
     hidden,
     hidden_effect,
+    hidden_effects,
     parse_settings,
     with_effects,
 )
 from servosight.sim.effects import HIDDEN_EFFECTS
+from servosight.sim.uncatalogued import UNCATALOGUED
 
 FULL = """
 seed = 4
@@ -133,10 +135,12 @@ def test_every_motion_fills_its_time_and_amplitude(kind: str) -> None:
     assert 10.0 < np.abs(command.command_deg).max() <= 20.0 + 1e-9
 
 
-def test_nine_seeds_in_a_row_hide_nine_effects() -> None:
-    for first in (0, 9, 90):
-        found = [next(iter(hidden(seed).effects)) for seed in range(first, first + 9)]
-        assert sorted(found) == sorted(DRAWS) == sorted(HIDDEN_EFFECTS)
+def test_seeds_in_a_row_hide_every_effect_once() -> None:
+    count = len(DRAWS)
+    assert set(DRAWS) == set(HIDDEN_EFFECTS)
+    for first in (0, count, 10 * count):
+        found = [next(iter(hidden(seed).effects)) for seed in range(first, first + count)]
+        assert sorted(found) == sorted(DRAWS)
 
 
 def test_the_same_seed_hides_the_same_and_another_another() -> None:
@@ -145,6 +149,34 @@ def test_the_same_seed_hides_the_same_and_another_another() -> None:
     assert hidden(5).video
     with pytest.raises(InputError, match="whole number from 0"):
         hidden(-1)
+
+
+def test_strength_scales_the_effect_and_nothing_else() -> None:
+    """Away from neutral 0 in proportion, from infinity by the reciprocal, from 1 by a power."""
+    names = ["backlash", "rate_limit", "asymmetric_gain", "cogging"]
+    whole, half = (hidden_effects(names, 3, strength=s) for s in (1.0, 0.5))
+    assert (half.servo, half.motion, half.seed) == (whole.servo, whole.motion, whole.seed)
+    strong, weak = whole.effects, half.effects
+    assert weak["backlash"]["gap"] == strong["backlash"]["gap"] / 2
+    assert weak["rate_limit"]["rate"] == strong["rate_limit"]["rate"] * 2
+    assert weak["asymmetric_gain"]["ratio"] == strong["asymmetric_gain"]["ratio"] ** 0.5
+    assert weak["cogging"]["period"] == strong["cogging"]["period"]
+
+
+def test_several_effects_share_a_servo_that_shows_them_all() -> None:
+    both = hidden_effects(["backlash", "load_dependent_friction"], 4)
+    assert set(both.effects) == {"backlash", "load_dependent_friction"}
+    assert 0.05 <= both.servo.T <= 0.07
+    assert both.motion.amplitude_deg == 30.0
+    assert hidden_effects([], 4).effects == {}
+
+
+@pytest.mark.parametrize("effect", UNCATALOGUED_DRAWS)
+def test_effects_outside_the_catalogue_are_drawn_too(effect: str) -> None:
+    assert set(UNCATALOGUED_DRAWS) == set(UNCATALOGUED)
+    scenario = hidden_effects([effect], 1)
+    assert set(scenario.effects[effect]) == set(UNCATALOGUED[effect].defaults)
+    assert with_effects(scenario, [], {}) == scenario
 
 
 @pytest.mark.parametrize("effect", DRAWS)

@@ -7,7 +7,7 @@ import pytest
 
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
-from servosight.sim.run import angle_recording, held, split_at, step_means
+from servosight.sim.run import angle_recording, held, steps_between
 from servosight.sim.trajectory import Trajectory
 
 
@@ -52,13 +52,13 @@ def test_recording_has_mid_exposure_times_noise_and_the_senders_rows() -> None:
     assert again.sigma_deg is None
 
 
-def test_step_means_of_jumps_between_edges() -> None:
-    command = Excitation(np.array([0.0, 0.25, 2.5]), np.array([0.0, 4.0, 8.0]))
-    means = step_means(held(command), np.array([-1.0, 0.0, 1.0, 2.0, 3.0, 4.0]))
-    np.testing.assert_allclose(means, [0.0, 3.0, 4.0, 6.0, 8.0])
+def test_steps_have_every_knot_among_their_edges() -> None:
+    knots = np.array([-1.0, 0.25, 0.25, 1.0, 1.0 + 1e-9, 2.5])
+    edges = steps_between(0.0, knots, 2.0, 0.5)
+    np.testing.assert_allclose(edges, [0.0, 0.25, 0.625, 1.0, 1.5, 2.0], atol=1e-8)
 
 
-def test_steps_are_split_where_a_knot_falls_between() -> None:
-    grid = np.array([0.0, 1.0, 2.0])
-    edges = split_at(grid, np.array([-1.0, 0.25, 0.25, 1.0 + 1e-9, 1.5, 1.5 + 1e-9, 2.5]))
-    np.testing.assert_array_equal(edges, [0.0, 0.25, 1.0, 1.5, 2.0])
+def test_a_held_command_jumps_at_its_rows() -> None:
+    time_s, value = held(Excitation(np.array([0.0, 0.25, 2.5]), np.array([0.0, 4.0, 8.0])))
+    np.testing.assert_array_equal(time_s, [0.0, 0.25, 0.25, 2.5, 2.5])
+    np.testing.assert_array_equal(value, [0.0, 0.0, 4.0, 4.0, 8.0])
