@@ -1,91 +1,219 @@
-"""Uncertainty of a fit from the Jacobian of its residuals."""
+"""Uncertainty of a fit: from the Jacobian where that holds, else from the profile likelihood."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.problem import Problem
+from servosight.identify.correlation import weighted_normal
+from servosight.identify.problem import Coordinate, Problem
+from servosight.identify.profile import CHI_SQUARE_95, Profile
 from servosight.models.actuator import Estimate
 
 Array = NDArray[np.float64]
 
 _FLAT = 1e-13
+_PARABOLA = (0.6, 1.6)
+"""A step of one sigma costs 1 on a parabola; beyond these, the profile is asked."""
+_VAGUE = 10.0
+"""A sigma of so many times the value tells nothing."""
 
 
-def covariance(jacobian: Array, cost: float, free: NDArray[np.bool_]) -> Array:
-    """Covariance of the coordinates, NaN where the data does not determine them.
+@dataclass(frozen=True)
+class Uncertainty:
+    """What a fitted ``point`` (coordinates,) may be off by.
 
-    s^2 (J'J)^-1 with s^2 the residual variance (Seber and Wild, Nonlinear Regression, 1989,
-    section 2.1.2). Coordinates at a bound (``free`` False) are taken as known.
+    ``jacobian`` (scored, coordinates) of the weighted residuals, ``cost`` half their sum of
+    squares at the point.
     """
-    count = jacobian.shape[1]
-    result = np.full((count, count), np.nan)
-    columns = np.flatnonzero(free)
-    if columns.size == 0:
+
+    problem: Problem
+    point: Array
+    jacobian: Array
+    cost: float
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """False for coordinates that rest on a bound: the covariance takes them as known."""
+        low, high = self.problem.bounds
+        return np.asarray((self.point > low) & (self.point < high))
+
+    @cached_property
+    def variance(self) -> float:
+        """Of the residuals [deg^2]."""
+        return float(2.0 * self.cost / max(self.jacobian.shape[0] - int(self.free.sum()), 1))
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(J'J)^-1 of the free coordinates, NaN where the data does not determine them."""
+        return _inverse(self.jacobian, self.free)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates, NaN where undetermined.
+
+        The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
+        Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
+        are white it is s^2 (J'J)^-1.
+        """
+        known = np.isfinite(np.diag(self.inverse))
+        part = self.inverse[np.ix_(known, known)]
+        meat = np.zeros(part.shape)
+        residuals = self.problem.residuals(self.point[None, :])[0]
+        begin = 0
+        for scored in self.problem.masks:
+            end = begin + int(scored.sum())
+            whole = np.zeros((scored.size, int(known.sum())))
+            whole[scored] = self.jacobian[begin:end, known]
+            errors = np.zeros(scored.size)
+            errors[scored] = residuals[begin:end]
+            meat += weighted_normal(whole, errors, scored)
+            begin = end
+        samples = self.jacobian.shape[0]
+        meat *= samples / max(samples - int(self.free.sum()), 1)
+        result = np.full(self.inverse.shape, np.nan)
+        result[np.ix_(known, known)] = part @ meat @ part
         return result
-    part = jacobian[:, columns]
-    norms = np.sqrt(np.einsum("ij,ij->j", part, part))
-    seen = norms > 0.0
-    columns, part, norms = columns[seen], part[:, seen], norms[seen]
-    if columns.size == 0:
+
+    @cached_property
+    def sigma(self) -> Array:
+        """One standard deviation of each coordinate, NaN where there is none to tell."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @cached_property
+    def plain_sigma(self) -> Array:
+        """The same if the residuals were white."""
+        return np.asarray(np.sqrt(self.variance * np.diag(self.inverse)))
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The likelihood about the point."""
+        scale = np.where(np.isfinite(self.plain_sigma), self.plain_sigma, 1e-3)
+        return Profile(self.problem, self.point, self.cost, self.variance, scale)
+
+    @cached_property
+    def parabolic(self) -> NDArray[np.bool_]:
+        """True where a step of one sigma to either side costs about what the Jacobian foretells."""
+        indices = np.flatnonzero(np.isfinite(self.plain_sigma))
+        low, high = self.problem.bounds
+        steps = self.variance * self.inverse[indices] / self.plain_sigma[indices, None]
+        steps = np.nan_to_num(steps)
+        points = np.vstack([self.point + steps, self.point - steps])
+        inside = np.all((points >= low) & (points <= high), axis=1)
+        costs = 0.5 * np.sum(self.problem.residuals(np.clip(points, low, high)) ** 2, axis=1)
+        rises = 2.0 * (costs - self.cost) / self.variance
+        good = inside & (rises > _PARABOLA[0]) & (rises < _PARABOLA[1])
+        result = np.zeros(self.point.size, dtype=bool)
+        result[indices] = good[: indices.size] & good[indices.size :]
         return result
-    _, singular, right = np.linalg.svd(part / norms, full_matrices=False)
-    variance = 2.0 * cost / max(jacobian.shape[0] - columns.size, 1)
-    keep = singular**2 > _FLAT * singular[0] ** 2
-    inverse = (right[keep].T / singular[keep] ** 2) @ right[keep]
-    # A coordinate with a part in a flat direction is undetermined.
-    lost = np.sum(right[~keep] ** 2, axis=0) > 1e-6
-    block = variance * inverse / np.outer(norms, norms)
-    block[lost, :] = np.nan
-    block[:, lost] = np.nan
-    result[np.ix_(columns, columns)] = block
-    return result
+
+    def profiled_sigma(self, index: int) -> float | None:
+        """Half the interval at a rise of 1, times what correlation widens; None where it is open.
+
+        Where one side ends at a bound, the other side's distance.
+        """
+        plain = float(self.plain_sigma[index])
+        reaches = [self.profile.reach(index, step) for step in (plain, -plain)]
+        found = [reach for reach in reaches if reach is not None]
+        if not found:
+            return None
+        return float(np.mean(found) * self.sigma[index] / plain)
+
+    def estimate(self, index: int) -> tuple[Estimate, str | None]:
+        """A coordinate's value with its sigma, and a warning where it has none."""
+        coordinate, x = self.problem.coordinates[index], float(self.point[index])
+        value = coordinate.from_search(x)
+        if not np.isfinite(value):
+            value = coordinate.from_search(1e-9)
+        sigma, warning = self._sigma(index, coordinate, value)
+        return Estimate(value, sigma, coordinate.parameter.unit), warning
+
+    def _sigma(
+        self, index: int, coordinate: Coordinate, value: float
+    ) -> tuple[float | None, str | None]:
+        if not self.free[index]:
+            return None, f"{coordinate.name} rests on a bound of its range" + self._limit(index)
+        if coordinate.parameter.reciprocal and self.profile.rise(index, 0.0) < CHI_SQUARE_95:
+            return None, (
+                f"{coordinate.name} cannot be told from this recording: a model without it fits as "
+                f"well{self._limit(index)}; use an excitation that reaches it"
+            )
+        sigma: float | None = None
+        if np.isfinite(self.plain_sigma[index]):
+            sigma = float(self.sigma[index])
+            if not self.parabolic[index]:
+                sigma = self.profiled_sigma(index)
+        if sigma is not None:
+            sigma *= abs(coordinate.slope(float(self.point[index])))
+        if sigma is None or not np.isfinite(sigma) or sigma > _VAGUE * (abs(value) + 1e-9):
+            return None, (
+                f"{coordinate.name} cannot be told from this recording: changing it hardly "
+                f"changes the prediction; use an excitation that moves it"
+            )
+        return sigma, None
+
+    def _limit(self, index: int) -> str:
+        """What the profile allows at most (or at least), in words; empty where it does not end."""
+        coordinate, x = self.problem.coordinates[index], float(self.point[index])
+        low, high = self.problem.bounds
+        column = self.jacobian[:, index]
+        alone = np.sqrt(self.variance / max(float(column @ column), 1e-300))
+        inward = 1.0 if coordinate.parameter.reciprocal or x <= low[index] else -1.0
+        step = inward * min(float(alone), 0.5 * float(high[index] - low[index]))
+        reach = self.profile.reach(index, step, CHI_SQUARE_95)
+        if reach is None:
+            return ""
+        end = coordinate.from_search(x + inward * reach)
+        upward = (inward > 0.0) != coordinate.parameter.reciprocal
+        word = "at most" if upward else "at least"
+        return f", {word} {end:.3g} {coordinate.parameter.unit} with 95 % confidence"
 
 
 def estimates(
     problem: Problem, point: Array, jacobian: Array, cost: float
 ) -> tuple[dict[str, Estimate], list[str]]:
     """Shared parameters with their sigmas, and a warning for each that stays undetermined."""
-    low, high = problem.bounds
-    free = (point > low) & (point < high)
-    spread = np.sqrt(np.diag(covariance(jacobian, cost, free)))
-    found: dict[str, Estimate] = {}
-    warnings = []
-    for j, coordinate in enumerate(problem.coordinates[: problem.physical]):
-        value = coordinate.from_search(float(point[j]))
-        sigma: float | None = float(spread[j] * abs(coordinate.slope(float(point[j]))))
-        if not free[j]:
-            sigma = None
-            warnings.append(
-                f"{coordinate.name} rests on a bound of its range, so it has no sigma: this "
-                f"recording does not call for it"
-            )
-        elif sigma is None or not np.isfinite(sigma) or sigma > 10.0 * (abs(value) + 1e-9):
-            sigma = None
-            warnings.append(
-                f"{coordinate.name} cannot be told from this recording: changing it hardly "
-                f"changes the prediction; use an excitation that moves it"
-            )
-        if not np.isfinite(value):
-            value = coordinate.from_search(1e-9)
-        found[coordinate.name] = Estimate(value, sigma, coordinate.parameter.unit)
-    return found, warnings
+    uncertainty = Uncertainty(problem, point, jacobian, cost)
+    found = [uncertainty.estimate(index) for index in range(problem.physical)]
+    names = [coordinate.name for coordinate in problem.coordinates]
+    table = {name: one for name, (one, _) in zip(names, found, strict=False)}
+    return table, [warning for _, warning in found if warning is not None]
 
 
 def own_estimates(
     problem: Problem, point: Array, jacobian: Array, cost: float, name: str
 ) -> tuple[Estimate, ...]:
     """One of the recordings' own numbers (``bias``), for each recording."""
-    low, high = problem.bounds
-    free = (point > low) & (point < high)
-    spread = np.sqrt(np.diag(covariance(jacobian, cost, free)))
+    sigma = Uncertainty(problem, point, jacobian, cost).sigma
     return tuple(
         Estimate(
             float(point[j]),
-            float(spread[j]) if np.isfinite(spread[j]) else None,
+            float(sigma[j]) if np.isfinite(sigma[j]) else None,
             coordinate.parameter.unit,
         )
         for j, coordinate in enumerate(problem.coordinates)
         if coordinate.recording is not None and coordinate.name == name
     )
+
+
+def _inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
+    """(J'J)^-1 by singular values of the scaled Jacobian."""
+    count = jacobian.shape[1]
+    result = np.full((count, count), np.nan)
+    norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    columns = np.flatnonzero(free & (norms > 0.0))
+    if columns.size == 0:
+        return result
+    norms = norms[columns]
+    _, singular, right = np.linalg.svd(jacobian[:, columns] / norms, full_matrices=False)
+    keep = singular**2 > _FLAT * singular[0] ** 2
+    inverse = (right[keep].T / singular[keep] ** 2) @ right[keep] / np.outer(norms, norms)
+    # A coordinate with a part in a flat direction is undetermined.
+    lost = np.sum(right[~keep] ** 2, axis=0) > 1e-6
+    inverse[lost, :] = np.nan
+    inverse[:, lost] = np.nan
+    result[np.ix_(columns, columns)] = inverse
+    return result

@@ -1,0 +1,140 @@
+"""Sigma means what it says: with white and with coloured residuals, at bounds, at limits unseen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.identify.correlation import autoregression, weighted_normal
+from servosight.identify.fit import fit_effects, identify
+from servosight.identify.problem import Problem
+from servosight.identify.uncertainty import Uncertainty
+from servosight.models.registry import catalogue
+
+TRUTH = {"k": 1.027, "T": 0.0078, "xi": 0.55}
+
+
+def coloured(rho: float, count: int, seed: int) -> Any:
+    """Noise of unit variance whose neighbours correlate by ``rho``."""
+    white = np.random.default_rng(seed).normal(size=count + 200)
+    for i in range(1, white.size):
+        white[i] = rho * white[i - 1] + np.sqrt(1.0 - rho**2) * white[i]
+    return white[200:]
+
+
+def assessed(recording: Any) -> Uncertainty:
+    """The uncertainty of a linear fit."""
+    fit = fit_effects(Problem.of([recording], catalogue(), []))
+    return Uncertainty(fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+
+
+def test_white_residuals_get_the_textbook_covariance(record: Any) -> None:
+    """Order 0 is found, and s^2 (J'J)^-1 remains to the last digit but rounding's."""
+    found = assessed(record(4.0, 1))
+    textbook = found.variance * np.linalg.inv(found.jacobian.T @ found.jacobian)
+    np.testing.assert_allclose(found.covariance, textbook, rtol=1e-6)
+
+
+def test_coloured_residuals_widen_sigma(record: Any) -> None:
+    """60 noises with neighbours correlated by 0.7: chi-square of 60 within three sigma, 33.
+
+    The textbook's sigma of k is too small by sqrt((1 + 0.7) / (1 - 0.7)) = 2.4 for what is slow:
+    its chi-square would be near 300.
+    """
+    clean = record(4.0, noise_deg=0.0)
+    deviations, plain = [], []
+    for seed in range(60):
+        noise = 0.03 * coloured(0.7, clean.time_s.size, seed)
+        found = assessed(replace(clean, angle_deg=clean.angle_deg + noise))
+        truth = np.array([1.027, np.log(0.0078), np.log(0.55)])
+        off = (found.point - np.append(truth, [0.5, 0.5, 0.0]))[:3]
+        deviations.append(off / found.sigma[:3])
+        plain.append(off / found.plain_sigma[:3])
+    squares, untold = np.sum(np.square(deviations), axis=0), np.sum(np.square(plain), axis=0)
+    print(f"chi-square of 60: {squares.round(1)}, without the correlation {untold.round(1)}")
+    assert np.all(np.abs(squares - 60.0) < 33.0)
+    assert untold[0] > 120.0
+
+
+def test_the_order_of_an_autoregression_is_found() -> None:
+    """5000 samples of known poles: coefficients within three of their sigma, 1 / sqrt(5000)."""
+    white = np.random.default_rng(4).normal(size=5_000)
+    values = white.copy()
+    for i in range(2, values.size):
+        values[i] += 1.2 * values[i - 1] - 0.5 * values[i - 2]
+    coefficients, variance = autoregression(values, np.ones(values.size, dtype=bool))
+    np.testing.assert_allclose(coefficients, [1.2, -0.5], atol=3.0 / np.sqrt(5_000))
+    assert variance == pytest.approx(1.0, rel=3.0 * np.sqrt(2.0 / 5_000))
+
+
+def test_the_spectrum_stands_for_the_toeplitz_matrix() -> None:
+    """J'RJ of an autoregression of order 1, against R written out."""
+    jacobian = np.random.default_rng(2).normal(size=(400, 3))
+    residuals = coloured(0.6, 400, 3)
+    scored = np.ones(400, dtype=bool)
+    (rho,), variance = autoregression(residuals, scored)
+    lag = np.abs(np.subtract.outer(np.arange(400), np.arange(400)))
+    written = variance / (1.0 - rho**2) * rho**lag
+    np.testing.assert_allclose(
+        weighted_normal(jacobian, residuals, scored), jacobian.T @ written @ jacobian, rtol=1e-9
+    )
+
+
+def test_a_limit_that_is_never_reached_has_no_sigma(record: Any) -> None:
+    """The model without it fits as well: null, and the warning says so and how large it is."""
+    found = identify(
+        [record(4.0, 3)], ["torque_saturation"], catalogue=catalogue(), method="gradient"
+    )
+    assert found.actuator.parameters["torque_saturation.limit"].sigma is None
+    (warning,) = found.warnings
+    assert warning.startswith("torque_saturation.limit")
+    assert "at least" in warning
+
+
+def test_a_limit_that_is_reached_has_one(record: Any) -> None:
+    recording = record(4.0, 3, torque_saturation__limit=5.0)
+    found = identify([recording], ["torque_saturation"], catalogue=catalogue(), method="gradient")
+    limit = found.actuator.parameters["torque_saturation.limit"]
+    assert limit.sigma is not None
+    assert abs(limit.value - 5.0) < 4.0 * limit.sigma < 0.2
+    assert found.warnings == ()
+
+
+def test_at_a_bound_the_profile_says_how_much_is_allowed(record: Any) -> None:
+    """No play: 0 at most by a hundredth of a degree, a third of the noise of one sample."""
+    found = identify([record(4.0, 3)], ["backlash"], catalogue=catalogue(), method="gradient")
+    gap = found.actuator.parameters["backlash.gap"]
+    print(gap, found.warnings)
+    if gap.value == 0.0:
+        assert gap.sigma is None
+        (warning,) = found.warnings
+        assert "backlash.gap rests on a bound" in warning
+        assert "at most" in warning
+    else:
+        assert gap.sigma is not None
+        assert gap.value < 4.0 * gap.sigma < 0.05
+
+
+def test_the_profile_agrees_with_the_jacobian_on_a_parabola(record: Any) -> None:
+    """k is all but linear: a rise of 1 at one sigma, of 4 at two."""
+    found = assessed(record(2.0, 1))
+    k, sigma = float(found.point[0]), float(found.plain_sigma[0])
+    assert found.profile.rise(0, k + sigma) == pytest.approx(1.0, rel=0.05)
+    assert found.profile.rise(0, k - 2.0 * sigma) == pytest.approx(4.0, rel=0.05)
+    reach = found.profile.reach(0, 3.0 * sigma)
+    assert reach == pytest.approx(sigma, rel=0.05)
+    assert found.parabolic[0]
+
+
+def test_masked_samples_do_not_count(record: Any) -> None:
+    """Two thirds of the samples: sigma grows by about sqrt(3 / 2), with the signal's own share."""
+    recording = record(6.0, 2)
+    mask = np.floor(recording.time_s).astype(int) % 3 != 2
+    whole = assessed(recording)
+    fit = fit_effects(Problem.of([recording], catalogue(), [], [mask]))
+    part = Uncertainty(fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+    assert np.all(part.sigma[:3] > whole.sigma[:3])
+    assert np.all(part.sigma[:3] < 2.5 * whole.sigma[:3])
