@@ -4,7 +4,8 @@
     python benchmarks/hidden.py --rows single --only 1007
 
 Results gather in out/hidden/results.jsonl, and a later run goes on from there. What was diagnosed
-wrong is printed with its candidates and the seed that runs it alone.
+wrong is printed with its candidates and the seed that runs it alone. Page and pictures
+are drawn by ``--page`` from all results that these sources made, half a run included.
 """
 
 from __future__ import annotations
@@ -13,18 +14,36 @@ import argparse
 from pathlib import Path
 
 from servosight.app.output import progress
+from servosight.models.atomic import write_text
 from servosight.scenarios.hidden_draw import ROWS, choices
+from servosight.scenarios.hidden_page import page
+from servosight.scenarios.hidden_pictures import pictures
 from servosight.scenarios.hidden_run import Line, Results, run_trials
 from servosight.scenarios.hidden_score import explain, right
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "out" / "hidden" / "results.jsonl"
+DOCS = ROOT / "docs"
 
 
 def main() -> None:
-    """Run what is asked for and not there yet; say what went wrong."""
+    """Run what is asked for and not there yet, say what went wrong; or draw the page."""
     args = _arguments()
     results = Results.at(args.results)
+    if args.page:
+        draw(results.lines())
+    else:
+        run(args, results)
+
+
+def draw(lines: list[Line]) -> None:
+    """Write the page and its pictures."""
+    pictures(lines, DOCS / "pictures" / "hidden")
+    write_text(DOCS / "measured" / "hidden.md", page(lines, "make hidden"))
+
+
+def run(args: argparse.Namespace, results: Results) -> None:
+    """Run trials and print what they said."""
     rows = [row for row in args.rows.split(",") if row]
     jobs = [(row, seed) for row in rows for seed in _seeds(args, row)]
     with progress("hidden effects") as show:
@@ -62,6 +81,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--only", default="", help="these seeds alone, and say all about them")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--page", action="store_true", help="only draw what stands in the results")
     return parser.parse_args()
 
 

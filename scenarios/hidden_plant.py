@@ -22,8 +22,8 @@ KEPT = 5
 
 REACH_DEG = 0.001  # how far a friction bristle bends before it slides
 CONTACT = 20.0  # stiffness of a flank, in units of the position loop's
-LIGHT = 1e-4  # inertia behind a gap, as a share of the motor's
-HELD_DEG = 0.01  # friction there: stops it as a position error of 100 deg would the motor
+LIGHT = 2e-5  # inertia behind a gap, as a share of the motor's
+HELD_DEG = 0.002  # friction there: stops it as a position error of 100 deg would the motor
 
 _INF = math.inf
 
@@ -97,16 +97,19 @@ def march(p, command, disturbance, kept):
     viscous = p.xi * p.T * dt / near_inertia
     light = LIGHT * inertia
 
-    u = filtered = command[0]
-    theta = far = surface = seen = crept = p.k * u + p.bias
+    slewed = filtered = command[0]
+    theta = far = surface = seen = crept = p.k * filtered + p.bias
     w = far_w = surface_w = seen_w = 0.0
     bristle = fine_bristle = integral = sagged = 0.0
     motor_out = np.empty((command.size - 1) // kept + 1)
     surface_out = np.empty_like(motor_out)
     for n in range(command.size):
-        leap = p.rate_limit_rate * dt
-        u += min(max(command[n] - u, -leap), leap)
-        filtered = u + (filtered - u) * math.exp(-dt / max(p.command_filter_time, 1e-9))
+        sent = command[n]
+        if p.rate_limit_rate < _INF:
+            leap = p.rate_limit_rate * dt
+            sent = slewed
+            slewed += min(max(command[n] - slewed, -leap), leap)
+        filtered = sent + (filtered - sent) * math.exp(-dt / max(p.command_filter_time, 1e-9))
         if p.feedback_backlash_gap == 0.0:
             seen = theta
         gain = p.k * (1.0 - p.warming_fade * (1.0 - math.exp(-n * dt / p.warming_time)))
@@ -134,17 +137,17 @@ def march(p, command, disturbance, kept):
         pushed_by, pushed_w = (seen, seen_w) if p.feedback_backlash_gap > 0.0 else (theta, w)
         if elastic:
             pushed_by, pushed_w = far, far_w
-        push = 0.0
-        if p.backlash_gap > 0.0:
-            surface, surface_w, push = _behind_gap(
-                surface, surface_w, pushed_by, pushed_w, p.backlash_gap, light
-            )
-        else:
+        if p.backlash_gap == 0.0:
             surface = pushed_by
         if n % kept == 0:
             crept += (surface - crept) * kept * dt / p.creep_time
             motor_out[n // kept] = theta
             surface_out[n // kept] = surface + p.creep_share * (crept - surface)
+        push = 0.0
+        if p.backlash_gap > 0.0:
+            surface, surface_w, push = _behind_gap(
+                surface, surface_w, pushed_by, pushed_w, p.backlash_gap, light
+            )
         if p.feedback_backlash_gap > 0.0:
             seen, seen_w, _ = _behind_gap(seen, seen_w, theta, w, p.feedback_backlash_gap, light)
 
