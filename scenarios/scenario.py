@@ -288,15 +288,11 @@ def _checked(scenario: Scenario, source: str) -> Scenario:
     check_filming(scenario.filming, scenario.camera, source)
     known = catalogue()
     for effect, values in resolve(scenario.effects).items():
-        if effect not in known:
-            continue
         for name, value in values.items():
-            bounds = known[effect].parameter(name)
-            require(
-                bounds.low <= value <= bounds.high and np.isfinite(value),
-                source,
-                f"{effect}.{name}",
-                value,
-                f"{bounds.low:g} to {bounds.high:g} {bounds.unit}",
-            )
+            holds, expected = value > 0.0, "more than 0"
+            if effect in known:
+                bounds = known[effect].parameter(name)
+                holds = bounds.low <= value <= bounds.high and np.isfinite(value)
+                expected = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}"
+            require(holds, source, f"{effect}.{name}", value, expected)
     return scenario

@@ -121,6 +121,7 @@ def test_effects_and_settings_of_the_command_line() -> None:
         (["backlash.gap=-1"], "expected 0 to 45 deg"),
         (["rate_limit.rate=0"], "rate_limit.rate is 0.0"),
         (["slack.gap=1"], "no effect 'slack'"),
+        (["end_stop.time=-1"], "end_stop.time is -1.0, expected more than 0"),
     ],
 )
 def test_bad_settings_get_one_sentence(settings: list[str], said: str) -> None:
