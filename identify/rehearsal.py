@@ -19,6 +19,9 @@ from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
 
+GAIN = 0.7
+"""A command is called better where its worst sigma is below this share."""
+
 
 def assess(
     actuator: Actuator,
@@ -103,7 +106,7 @@ class Better:
         """What to run instead, with the gain in the worst parameter's sigma."""
         rate = "" if self.limits.rate_deg_s is None else f" --rate {self.limits.rate_deg_s:.4g}"
         centre = "" if self.limits.centre_deg == 0.0 else f" --centre {self.limits.centre_deg:.4g}"
-        before, after = max(now.sigma.values()), max(self.information.sigma.values())
+        before, after = _worst(now), _worst(self.information)
         gain = "" if not np.isfinite(before) else f", from {percent(before)}"
         return (
             f"Within the same limits `servosight excite {self.shape} --angle "
@@ -116,11 +119,15 @@ def better_command(
     actuator: Actuator,
     like: Recording,
     noise_deg: float,
-    limits: Limits,
     *,
     catalogue: Mapping[str, Effect],
 ) -> Better | None:
-    """The shape with the smallest worst sigma, of those that the limits allow."""
+    """The shape with the smallest worst sigma within the limits that ``like``'s command has kept.
+
+    None where they leave room for no shape, or for none that tells more.
+    """
+    limits = Limits.of(like.command_time_s, like.command_deg)
+    now = assess(actuator, [like], noise_deg, catalogue=catalogue)
     found = []
     for shape in SHAPES:
         try:
@@ -131,4 +138,9 @@ def better_command(
             actuator, [rehearsal(made.excitation, like=like)], noise_deg, catalogue=catalogue
         )
         found.append(Better(shape, limits, told))
-    return min(found, key=lambda one: max(one.information.sigma.values()), default=None)
+    best = min(found, key=lambda one: _worst(one.information), default=None)
+    return best if best is not None and _worst(best.information) < GAIN * _worst(now) else None
+
+
+def _worst(told: Information) -> float:
+    return max(told.sigma.values())

@@ -37,6 +37,7 @@ class Limits:
     rows_hz: float = 250.0
 
     def __post_init__(self) -> None:
+        """Raise InputError for limits that leave no room."""
         rate = 1.0 if self.rate_deg_s is None else self.rate_deg_s
         for name, value, unit in (
             ("angle", self.angle_deg, "deg"),
@@ -79,7 +80,7 @@ class Limits:
             0.5 * (high - low),
             None if jumps else rate,
             float(time_s[-1] - time_s[0]),
-            0.5 * (high + low),
+            round(0.5 * (high + low), 6),
             float(np.clip(1.0 / np.median(spacing), 100.0, 1000.0)),
         )
 

@@ -167,7 +167,6 @@ def _check(args: argparse.Namespace) -> None:
     from servosight.identify.noise import noise_deg
     from servosight.identify.rehearsal import assess, better_command, rehearsal
     from servosight.models.actuator import Actuator
-    from servosight.models.design import Limits
     from servosight.models.excitation import Excitation
     from servosight.models.registry import catalogue
 
@@ -185,8 +184,7 @@ def _check(args: argparse.Namespace) -> None:
     out = console(args)
     out.print(told.sentence)
     if not told.sufficient:
-        limits = Limits.of(recording.command_time_s, recording.command_deg)
-        better = better_command(actuator, recording, noise, limits, catalogue=effects)
+        better = better_command(actuator, recording, noise, catalogue=effects)
         if better is not None:
             values["better"] = better.sentence(told)
             out.print(values["better"])

@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_identification
     from servosight.app.sources import load
     from servosight.identify.fit import METHODS, identify
+    from servosight.identify.rehearsal import assess, better_command
     from servosight.models.errors import InputError
     from servosight.models.registry import catalogue, select
 
@@ -54,7 +55,17 @@ def run(args: argparse.Namespace) -> None:
         result = identify(recordings, chosen, catalogue=effects, method=args.method, seed=args.seed)
     if args.output is not None:
         result.actuator.save(args.output)
-    values = result.to_json()
+    told = assess(
+        result.actuator,
+        recordings,
+        result.noise_deg,
+        catalogue=effects,
+        biases_deg=[bias.value for bias in result.biases],
+    )
+    values = {**result.to_json(), "information": told.to_json()}
+    if not told.sufficient:
+        better = better_command(result.actuator, recordings[0], result.noise_deg, catalogue=effects)
+        values["warnings"] += [told.sentence, *([better.sentence(told)] if better else [])]
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)
