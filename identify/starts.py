@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from servosight.identify.problem import Problem
 from servosight.models.effect import Cues
+from servosight.models.readings import Traces
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,39 @@ def cues(problem: Problem, point: Array) -> Cues:
         speed_deg_s=float(max(max(speeds), 1.0)),
         drive_deg=float(max(max(drives), 0.1)),
         T_s=values["T"],
+        traces=traces(problem, point),
     )
+
+
+def traces(problem: Problem, point: Array) -> Traces:
+    """The recordings and a fit (a search point of ``problem``), sample by sample, end to end."""
+    from scipy.signal import cont2discrete, lfilter
+
+    values = problem.values(point)
+    k, T, xi = values["k"], values["T"], values["xi"]
+    columns: list[tuple[Array, ...]] = []
+    loops: list[tuple[int, Array, Array]] = []
+    for r, (recording, model) in enumerate(
+        zip(problem.recordings, problem.predict(point), strict=True)
+    ):
+        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+        command = recording.command_deg[np.maximum(at, 0)]
+        angle = recording.angle_deg
+        speed = np.gradient(angle, recording.time_s)
+        drive = k * command + point[problem.physical + 3 * r] - angle
+        columns.append((command, angle, speed, drive, angle - model[0]))
+        interval = float(np.median(np.diff(recording.time_s)))
+        b, a, _ = cont2discrete(([1.0], [T * T, 2.0 * xi * T, 1.0]), interval, "foh")
+        loops.append((angle.size, b.ravel(), a))
+
+    def respond(torques: Array) -> Array:
+        edges = np.cumsum([size for size, _, _ in loops])[:-1]
+        parts = zip(loops, np.split(torques, edges, axis=1), strict=True)
+        return np.concatenate([lfilter(b, a, part, axis=1) for (_, b, a), part in parts], axis=1)
+
+    joined = (np.concatenate(column) for column in zip(*columns, strict=True))
+    command, angle, speed, drive, residual = joined
+    return Traces(command, angle, speed, drive, residual, interval, k, respond)
 
 
 def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:

@@ -36,7 +36,7 @@ import functools
 import numpy as np
 from numba import njit as compiled, prange
 
-njit = functools.partial(compiled, error_model="numpy")
+njit = functools.partial(compiled, error_model="numpy", forceinline=True)
 '''
 
 
@@ -171,6 +171,7 @@ def _dispatchers(layout: Layout) -> str:
             writer.queries(),
             writer.states(),
             writer.command(),
+            writer.pace(),
             writer.torques(),
             writer.switches(),
             writer.friction(),
@@ -186,11 +187,17 @@ class _Writer:
         self.layout = layout
         self.state: dict[str, int] = {}
         count = 0
-        # The shaft's two states come first: the integrator reads the far angle from them.
+        # The shaft's two states come first: the integrator reads the far angle from them. What a
+        # term remembers from one turn of the motor to the next stands behind all states.
         for effect in sorted(layout.effects, key=lambda effect: effect.place is not Place.SHAFT):
             self.state[effect.id] = count
             count += effect.states
-        self.n_states = max(count, 2)
+        self.n_states = count = max(count, 2)
+        for effect in layout.effects:
+            if effect.memory:
+                self.state[effect.id] = count
+                count += effect.memory
+        self.n_slots = count
         shafts = self.at(Place.SHAFT)
         if len(shafts) > 1:
             names = [effect.id for _, effect in shafts]
@@ -199,6 +206,16 @@ class _Writer:
     def at(self, place: Place) -> list[tuple[int, Effect]]:
         """Index and effect of those that act at a place."""
         return [(i, e) for i, e in enumerate(self.layout.effects) if e.place is place]
+
+    def any_at(self, place: Place) -> int:
+        """Where the flags say that an effect acts at a place; behind those of the effects."""
+        return len(self.layout.effects) + list(Place).index(place)
+
+    def guarded(self, place: Place, lines: list[str]) -> list[str]:
+        """Lines that are passed over where nothing acts at a place."""
+        if not lines:
+            return []
+        return [f"if on[{self.any_at(place)}]:\n" + textwrap.indent("\n".join(lines), "    ")]
 
     def values(self, index: int) -> str:
         """The effect's parameters as arguments."""
@@ -215,33 +232,41 @@ class _Writer:
         )
 
     def rows(self) -> str:
-        tests = []
-        for effect, offset in zip(self.layout.effects, self.layout.offsets, strict=True):
+        lines = []
+        for i, (effect, offset) in enumerate(
+            zip(self.layout.effects, self.layout.offsets, strict=True)
+        ):
             away = [
                 f"p[{offset + j}] != {'math.inf' if q.reciprocal else repr(q.neutral)}"
                 for j, q in enumerate(effect.parameters)
                 if q.neutral is not None
             ]
-            tests.append(" or ".join(away))
+            lines.append(f"f{i} = {' or '.join(away)}")
+        places = [_any([f"f{i}" for i, _ in self.at(place)]) for place in Place]
+        tests = ", ".join([f"f{i}" for i in range(len(self.layout.effects))] + places)
         row = ", ".join(f"row[{j}]" for j in range(self.layout.width))
         return "\n\n".join(
             [
                 _function("unpack(row)", [], f"return ({row},)"),
-                _function("flags(p)", [], f"return ({', '.join([*tests, 'False'])},)"),
+                _function("flags(p)", lines, f"return ({tests})"),
             ]
         )
 
     def queries(self) -> str:
-        plant = (Place.FEEDBACK, Place.DRIVE, Place.LOAD)
+        plant = (Place.REDUCER, Place.FEEDBACK, Place.DRIVE, Place.LOAD, Place.BRISTLE)
+        effects = list(enumerate(self.layout.effects))
         groups = {
-            "has_friction": [i for i, _ in self.at(Place.FRICTION)],
-            "has_memory": [i for i, _ in self.at(Place.TRANSMISSION)],
-            "has_shaft": [i for i, _ in self.at(Place.SHAFT)],
-            "has_states": [i for i, e in enumerate(self.layout.effects) if e.states],
-            "has_plant_terms": [i for place in plant for i, _ in self.at(place)],
+            "has_friction": [self.any_at(Place.FRICTION)],
+            "has_memory": [self.any_at(Place.TRANSMISSION)],
+            "has_loop_memory": [i for i, e in effects if e.memory],
+            "has_switches": [i for i, e in effects if e.switch is not None],
+            "has_resolutions": [i for i, e in effects if e.resolution is not None],
+            "has_shaft": [self.any_at(Place.SHAFT)],
+            "has_states": [i for i, e in effects if e.states],
+            "has_plant_terms": [self.any_at(place) for place in plant],
         }
         return "\n\n".join(
-            _function(f"{name}(on)", [], f"return {_any(members)}")
+            _function(f"{name}(on)", [], f"return {_any([f'on[{i}]' for i in members])}")
             for name, members in groups.items()
         )
 
@@ -249,15 +274,36 @@ class _Writer:
         count = range(self.n_states)
         start = ["p[4]", "p[5]"] if self.at(Place.SHAFT) else ["0.0", "0.0"]
         start += ["0.0"] * (self.n_states - 2)
-        added = ", ".join(f"z[{i}] + h * r[{i}]" for i in count)
-        mixed = ", ".join(f"cubic(tau, h, z[{i}], r0[{i}], z1[{i}], r1[{i}])" for i in count)
+        held = [f"z[{i}]" for i in range(self.n_states, self.n_slots)]
+        added = ", ".join([f"z[{i}] + h * r[{i}]" for i in count] + held)
+        cubics = [f"cubic(tau, h, z[{i}], r0[{i}], z1[{i}], r1[{i}])" for i in count]
+        mixed = ", ".join(cubics + held)
+        lines = [f"m{i} = z[{i}]" for i in range(self.n_states, self.n_slots)] + ["felt = theta"]
+        for i, effect in enumerate(self.layout.effects):
+            slot = self.state[effect.id]
+            if effect.place is Place.REDUCER:
+                start.append("p[4]")
+                call = self._hysteresis(i, effect, "felt")
+                lines.append(f"if on[{i}]:\n    felt = m{slot} = {call}")
+            if effect.place is Place.BRISTLE:
+                start += ["p[4]", "0.0"]
+                call = self._hysteresis(i, effect)
+                lines.append(f"if on[{i}]:\n    m{slot} = theta\n    m{slot + 1} = {call}")
+        kept = [f"z[{i}]" for i in count] + [f"m{i}" for i in range(self.n_states, self.n_slots)]
         return "\n\n".join(
             [
                 _function("start_states(p)", [], f"return ({', '.join(start)})"),
                 _function("add_scaled(z, h, r)", [], f"return ({added})"),
                 _function("between_states(tau, h, z, r0, z1, r1)", [], f"return ({mixed})"),
+                _function("keep_memory(p, on, theta, z)", lines, f"return ({', '.join(kept)})"),
             ]
         )
+
+    def _hysteresis(self, index: int, effect: Effect, angle: str = "theta") -> str:
+        """A call of a term that remembers the last turn of the motor."""
+        first = self.state[effect.id]
+        kept = "".join(f"z[{first + j}], " for j in range(effect.memory))
+        return f"{_symbol(effect, 'term')}({angle}, {kept}{self.values(index)})"
 
     def command(self) -> str:
         delay, start, chain = [], [], []
@@ -278,15 +324,9 @@ class _Writer:
                 f"last[{slot}], {self.values(i)})\nv[{slot}] = value\ns[{slot}] = slope"
             )
             slot += 1
-        limits = [
-            f"if on[{i}]:\n    s = min(s, {_symbol(effect, 'resolution')}({self.values(i)}))"
-            for i, effect in enumerate(self.layout.effects)
-            if effect.resolution is not None
-        ]
         return "\n\n".join(
             [
                 _function("latency(p, on)", ["s = 0.0", *delay], "return s"),
-                _function("longest_step(p, on)", ["s = math.inf", *limits], "return s"),
                 _function("command_start(p, on, value, last)", start, "return"),
                 _function(
                     "command_chain(p, on, value, slope, horizon, last, v, s)",
@@ -296,13 +336,34 @@ class _Writer:
             ]
         )
 
-    def _position_error(self) -> list[str]:
-        """Lines that compute ``e`` from force and theta through the feedback terms."""
-        lines = ["felt = theta"]
+    def pace(self) -> str:
+        lines = ["s = math.inf"]
+        for i, effect in enumerate(self.layout.effects):
+            if effect.resolution is None:
+                continue
+            at = {"T": "p[1]", "last": f"z[{self.state[effect.id] + effect.memory - 1}]"}
+            names = list(inspect.signature(effect.resolution).parameters)
+            taken = names[: len(names) - len(effect.parameters)]
+            motion = "".join(f"{at.get(name, name)}, " for name in taken)
+            call = f"{_symbol(effect, 'resolution')}({motion}{self.values(i)})"
+            lines.append(f"if on[{i}]:\n    s = min(s, {call})")
+        return _function("longest_step(p, on, theta, w, acceleration, z)", lines, "return s")
+
+    def _reducer(self) -> list[str]:
+        """Lines that compute the angle behind the reducer, ``felt``."""
+        chain = [
+            f"if on[{i}]:\n    felt = {self._hysteresis(i, effect, 'felt')}"
+            for i, effect in self.at(Place.REDUCER)
+        ]
+        return ["felt = theta", *self.guarded(Place.REDUCER, chain)]
+
+    def _feedback(self) -> list[str]:
+        """Lines that compute ``e`` from force and ``felt`` through the feedback terms."""
+        lines = []
         for i, effect in self.at(Place.FEEDBACK):
             call = f"{_symbol(effect, 'term')}(felt, {self.values(i)})"
             lines.append(f"if on[{i}]:\n    felt = {call}")
-        return [*lines, "e = force - felt"]
+        return [*self.guarded(Place.FEEDBACK, lines), "e = force - felt"]
 
     def _stateful(self, index: int, effect: Effect, leading: str, target: str, sign: str) -> str:
         """A call whose term may own states; their rates are ``r0``, ``r1``, ..."""
@@ -314,50 +375,68 @@ class _Writer:
         rates = ", ".join(f"r{first + j}" for j in range(effect.states))
         return f"if on[{index}]:\n    value, {rates} = {call}\n    {target} {sign} value"
 
+    def _load(self) -> list[str]:
+        """Lines that sum the torques on the motor's side, ``load``."""
+        loads = [self._stateful(i, f, "theta, w", "load", "+=") for i, f in self.at(Place.LOAD)]
+        bristles = [
+            f"if on[{i}]:\n    load += {self._hysteresis(i, effect)}"
+            for i, effect in self.at(Place.BRISTLE)
+        ]
+        return [
+            "load = 0.0",
+            *self.guarded(Place.LOAD, loads),
+            *self.guarded(Place.BRISTLE, bristles),
+        ]
+
     def torques(self) -> str:
         rates = [f"r{i}" for i in range(self.n_states)]
         lines = [f"{rate} = 0.0" for rate in rates]
-        lines += self._position_error()
-        lines += [self._stateful(i, f, "e, w", "e", "=") for i, f in self.at(Place.DRIVE)]
-        lines.append("load = 0.0")
-        lines += [self._stateful(i, f, "theta, w", "load", "+=") for i, f in self.at(Place.LOAD)]
+        lines += self._reducer() + self._feedback()
+        drives = [self._stateful(i, f, "e, w", "e", "=") for i, f in self.at(Place.DRIVE)]
+        lines += self.guarded(Place.DRIVE, drives)
+        lines += self._load()
         lines.append("reaction = 0.0\nshare = 0.0")
         for i, effect in self.at(Place.SHAFT):
             call = f"{_symbol(effect, 'term')}(theta, w, p[1], z[0], z[1], {self.values(i)})"
             lines.append(f"if on[{i}]:\n    reaction, share, r0, r1 = {call}")
+        rates += ["0.0"] * (self.n_slots - self.n_states)
         end = f"return e, load, reaction, share, ({', '.join(rates)})"
         return _function("torques(p, on, force, theta, w, z)", lines, end)
 
     def switches(self) -> str:
-        lines = self._position_error()
+        """The chain of ``torques`` once more, with each switch ahead of its own term."""
+        lines = ["felt = theta"]
         names: list[str] = []
 
         def watch(index: int, effect: Effect, leading: str) -> None:
             if effect.switch is None:
                 return
+            first = self.state[effect.id]
+            slots = "".join(f"z[{first + j}], " for j in range(effect.states + effect.memory))
             name = f"g{len(names)}"
-            call = f"{_symbol(effect, 'switch')}({leading}, {self.values(index)})"
+            call = f"{_symbol(effect, 'switch')}({leading}, {slots}{self.values(index)})"
             lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
             names.append(name)
 
+        for i, effect in self.at(Place.REDUCER):
+            watch(i, effect, "felt")
+            lines.append(f"if on[{i}]:\n    felt = {self._hysteresis(i, effect, 'felt')}")
+        lines += self._feedback()
         for i, effect in self.at(Place.DRIVE):
             watch(i, effect, "e, w")
-            if not effect.states:
-                lines.append(self._stateful(i, effect, "e, w", "e", "="))
-        lines.append("load = 0.0")
-        for i, effect in self.at(Place.LOAD):
-            if not effect.states:
-                lines.append(self._stateful(i, effect, "theta, w", "load", "+="))
+            lines.append(self._stateful(i, effect, "e, w", "e", "="))
+        lines += self._load()
         for i, effect in self.at(Place.FRICTION):
             watch(i, effect, "abs(w), e, load")
         end = f"return ({', '.join([*names, '1.0'])},)"
-        return _function("kinks(p, on, force, theta, w)", lines, end)
+        return _function("kinks(p, on, force, theta, w, z)", lines, end)
 
     def friction(self) -> str:
-        lines = ["size = 0.0"] + [
+        terms = [
             f"if on[{i}]:\n    size += {_symbol(e, 'term')}(speed, drive, load, {self.values(i)})"
             for i, e in self.at(Place.FRICTION)
         ]
+        lines = ["size = 0.0", *terms]
         return _function("friction_size(p, on, speed, drive, load)", lines, "return size")
 
     def output(self) -> str:
@@ -368,14 +447,15 @@ class _Writer:
             keep.append(f"if on[{i}]:\n    {line}\nmemory[{slot}] = angle")
         return "\n\n".join(
             [
+                _function("reducer_angle(p, on, theta, z)", self._reducer(), "return felt"),
                 _function("output_chain(p, on, angle, memory)", show, "return angle"),
                 _function("memory_commit(p, on, angle, memory)", keep, "return"),
             ]
         )
 
 
-def _any(members: list[int]) -> str:
-    return " or ".join(f"on[{i}]" for i in members) or "False"
+def _any(names: list[str]) -> str:
+    return " or ".join(names) or "False"
 
 
 def _function(signature: str, lines: list[str], end: str) -> str:

@@ -11,12 +11,17 @@ import enum
 import inspect
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from servosight.models.parameter import Parameter
+from servosight.models.readings import Traces
 
 Term = Callable[..., Any]
+
+MOTION = ("T", "theta", "w", "acceleration", "last")
+"""What a ``resolution`` may take of the motion at the start of a step, by name: time constant,
+angle, size of speed and of acceleration, and a BRISTLE's own torque."""
 
 
 class Place(enum.Enum):
@@ -26,9 +31,13 @@ class Place(enum.Enum):
 
     - ``COMMAND``: ``(value, slope, horizon, last) -> (value, slope, horizon)``; the command is
       ``value + slope * t`` for ``horizon`` seconds, ``last`` the term's own output so far.
+    - ``REDUCER``: ``(theta, last) -> angle`` behind the motor's reducer, which the loop's sensor
+      feels and the surface follows; ``last`` the term's own output at the last turn of the motor.
     - ``FEEDBACK``: ``(theta) -> theta``, what the position loop believes.
     - ``DRIVE``: ``(drive, w) -> drive`` in degrees of position error.
     - ``FRICTION``: ``(speed, drive, load) -> magnitude``, non-negative, opposes motion, sticks.
+    - ``BRISTLE``: ``(theta, start, last) -> torque``, friction by hysteresis: ``last`` the term's
+      own output at the angle ``start``, since when the motor has not turned round.
     - ``LOAD``: ``(theta, w) -> torque`` that opposes positive motion where positive.
     - ``SHAFT``: ``(theta, w, T, far_theta, far_w) -> (reaction, share, d_far_theta, d_far_w)``;
       a second inertia behind a spring, ``share`` its part of the total inertia.
@@ -38,9 +47,11 @@ class Place(enum.Enum):
     """
 
     COMMAND = "command"
+    REDUCER = "reducer"
     FEEDBACK = "feedback"
     DRIVE = "drive"
     FRICTION = "friction"
+    BRISTLE = "presliding friction"
     LOAD = "load"
     SHAFT = "shaft"
     TRANSMISSION = "transmission"
@@ -51,7 +62,8 @@ class Cues:
     """What can be read off a recording and its linear fit before an effect is fitted.
 
     All in degrees and seconds: rms residual, half range of the output, largest speed of the
-    output, largest position error of the fitted loop, and the fitted time constant.
+    output, largest position error of the fitted loop, and the fitted time constant. ``traces`` has
+    the same sample by sample, for what must be read off a curve.
     """
 
     residual_deg: float
@@ -59,6 +71,7 @@ class Cues:
     speed_deg_s: float
     drive_deg: float
     T_s: float
+    traces: Traces = field(default_factory=Traces)
 
 
 @dataclass(frozen=True)
@@ -66,10 +79,12 @@ class Effect:
     """One physical effect.
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
-    ``switch`` (DRIVE and FRICTION, same arguments as the term) returns a number that changes sign
-    where the term has a kink: the integrator ends a step there. ``resolution`` returns the longest
-    step in seconds that resolves the effect.
+    ``switch`` (REDUCER, DRIVE and FRICTION, same arguments as the term) returns a number that
+    changes sign where the term has a kink: the integrator ends a step there. ``resolution`` returns
+    the longest step in seconds that resolves the effect; before the effect's parameters it takes
+    what it needs of :data:`MOTION`.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
+    ``contains`` names effects that this one becomes at a limit of its parameters.
     """
 
     id: str
@@ -87,6 +102,7 @@ class Effect:
     switch: Term | None = None
     resolution: Term | None = None
     states: int = 0
+    contains: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[a-z][a-z0-9_]*", self.id):
@@ -107,6 +123,16 @@ class Effect:
             raise ValueError(
                 f"effect {self.id}: {name}{tuple(names)} must end with its parameters {expected}"
             )
+        leading = names[: len(names) - len(expected)]
+        if name == "resolution" and not set(leading) <= set(MOTION):
+            raise ValueError(
+                f"effect {self.id}: resolution{tuple(names)} may take {MOTION} and its parameters"
+            )
+
+    @property
+    def memory(self) -> int:
+        """How many numbers the term keeps from one turn of the motor to the next."""
+        return {Place.REDUCER: 1, Place.BRISTLE: 2}.get(self.place, 0)
 
     @property
     def hooks(self) -> dict[str, Term]:

@@ -2,8 +2,8 @@
 
 One row of parameters, one command, many instants of the output. The linear core is updated
 exactly; what the effects add is a forcing of that core, taken by Cox and Matthews' fourth-order
-scheme. A step ends where friction stops the motion (which then sticks exactly), where a drive term
-has a kink, where the output turns round in front of a play, and at every row of the command.
+scheme. A step ends where friction stops the motion (which then sticks exactly), where a term has a
+kink, where the motion turns round in front of a play, and at every row of the command.
 
 This file is compiled into the plant kernel (codegen.py): the terms come from ``terms.py``, of which
 the generated kernel holds the version for a registry of effects. States travel as tuples, in and
@@ -30,15 +30,20 @@ from servosight.models.terms import (
     flags,
     friction_size,
     has_friction,
+    has_loop_memory,
     has_memory,
     has_plant_terms,
+    has_resolutions,
     has_shaft,
     has_states,
+    has_switches,
+    keep_memory,
     kinks,
     latency,
     longest_step,
     memory_commit,
     output_chain,
+    reducer_angle,
     start_states,
     torques,
     unpack,
@@ -70,16 +75,16 @@ def _excess(p, on, theta, z, force):
 
 
 @njit
-def _slide(p, on, x, z, h, force, slope, mode, core, half, full):
+def _slide(p, on, x, z, a0, r0, h, force, slope, mode, core, half, full):
     """One step of h [s] from x = (theta, w) and states z (Cox and Matthews 2002, eq. 26 to 29).
 
-    Returns (theta, w), the states, accelerations at both ends, and rates at both ends.
+    ``a0`` and ``r0`` are acceleration and rates of the states there. Returns (theta, w), states,
+    acceleration and rates at the end.
     """
     stiffness, damping = core
     theta, w = x
     middle = force + 0.5 * h * slope
     end = force + h * slope
-    a0, r0 = _net(p, on, theta, w, z, force, mode)
     n0 = a0 + stiffness * theta + damping * w
 
     theta_a = half[0] * theta + half[1] * w + half[4] * n0
@@ -106,7 +111,7 @@ def _slide(p, on, x, z, h, force, slope, mode, core, half, full):
     )
     z1 = _weighted(z, h, r0, ra, rb, rc)
     a1, r1 = _net(p, on, x1[0], x1[1], z1, end, mode)
-    return x1, z1, a0, a1, r0, r1
+    return x1, z1, a1, r1
 
 
 @njit
@@ -157,10 +162,16 @@ def _break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
 
 
 @njit
-def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
+def _onward(w, mode):
+    """The speed, or rest where the motion has passed the point at which friction stops it."""
+    return w if mode == SLIDING_FREE else mode * max(mode * w, 0.0)
+
+
+@njit
+def _first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
     """Earliest instant in (0, h] at which a term passes a kink; h where none does [s]."""
-    before = kinks(p, on, force, x[0], x[1])
-    after = kinks(p, on, force + h * slope, x1[0], x1[1])
+    before = kinks(p, on, force, x[0], x[1], z)
+    after = kinks(p, on, force + h * slope, x1[0], _onward(x1[1], mode), z)
     first = h
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < _TINY:
@@ -169,8 +180,8 @@ def _first_kink(p, on, x, x1, a0, a1, h, force, slope):
         for _ in range(40):
             tau = 0.5 * (low + high)
             theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
-            w = cubic(tau, h, x[1], a0, x1[1], a1)
-            if before[i] * kinks(p, on, force + tau * slope, theta, w)[i] > 0.0:
+            w = _onward(cubic(tau, h, x[1], a0, x1[1], a1), mode)
+            if before[i] * kinks(p, on, force + tau * slope, theta, w, z)[i] > 0.0:
                 low = tau
             else:
                 high = tau
@@ -186,10 +197,12 @@ def _row(row_values, times, values, linear, samples, step, out):
     T, xi, gain, bias = p[1], p[2], p[0], p[3]
     friction = has_friction(on)
     memory_on = has_memory(on)
+    loop_memory = has_loop_memory(on)
+    switching = has_switches(on)
+    paced = has_resolutions(on)
     shaft = has_shaft(on)
     states = has_states(on)
     plain = not (friction or shaft or has_plant_terms(on))
-    limit = min(step, longest_step(p, on))
     # The core is the motor's own: a far inertia on its spring is forcing.
     near = math.sqrt(1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3])
     T, xi = T * near, xi / near
@@ -201,9 +214,9 @@ def _row(row_values, times, values, linear, samples, step, out):
     memory = np.full(N_MEMORY + 1, p[4])
     x = (p[4], p[5])
     z = start_states(p)
-    full = core_update(T, xi, limit)
-    half = core_update(T, xi, 0.5 * limit)
-    known = limit  # the step for which full and half hold
+    full = core_update(T, xi, step)
+    half = core_update(T, xi, 0.5 * step)
+    known = step  # the step for which full and half hold
     mode = SLIDING_FREE
     if friction:
         mode = 0 if x[1] == 0.0 else (1 if x[1] > 0.0 else -1)
@@ -214,7 +227,7 @@ def _row(row_values, times, values, linear, samples, step, out):
     row = np.searchsorted(times, t - shift, side="right") - 1
     started = False
     n = 0
-    budget = 100_000 + int(20.0 * ((stop - t) / limit + len(times)))
+    budget = 100_000 + int(20.0 * ((stop - t) / step + len(times)))
     while n < len(samples):
         # The command's next straight piece.
         while row + 1 < len(times) and times[row + 1] + shift - t <= _TINY:
@@ -250,13 +263,19 @@ def _row(row_values, times, values, linear, samples, step, out):
                 out[n:] = np.nan
                 return
             left = horizon - gone
-            h = left / max(math.ceil(left / limit - _EDGE), 1)
+            limit = step
             now = force + gone * rise
             stopped = False
             if mode == 0:
                 beyond, direction, _ = _excess(p, on, x[0], z, now)
                 if beyond > 0.0:
                     mode = direction
+            a0, r0 = 0.0, z
+            if mode != 0 and not plain:
+                a0, r0 = _net(p, on, x[0], x[1], z, now, mode)
+            if paced:
+                limit = min(limit, longest_step(p, on, x[0], abs(x[1]), abs(a0), z))
+            h = left / max(math.ceil(left / limit - _EDGE), 1)
             if mode == 0:
                 z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
                 if not states and rise == 0.0:
@@ -277,25 +296,24 @@ def _row(row_values, times, values, linear, samples, step, out):
                     x1, a0, a1 = _coast(x, h, now, rise, core, full)
                     z1, r0, r1 = z, z, z
                 else:
-                    x1, z1, a0, a1, r0, r1 = _slide(
-                        p, on, x, z, h, now, rise, mode, core, half, full
+                    x1, z1, a1, r1 = _slide(
+                        p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
                     )
                 tau = h
                 if friction and mode * x1[1] <= 0.0:
                     tau = cubic_root(h, x[1], a0, x1[1], a1)
                     stopped = True
-                if N_SWITCHES > 0 and not plain:
-                    kink = _first_kink(p, on, x, x1, a0, a1, h, now, rise)
+                if switching:
+                    kink = _first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
                     if kink < tau:
                         tau = kink
                         stopped = False
-                if memory_on:
+                if memory_on or loop_memory:
                     turn = h
-                    if shaft:
-                        if z[1] * z1[1] < 0.0:
-                            turn = cubic_root(h, z[1], r0[1], z1[1], r1[1])
-                    elif x[1] * x1[1] < 0.0 and not stopped:
+                    if (loop_memory or not shaft) and x[1] * x1[1] < 0.0 and not stopped:
                         turn = cubic_root(h, x[1], a0, x1[1], a1)
+                    if memory_on and shaft and z[1] * z1[1] < 0.0:
+                        turn = min(turn, cubic_root(h, z[1], r0[1], z1[1], r1[1]))
                     if turn < tau:
                         tau = turn
                         stopped = False
@@ -307,8 +325,8 @@ def _row(row_values, times, values, linear, samples, step, out):
                         x1, a0, a1 = _coast(x, h, now, rise, core, full)
                     else:
                         half = core_update(T, xi, 0.5 * h)
-                        x1, z1, a0, a1, r0, r1 = _slide(
-                            p, on, x, z, h, now, rise, mode, core, half, full
+                        x1, z1, a1, r1 = _slide(
+                            p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
                         )
                 elif stopped and tau <= _EDGE * h:
                     # Stopped before it moved. From rest it stays for the step; else look again.
@@ -327,12 +345,14 @@ def _row(row_values, times, values, linear, samples, step, out):
                     angle = quintic(tau, h, z[0], z[1], r0[1], z1[0], z1[1], r1[1])
                 else:
                     angle = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
+                    if loop_memory:
+                        angle = reducer_angle(p, on, angle, z)
                 out[n] = output_chain(p, on, angle, memory)
                 n += 1
             x = x1
-            z = z1
+            z = keep_memory(p, on, x[0], z1) if loop_memory else z1
             if memory_on:
-                memory_commit(p, on, z[0] if shaft else x[0], memory)
+                memory_commit(p, on, z[0] if shaft else reducer_angle(p, on, x[0], z), memory)
             if stopped:
                 mode = 0
             gone += h

@@ -39,7 +39,8 @@ class Parameter:
     reciprocal, so that files and search space stay finite.
 
     ``low`` and ``high`` bound the value in its own unit; ``high`` may be infinite only together
-    with an infinite ``neutral``.
+    with an infinite ``neutral``. A ``circular`` value begins anew at its bounds, as a phase does:
+    the search may pass them by a whole turn.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Parameter:
     neutral: float | None = None
     meaning: str = ""
     scaling: Scaling = FIXED
+    circular: bool = False
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:
@@ -69,6 +71,8 @@ class Parameter:
 
     def from_search(self, coordinate: float) -> float:
         """Map the optimiser's coordinate to the physical value."""
+        if self.circular:
+            return self.low + (coordinate - self.low) % (self.high - self.low)
         if not self.reciprocal:
             return coordinate
         return math.inf if coordinate == 0.0 else 1.0 / coordinate
@@ -76,6 +80,9 @@ class Parameter:
     @property
     def search_bounds(self) -> tuple[float, float]:
         """Bounds in the optimiser's coordinate, lower first."""
+        if self.circular:
+            turn = self.high - self.low
+            return self.low - turn, self.high + turn
         if not self.reciprocal:
             return self.low, self.high
         return self.to_search(self.high), self.to_search(self.low)

@@ -13,14 +13,26 @@ from servosight.models.errors import InputError
 
 CATALOGUE: tuple[str, ...] = (
     "dead_time",
+    "command_quantization",
     "rate_limit",
+    "asymmetric_gain",
     "dead_zone",
     "torque_saturation",
+    "speed_limit",
     "coulomb_friction",
+    "stribeck_friction",
     "load_dependent_friction",
+    "presliding",
+    "quadratic_drag",
     "gravity_load",
+    "hinge_hardening",
+    "cogging",
+    "supply_sag",
     "flexible_shaft",
     "backlash",
+    "linkage_geometry",
+    "sensor_nonlinearity",
+    "feedback_backlash",
 )
 """Files in ``models/effects``; effects in one place act in this order (PHYSICS catalogue)."""
 

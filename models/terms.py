@@ -3,7 +3,7 @@
 The integrator is written against these functions. The kernel that runs holds the versions that
 codegen.py writes from a registry of effects; ``p`` is a row of parameters (k, T, xi, bias,
 initial_angle, initial_speed, then the effects' own), ``on`` the flags of the effects that are not
-neutral, ``z`` the states.
+neutral and of the places where one acts, ``z`` the states.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def unpack(row: Memory) -> Row:
 
 
 def flags(p: Row) -> Flags:
-    """True for each effect with a parameter away from its neutral value; a False at the end."""
-    return (False,)
+    """True for each effect with a parameter away from its neutral value, then for each place."""
+    return (False,) * 9
 
 
 def has_friction(on: Flags) -> bool:
@@ -40,6 +40,21 @@ def has_friction(on: Flags) -> bool:
 
 def has_memory(on: Flags) -> bool:
     """True where a transmission term acts."""
+    return False
+
+
+def has_loop_memory(on: Flags) -> bool:
+    """True where a term inside the loop keeps what it was at the last turn of the motor."""
+    return False
+
+
+def has_switches(on: Flags) -> bool:
+    """True where a term with a kink acts."""
+    return False
+
+
+def has_resolutions(on: Flags) -> bool:
+    """True where a term asks for steps of its own."""
     return False
 
 
@@ -54,13 +69,18 @@ def has_states(on: Flags) -> bool:
 
 
 def has_plant_terms(on: Flags) -> bool:
-    """True where a feedback, drive or load term acts."""
+    """True where a term acts that forces the linear core and does not stick."""
     return False
 
 
 def start_states(p: Row) -> States:
-    """States at the first instant; the far angle and speed of a shaft stand first."""
+    """States and memories at the first instant; a shaft's far angle and speed stand first."""
     return (0.0, 0.0)
+
+
+def keep_memory(p: Row, on: Flags, theta: float, z: States) -> States:
+    """The states at the end of a step, with the memories of the terms inside the loop renewed."""
+    return z
 
 
 def add_scaled(z: States, h: float, r: States) -> States:
@@ -78,8 +98,10 @@ def latency(p: Row, on: Flags) -> float:
     return 0.0
 
 
-def longest_step(p: Row, on: Flags) -> float:
-    """The longest step that resolves all effects [s]."""
+def longest_step(
+    p: Row, on: Flags, theta: float, w: float, acceleration: float, z: States
+) -> float:
+    """The longest step that resolves all effects from here on [s]; sizes of speed and so on."""
     return math.inf
 
 
@@ -108,14 +130,19 @@ def torques(
     return force - theta, 0.0, 0.0, 0.0, (0.0, 0.0)
 
 
-def kinks(p: Row, on: Flags, force: float, theta: float, w: float) -> Row:
-    """Numbers that change sign where a drive or friction term has a kink; a 1 at the end."""
+def kinks(p: Row, on: Flags, force: float, theta: float, w: float, z: States) -> Row:
+    """Numbers that change sign where a term has a kink; a 1 at the end."""
     return (1.0,)
 
 
 def friction_size(p: Row, on: Flags, speed: float, drive: float, load: float) -> float:
     """Size of all friction torques [deg]."""
     return 0.0
+
+
+def reducer_angle(p: Row, on: Flags, theta: float, z: States) -> float:
+    """Angle behind the motor's reducer [deg], which the loop feels and the surface follows."""
+    return theta
 
 
 def output_chain(p: Row, on: Flags, angle: float, memory: Memory) -> float:

@@ -31,7 +31,9 @@ T, XI = 0.0078, 0.55
 NOISE_DEG = 0.03
 CUES = Cues(1.0, 20.0, 600.0, 20.0, T)
 ALL = list(catalogue())
-FRICTION = [name for name, effect in catalogue().items() if effect.place is Place.FRICTION]
+FRICTION = [
+    name for name, effect in catalogue().items() if effect.place in (Place.FRICTION, Place.BRISTLE)
+]
 
 
 def effect_of(name: str) -> Effect:
@@ -151,7 +153,10 @@ def test_a_batch_equals_a_loop(name: str) -> None:
 @pytest.mark.parametrize("kind", ["steps", "chirp"])
 @pytest.mark.parametrize("name", ALL)
 def test_the_default_step_has_converged(name: str, kind: str) -> None:
-    """Reference: a step sixteen times as short. Bound 0.002 deg; half the step errs no more."""
+    """Reference: a step sixteen times as short. Bound 0.002 deg; half the step errs no more.
+
+    Beyond 5e-5 deg, that is: below, an effect's own `resolution` governs, which is not halved.
+    """
     for start in effect_of(name).starts(CUES):
         row = with_values(name, start)
         fine = plant().simulate(row, signal(kind), STEP_SHARE * T / 16)
@@ -159,7 +164,7 @@ def test_the_default_step_has_converged(name: str, kind: str) -> None:
         halved = np.abs(plant().simulate(row, signal(kind), STEP_SHARE * T / 2) - fine).max()
         print(f"{name} {kind} {start}: {default:.1e}, halved {halved:.1e} deg")
         assert default < 0.002
-        assert halved <= max(default, 1e-5)
+        assert halved <= max(default, 5e-5)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -196,6 +201,9 @@ def test_a_card_that_is_saved_and_loaded_is_the_same(name: str, tmp_path: Path) 
 def test_friction_never_adds_energy(name: str) -> None:
     """Free decay from 10 deg, hardly damped: theta^2 + (T w)^2 never grows, nor beats linear.
 
+    What rests keeps the energy of the angle at which friction holds it, and bent bristles give back
+    at most level^2 / stiffness.
+
     The speed is read off the angle by central differences at 0.1 ms: error T w''' h^2 / 6, which
     for 10 deg at 1 / T is 2.7e-4 deg; the energy's slack is twice 10 deg times that.
     """
@@ -214,9 +222,14 @@ def test_friction_never_adds_energy(name: str) -> None:
     free = energy(neutral())
     for start in effect_of(name).starts(CUES):
         left = energy(with_values(name, start))
-        assert np.all(np.maximum.accumulate(left[::-1])[::-1] - left <= slack)
-        assert np.all(left <= free + slack)
-        assert left[-1] < free[-1]
+        held, given = 0.0, 0.0
+        if effect_of(name).place is Place.BRISTLE:
+            held, given = start[0], start[0] ** 2 / start[1]
+        elif effect_of(name).term is not None:
+            held = effect_of(name).term(0.0, 0.0, 0.0, *start)  # type: ignore[misc]
+        assert np.all(np.maximum.accumulate(left[::-1])[::-1] - left <= slack + given)
+        assert np.all(left <= np.maximum(free, held**2) + slack + given)
+        assert np.all(left[-500:] <= np.maximum(free[-500:], held**2))
 
 
 @dataclass(frozen=True)
