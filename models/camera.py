@@ -37,8 +37,7 @@ class Camera:
     def frame_starts(self, duration_s: float, start_s: float = 0.0) -> Array:
         """Start of exposure of each frame [s] that ends within ``duration_s``; shape (frames,).
 
-        The first frame is never lost, and starts at ``start_s`` but for its jitter, which is not
-        negative.
+        The first frame is never lost, and starts at ``start_s``: the clock counts from it.
         """
         count = int(np.floor((duration_s - self.exposure_s) * self.rate_hz + 1e-9)) + 1
         even = start_s + np.arange(max(count, 0)) / self.rate_hz
@@ -46,7 +45,7 @@ class Camera:
             return even
         rng = np.random.default_rng([self.clock_seed, 404])
         late = self.jitter_s * np.clip(rng.standard_normal(even.size), -3.0, 3.0)
-        late[:1] = np.abs(late[:1])
+        late[:1] = 0.0
         kept = rng.random(even.size) >= self.dropped
         kept[:1] = True
         starts = (even + late)[kept]

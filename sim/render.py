@@ -32,6 +32,13 @@ SUPERSAMPLING = 2
 FINER = 2
 """Samples of a moving body for one of the picture: what is turned is sampled between them."""
 
+SOFT_PX = 0.3
+"""Rms width of a moving body's edges and print, as of worn paint.
+
+What is sharper than the picture's samples turns into steps when sampled: without this the angle in
+a clean picture errs by 7e-5 deg rms, with it by 1e-5, against pictures of fourfold sampling.
+"""
+
 ROOM_PX = 8
 """Pixels of the bench drawn beyond the picture on each side of a camera that is still."""
 
@@ -126,7 +133,8 @@ def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: i
         axis[1] + math.ceil((room - bottom) * per_mm) + 1,
         axis[0] + math.ceil((right + room) * per_mm) + 1,
     )
-    rgba = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
+    sharp = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
+    rgba = np.asarray(GaussianBlur(sharp, (0, 0), SOFT_PX * SUPERSAMPLING * FINER))
     sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING * FINER
     solid = rgba[:, :, 3].copy()
     shadow = _SHADOW * np.asarray(GaussianBlur(solid, (0, 0), sigma))

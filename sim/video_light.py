@@ -37,6 +37,9 @@ class Light:
         middle = 0.5 * (from_s + to_s)
         slope = (self.ramp - 1.0) / (end_s - start_s)
         steady = 1.0 + slope * (middle - start_s)
-        half = math.pi * self.flicker_hz * (to_s - from_s)
-        swing = np.sinc(half / math.pi) * np.sin(2.0 * math.pi * self.flicker_hz * middle)
-        return np.asarray(steady * (1.0 + self.flicker * swing))
+        w = 2.0 * math.pi * self.flicker_hz
+        half = 0.5 * w * (to_s - from_s)
+        mean = np.sinc(half / math.pi)  # of the cosine about the middle
+        swing = steady * mean * np.sin(w * middle)
+        swing += slope / w * (mean - np.cos(half)) * np.cos(w * middle)
+        return np.asarray(steady + self.flicker * swing)

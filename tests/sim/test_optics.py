@@ -10,6 +10,7 @@ import pytest
 from servosight.sim.optics import (
     Optics,
     blur_and_bin,
+    disc,
     encode,
     expose,
     fixed_pattern,
@@ -125,3 +126,35 @@ def test_vignetting_is_round_about_the_axis() -> None:
 def test_settings_are_values() -> None:
     assert replace(Optics(), gain=0.0).gain == 0.0
     assert Optics() == Optics()
+
+
+def test_photon_transfer_gives_the_gain() -> None:
+    """Variance against mean rises by K (EMVA 1288, eq. 24): 0.03 within 2 %.
+
+    Variances of 160,000 pairs scatter by 0.35 %; the line runs over most of the range.
+    """
+    optics = Optics(pixel_gain_rms=0.0, pixel_offset_rms=0.0)
+    pattern = fixed_pattern(optics, SIDE, SIDE, seed=1)
+    rng = np.random.default_rng(4)
+    means, variances = [], []
+    for share in (0.05, 0.3, 0.55, 0.8):
+        light = np.full((SIDE, SIDE), share, dtype=np.float32)
+        first, second = (expose(light, optics, pattern, rng).astype(float) for _ in range(2))
+        means.append(0.5 * (first + second).mean())
+        variances.append(0.5 * np.var(first - second))
+    slope, _ = np.polyfit(means, variances, 1)
+    assert slope == pytest.approx(optics.gain, rel=0.02)
+
+
+def test_defocus_is_a_disc() -> None:
+    """Seen along one axis a disc of radius r has a variance of r^2 / 4."""
+    kernel = disc(6.5).astype(float)
+    x = np.arange(kernel.shape[0]) - kernel.shape[0] // 2
+    assert kernel.sum() == pytest.approx(1.0, abs=1e-5)
+    assert (kernel.sum(axis=0) @ x**2) == pytest.approx(6.5**2 / 4 + 1 / 12, rel=0.01)
+    spot = np.zeros((60, 60), dtype=np.float32)
+    spot[30, 30] = 1.0
+    optics = Optics(blur_px=0.0, defocus_px=3.0)
+    seen = blur_and_bin(spot, optics, 2, 5)
+    assert seen.sum() == pytest.approx(0.25, rel=1e-4)
+    assert (seen > 1e-6).any(axis=0).sum() == 7

@@ -1,0 +1,94 @@
+"""The lens and the stand of the camera, against OpenCV's model and against the picture itself."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from servosight.models.camera import Camera
+from servosight.sim.optics import Optics
+from servosight.sim.optics_lens import Lens
+from servosight.sim.render import Layers, render_layers
+from servosight.sim.render_compose import Plane, Pose, led_of, light_of
+from servosight.sim.render_sight import Sight, folds
+from servosight.sim.scene import LED_MM, LENS_HEIGHT_MM, PLATE_Z_MM, View
+
+Array = NDArray[np.float64]
+
+CAMERA = Camera(width=240, height=180)
+VIEW = View.of(CAMERA)
+BENT = Lens(yaw_deg=28.0, pitch_deg=-12.0, k1=-0.6, k2=0.4)
+FOCAL_PX = VIEW.scale * LENS_HEIGHT_MM
+
+
+@pytest.fixture(scope="module")
+def layers() -> Layers:
+    return render_layers(CAMERA, 1, room_px=110)
+
+
+def grid() -> Array:
+    x, y = np.meshgrid(np.linspace(0, 239, 13), np.linspace(0, 179, 11))
+    return np.stack([x, y], axis=2)
+
+
+def test_a_distorted_grid_comes_back_straight() -> None:
+    bent = BENT.distort(grid(), FOCAL_PX, VIEW.pivot_px)
+    assert np.abs(bent - grid()).max() > 1.0
+    assert np.abs(BENT.undistort(bent, FOCAL_PX, VIEW.pivot_px) - grid()).max() < 1e-9
+
+
+def test_points_are_seen_where_opencv_s_camera_model_puts_them() -> None:
+    """Its axes: x right, y down, z away from the camera."""
+    sight = Sight(VIEW, BENT, 4)
+    flip = np.diag([1.0, -1.0, -1.0])
+    points = np.array([[0.0, 0.0, 0.0], [60.0, -20.0, 0.0], [-40.0, 35.0, -14.0]])
+    matrix = np.array([[FOCAL_PX, 0, VIEW.pivot_px[0]], [0, FOCAL_PX, VIEW.pivot_px[1]], [0, 0, 1]])
+    turn, _ = cv2.Rodrigues(flip @ BENT.rotation)
+    coefficients = np.array([BENT.k1, BENT.k2, 0.0, 0.0])
+    away = np.array([0.0, 0.0, LENS_HEIGHT_MM])
+    wanted, _ = cv2.projectPoints(points, turn, away, matrix, coefficients)
+    seen = [sight.point((x, y, z), (0.0, 0.0, 0.0)) for x, y, z in points]
+    assert np.array(seen) == pytest.approx(wanted[:, 0], abs=1e-9)
+    assert seen[0] == pytest.approx(VIEW.pivot_px)
+
+
+def test_yaw_brings_the_right_side_nearer() -> None:
+    """From the right, a length on the right of the hinge is seen larger than one on the left."""
+    sight = Sight(VIEW, Lens(yaw_deg=20.0), 4)
+
+    def height(x_mm: float) -> float:
+        ends = [sight.point((x_mm, y, 0.0), (0.0, 0.0, 0.0))[1] for y in (-20.0, 20.0)]
+        return ends[0] - ends[1]
+
+    assert height(80.0) > height(0.0) > height(-80.0)
+
+
+@pytest.mark.parametrize("shake", [(0.0, 0.0, 0.0), (3.3, -2.1, 1.5)])
+def test_the_picture_shows_things_where_the_truth_says(
+    layers: Layers, shake: tuple[float, float, float]
+) -> None:
+    """The light's centroid; its round spot becomes an oval, whose middle tilt shifts by 0.02 px."""
+    plane = Plane.of(layers, Optics(), lens=BENT)
+    light = led_of(plane, shake).astype(np.float64)
+    light = np.maximum(light - 0.4 * light.max(), 0.0)
+    y, x = np.mgrid[: CAMERA.height, : CAMERA.width]
+    centroid = ((x * light).sum() / light.sum(), (y * light).sum() / light.sum())
+    # The light belongs to the plate's sheet, where it is seen from above the hinge.
+    near = (LENS_HEIGHT_MM - PLATE_Z_MM) / (LENS_HEIGHT_MM + 9.0)
+    wanted = plane.sight.point((near * LED_MM[0], near * LED_MM[1], PLATE_Z_MM), shake)
+    assert centroid == pytest.approx(wanted, abs=0.05)
+
+
+def test_rays_and_matrices_draw_the_same(layers: Layers) -> None:
+    """A lens that is off the axis by nothing worth the name takes the other way to draw."""
+    poses, shares = [Pose(12.0, 9.0)], np.ones((1, CAMERA.height))
+    straight = light_of(Plane.of(layers, Optics()), poses, shares)
+    almost = light_of(Plane.of(layers, Optics(), lens=Lens(k1=1e-12)), poses, shares)
+    assert np.abs(straight - almost).max() * 255 < 0.05
+
+
+def test_a_lens_that_folds_the_picture_is_known() -> None:
+    assert not folds(VIEW, BENT)
+    assert folds(VIEW, Lens(k1=-20.0))
