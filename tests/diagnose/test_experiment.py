@@ -1,0 +1,127 @@
+"""Recordings of the twin that confound a pair, and the next experiment, which settles it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.diagnose import diagnose
+from servosight.diagnose.evidence import TIE
+from servosight.diagnose.experiment import Proposal, propose, recorded_limits
+from servosight.diagnose.trial import Laboratory, Trial
+from servosight.models.camera import Camera
+from servosight.models.design import Form, Limits, design
+from servosight.models.excitation import Excitation
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+from servosight.sim.bench import BenchParameters
+from servosight.sim.run import angle_recording, run
+
+NOISE_DEG = 0.03
+EFFECTS = catalogue()
+
+SLOW = design("sine", Limits(3.0, None, 8.0)).excitation
+SWEEP = design("chirp", Limits(6.0, None, 8.0), Form(low_hz=0.3, high_hz=5.0)).excitation
+
+CASES = {
+    "dead_zone": (SLOW, {"half_width": 0.3}, "coulomb_friction"),
+    "coulomb_friction": (SLOW, {"level": 0.3}, "dead_zone"),
+    "dead_time": (SWEEP, {"delay": 0.010}, "flexible_shaft"),
+}
+"""Truth: the first command, the effect's strength, and the rival that fits as well."""
+
+
+def record(truth: str, excitation: Excitation, seed: int) -> Recording:
+    values = CASES[truth][1]
+    trajectory = run(
+        BenchParameters.with_response(1.0, 0.02, 0.6, 0.0), {truth: values}, excitation
+    )
+    camera = Camera(rate_hz=120.0, exposure_s=0.002)
+    return angle_recording(trajectory, camera, NOISE_DEG, seed, name=f"{truth} {seed}")
+
+
+@cache
+def confounded(truth: str) -> tuple[Laboratory, tuple[Trial, Trial]]:
+    """The first recording with the true and the rival effect fitted to it."""
+    excitation, _, rival = CASES[truth]
+    laboratory = Laboratory((record(truth, excitation, 5),), (), EFFECTS)
+    linear = laboratory.linear()
+    return laboratory, (
+        laboratory.extended(linear, [truth]),
+        laboratory.extended(linear, [rival]),
+    )
+
+
+@cache
+def proposal(truth: str) -> Proposal:
+    laboratory, trials = confounded(truth)
+    return propose(trials, laboratory, NOISE_DEG)
+
+
+def cost(trial: Trial) -> float:
+    """Minus the log-likelihood over all samples, but for a constant."""
+    return trial.mean_square * trial.samples / (2.0 * NOISE_DEG**2)
+
+
+@pytest.mark.parametrize("truth", CASES)
+def test_the_proposed_experiment_settles_a_confounded_pair(truth: str) -> None:
+    """Before: less than ten in log-likelihood between the two; after: at least ten, the right way.
+
+    What the proposal predicts is the mean over noise. The log-likelihood scatters about it by
+    sqrt(2 times it); three of these, and a fifth for what the Jacobian leaves out, bound it below.
+    """
+    laboratory, (right, wrong) = confounded(truth)
+    assert abs(cost(wrong) - cost(right)) < TIE
+    next_one = proposal(truth)
+    assert next_one.decides
+    both = Laboratory((*laboratory.recordings, record(truth, next_one.excitation, 6)), (), EFFECTS)
+    linear = both.linear()
+    gain = cost(both.extended(linear, wrong.effects)) - cost(both.extended(linear, right.effects))
+    predicted = min(one.log_likelihood for one in next_one.separations)
+    assert gain > TIE
+    assert gain > 0.8 * predicted - 3.0 * np.sqrt(2.0 * predicted)
+
+
+def test_diagnosing_both_recordings_names_the_right_one() -> None:
+    truth = "dead_zone"
+    laboratory, _ = confounded(truth)
+    second = record(truth, proposal(truth).excitation, 6)
+    joint = diagnose([*laboratory.recordings, second], catalogue=EFFECTS, auto=True)
+    assert joint.effects == (truth,)
+    assert joint.candidates[0].effect == truth
+    assert joint.candidates[0].confounded_with == ()
+
+
+def test_a_proposal_keeps_the_recordings_own_limits_and_says_what_to_run() -> None:
+    laboratory, _ = confounded("dead_zone")
+    found = proposal("dead_zone")
+    # The first command: 3 deg at 1 Hz, so at most 3 * 2 pi deg/s.
+    rows = found.excitation
+    assert np.abs(rows.command_deg).max() <= 3.0 + 1e-6
+    rate = np.abs(np.diff(rows.command_deg) / np.diff(rows.time_s)).max()
+    assert rate <= 3.0 * 2.0 * np.pi + 1e-6
+    assert rows.duration_s <= 8.0 + 1e-9
+    assert found.sentence.startswith(f"Run the {found.design.words}: ")
+    assert "dead_zone and coulomb_friction would then differ by up to" in found.sentence
+    values = found.to_json()
+    assert values["decides"] is True
+    assert values["separations"][0]["between"] == ["dead_zone", "coulomb_friction"]
+    wider = recorded_limits([*laboratory.recordings, *laboratory.recordings])
+    assert wider.angle_deg == pytest.approx(3.0, rel=1e-3)
+
+
+def test_what_nothing_tells_apart_is_said() -> None:
+    """On a linear servo dead zone and play come out next to nothing, and so alike."""
+    trajectory = run(BenchParameters.with_response(1.0, 0.02, 0.6, 0.0), {}, SLOW)
+    camera = Camera(rate_hz=120.0, exposure_s=0.002)
+    recording = angle_recording(trajectory, camera, NOISE_DEG, 1)
+    laboratory = Laboratory((recording,), (), EFFECTS)
+    linear = laboratory.linear()
+    trials = [laboratory.extended(linear, [name]) for name in ("dead_zone", "backlash")]
+    found = propose(trials, laboratory, NOISE_DEG)
+    assert not found.decides
+    assert "tells dead_zone and backlash apart for sure" in found.sentence
+    with pytest.raises(ValueError, match="two candidates"):
+        propose(trials[:1], laboratory, NOISE_DEG)
