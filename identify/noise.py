@@ -36,12 +36,12 @@ _MEMORY_S = 0.15
 """Play and friction answer late: what the command did that long before a block counts as well."""
 _MOVED = (0.03, 0.1, 0.3)
 """A coefficient is noise where the command moves it by less than this share of the noise."""
-_ENOUGH = 300
-"""So many coefficients tell sigma to 4 %; where there are fewer, the next share is tried."""
+_ENOUGH = 600
+"""So many coefficients tell sigma to 3 %; where there are fewer, the next share is tried."""
 _FEWEST = 100
 _PASSES = 4
 _GAPS = 20
-_EVEN = 0.02
+_EVEN = 0.002
 """Samples are even where their spacing scatters by less than this share of it."""
 _SAME = 1e-4
 """A command repeats itself where its periods differ by less than this share of its range, rms."""
