@@ -113,7 +113,7 @@ class Assembly:
     """A bench under construction: what the hidden effects edit before it is compiled.
 
     ``surface`` names the hinges whose angles add up to the surface's angle, ``sensor`` the hinge
-    with the potentiometer, ``amplifiers`` the actuators that pull at the tendon "drive".
+    with the potentiometer, ``amplifiers`` the actuators that drive the motor.
     """
 
     bench: BenchParameters
@@ -128,11 +128,6 @@ class Assembly:
         return self.spec.joint("motor")
 
     @property
-    def drive(self) -> mujoco.MjsTendon:
-        """What all amplifiers pull at: their sum can be limited there."""
-        return self.spec.tendon("drive")
-
-    @property
     def hard_reference(self) -> tuple[float, float]:
         """Time constant [s] and damping of constraints: one step, where MuJoCo's guard wants two.
 
@@ -144,7 +139,7 @@ class Assembly:
         self, gain_nm_rad: float, low_nm: float = -STRONG_NM, high_nm: float = STRONG_NM
     ) -> mujoco.MjsActuator:
         """An amplifier with torque ``gain`` times (control - motor angle), within limits."""
-        one = self.spec.add_actuator(trntype=mujoco.mjtTrn.mjTRN_TENDON, target="drive")
+        one = self.spec.add_actuator(trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
         one.set_to_position(kp=gain_nm_rad)
         one.forcelimited = True
         one.forcerange = [low_nm, high_nm]
@@ -191,6 +186,5 @@ def assemble(bench: BenchParameters, step_s: float) -> Assembly:
     motor.armature = bench.armature_kg_m2
     motor.damping = linear(bench.damping_nms_rad)
     link(horn, "surface", bench.surface_inertia_kg_m2)
-    spec.add_tendon(name="drive").wrap_joint("motor", 1.0)
     assembly.amplifier(bench.loop_stiffness_nm_rad)
     return assembly

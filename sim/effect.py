@@ -31,8 +31,7 @@ class Twin:
         self._state = self.data.qpos, self.data.qvel, self.data.qacc
         self.motor = int(self.model.joint("motor").dofadr[0])
         self.sensor = int(self.model.joint(assembly.sensor).dofadr[0])
-        self.amplifiers = slice(0, len(assembly.amplifiers))  # effects add others behind them
-        self.drive_range = self.model.tendon_actfrcrange[self.model.tendon("drive").id]
+        self.drive_range = self.model.jnt_actfrcrange[self.motor]
         self._full_range = self.drive_range.copy()
         self.angle = self.speed = self.sensed = 0.0
         """The motor's, and the sensor's angle, in the middle of the step [rad, rad/s, rad]."""
@@ -58,15 +57,13 @@ class Twin:
 
     def drive_torque(self) -> float:
         """What all amplifiers together bring to the motor in the middle of the step [N m]."""
-        model, data = self.model, self.data
-        before = data.qpos.copy()
-        data.qpos[:] += 0.5 * model.opt.timestep * data.qvel
-        data.qpos[self.motor] = self.angle
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        mujoco.mj_fwdActuation(model, data)
-        data.qpos[:] = before
-        return float(data.actuator_force[self.amplifiers].sum())
+        position = self.data.qpos
+        before = position[self.motor]
+        position[self.motor] = self.angle
+        mujoco.mj_transmission(self.model, self.data)
+        mujoco.mj_fwdActuation(self.model, self.data)
+        position[self.motor] = before
+        return float(self.data.qfrc_actuator[self.motor])
 
     def push(self, torque_nm: float) -> None:
         """Push the motor by ``torque_nm`` over the coming step, on top of what does already."""

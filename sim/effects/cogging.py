@@ -1,30 +1,23 @@
-"""Magnets that pull the rotor to its teeth: the detent torque of MuJoCo's own motor."""
+"""Magnets that pull the rotor to its teeth: a push between teeth, held over each short step.
+
+MuJoCo's motor has such a torque of its own, but as an actuator's: a limit of the drive would clip
+it as well.
+"""
 
 from __future__ import annotations
 
-import mujoco
+import math
 
-from servosight.sim.bench import Assembly
-from servosight.sim.effect import HiddenEffect, Values
-
-_NO_CURRENT = 1e-9  # torque constant of the winding, which MuJoCo wants to have one [N m/A]
+from servosight.sim.effect import HiddenEffect, Regulator, Twin, Values
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def regulate(twin: Twin, values: Values) -> Regulator:
     """Load by ``amplitude`` sin(2 pi theta/``period`` + ``phase``) [deg, deg, rad]."""
-    teeth = assembly.spec.add_actuator(
-        name="teeth", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor"
-    )
-    teeth.set_to_dcmotor(
-        motorconst=[_NO_CURRENT, 0.0],
-        resistance=1.0,
-        cogging=[
-            -assembly.bench.torque(values["amplitude"]),
-            360.0 / values["period"],
-            values["phase"],
-        ],
-        ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_NONE),
-    )
+    largest, phase = twin.bench.torque(values["amplitude"]), values["phase"]
+    per_rad = 360.0 / values["period"]
+    return lambda: twin.push(-largest * math.sin(per_rad * twin.angle + phase))
 
 
-EFFECT = HiddenEffect("cogging", {"amplitude": 0.8, "period": 15.0, "phase": 0.5}, edit=edit)
+EFFECT = HiddenEffect(
+    "cogging", {"amplitude": 0.8, "period": 15.0, "phase": 0.5}, regulate=regulate
+)

@@ -16,9 +16,9 @@ from servosight.sim.effect import HiddenEffect, Regulator, Twin, Values
 
 def edit(assembly: Assembly, values: Values) -> None:
     """Make the drive one with limits, if it is not."""
-    if assembly.drive.actfrclimited != mujoco.mjtLimited.mjLIMITED_TRUE:
-        assembly.drive.actfrclimited = True
-        assembly.drive.actfrcrange = [-STRONG_NM, STRONG_NM]
+    if assembly.motor.actfrclimited != mujoco.mjtLimited.mjLIMITED_TRUE:
+        assembly.motor.actfrclimited = True
+        assembly.motor.actfrcrange = [-STRONG_NM, STRONG_NM]
 
 
 def supply(twin: Twin, values: Values) -> Regulator:

@@ -15,10 +15,7 @@ def supply(twin: Twin, values: Values) -> Regulator:
     The filter is of first order with ``time`` [s], and sees the drive before it is scaled.
     """
     model, data = twin.model, twin.data
-    tables = [
-        table[twin.amplifiers]
-        for table in (model.actuator_gainprm, model.actuator_biasprm, model.actuator_forcerange)
-    ]
+    tables = [model.actuator_gainprm, model.actuator_biasprm, model.actuator_forcerange]
     limits = twin.drive_range
     full = [table.copy() for table in tables]
     unit = twin.bench.torque(1.0)

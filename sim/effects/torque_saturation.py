@@ -10,10 +10,10 @@ from servosight.sim.effect import HiddenEffect, Values
 
 
 def edit(assembly: Assembly, values: Values) -> None:
-    """Limit the drive's force to ``limit`` [deg]."""
+    """Limit the hinge's actuator force to ``limit`` [deg]."""
     limit = assembly.bench.torque(values["limit"])
-    assembly.drive.actfrclimited = True
-    assembly.drive.actfrcrange = [-limit, limit]
+    assembly.motor.actfrclimited = True
+    assembly.motor.actfrcrange = [-limit, limit]
 
 
 EFFECT = HiddenEffect("torque_saturation", {"limit": 5.0}, edit=edit)

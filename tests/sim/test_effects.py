@@ -407,6 +407,8 @@ def test_presliding_bends_by_dahls_law_and_does_not_drift() -> None:
     [
         ("asymmetric_gain", "dead_zone"),
         ("speed_limit", "supply_sag"),
+        ("dead_zone", "torque_saturation"),
+        ("asymmetric_gain", "speed_limit"),
         ("torque_saturation", "cogging"),
         ("supply_sag", "load_dependent_friction"),
         ("backlash", "coulomb_friction"),
