@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.actuator import Actuator
 from servosight.models.errors import InputError
+from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -60,6 +62,12 @@ class Difference:
             "b1": self.b1,
             "b2": self.b2,
         }
+
+
+def as_sampled(actuator: Actuator, recording: Recording) -> Difference:
+    """The linear core as eq. 2, by Tustin at the recording's median time between samples."""
+    linear = Linear(*(actuator.value(name) for name in ("k", "T", "xi")))
+    return to_difference(linear, float(np.median(np.diff(recording.time_s))))
 
 
 def to_difference(linear: Linear, sample_time_s: float, transform: str = "tustin") -> Difference:

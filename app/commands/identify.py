@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
     from servosight.app.present import show_identification
     from servosight.app.sources import load
+    from servosight.identify.discrete import as_sampled
     from servosight.identify.fit import METHODS, identify
     from servosight.identify.rehearsal import assess, better_command
     from servosight.models.errors import InputError
@@ -62,7 +63,11 @@ def run(args: argparse.Namespace) -> None:
         catalogue=effects,
         biases_deg=[bias.value for bias in result.biases],
     )
-    values = {**result.to_json(), "information": told.to_json()}
+    values = {
+        **result.to_json(),
+        "information": told.to_json(),
+        "discrete": as_sampled(result.actuator, recordings[0]).to_json(),
+    }
     if not told.sufficient:
         better = better_command(result.actuator, recordings[0], result.noise_deg, catalogue=effects)
         values["warnings"] += [told.sentence, *([better.sentence(told)] if better else [])]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
+from servosight.app.main import main
 from servosight.identify.discrete import (
     METHODS,
     TRANSFORMS,
@@ -128,6 +133,18 @@ def test_output_error_fits_the_angle_best() -> None:
     assert left(by_output_error(command, angle, 0.01)) <= left(by_arx(command, angle, 0.01))
 
 
-def test_json_names_the_coefficients() -> None:
-    table = to_difference(PAPER, 0.01).to_json()
-    assert list(table) == ["sample_time_s", "a1", "a2", "b0", "b1", "b2"]
+def test_the_command_line_gives_eq_2_as_well(tmp_path: Path, record: Any) -> None:
+    """`identify --json`: the coefficients at the recording's own sample time, by Tustin."""
+    source, answer = tmp_path / "log.csv", tmp_path / "model.json"
+    one = record(3.0)
+    at = np.searchsorted(one.command_time_s, one.time_s, side="right") - 1
+    table = np.column_stack([one.time_s, one.command_deg[at], one.angle_deg])
+    head = "time_s,command_deg,angle_deg"
+    np.savetxt(source, table, delimiter=",", header=head, comments="", fmt="%.9g")
+    assert main(["identify", str(source), "--method", "gradient", "--json", str(answer)]) == 0
+    told = json.loads(answer.read_text())
+    assert list(told["discrete"]) == ["sample_time_s", "a1", "a2", "b0", "b1", "b2"]
+    assert told["discrete"]["sample_time_s"] == pytest.approx(1 / 120, rel=1e-5)
+    back = to_linear(Difference(**told["discrete"]))
+    values = (told["parameters"][name]["value"] for name in ("k", "T", "xi"))
+    assert_near(back, Linear(*values), 1e-9)
