@@ -82,10 +82,9 @@ def track_folder(
         method=method,
         frame_table=folder.frames,
         exposure_s=settings.exposure_s,
+        readout_s=settings.readout_s,
     )
-    # Presentation times start the first row's exposure; the surface lies about the middle row.
-    rows_s = 0.0 if folder.frames is not None else 0.5 * settings.readout_s
-    time_s = result.time_s + (settings.video_offset_s + rows_s)
+    time_s = result.time_s + settings.video_offset_s
     place = output or folder.angle
     write_track(place, result, time_s=time_s, scale=settings.unit_scale)
     if place == folder.angle:

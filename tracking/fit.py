@@ -29,6 +29,8 @@ class Fit:
     the gate, ``saturated`` the share at either end of the range, ``correlation`` that of picture
     and model over the kept pixels, ``noise`` their residual's rms [grey levels]. ``pixels`` counts
     those that the model covers, ``in_view`` is the share of the surface that they are.
+    ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
+    ``delay`` is where in the readout the angle is told, as a share of it about the middle row.
     """
 
     angle_rad: float
@@ -40,6 +42,8 @@ class Fit:
     noise: float
     pixels: int
     in_view: float = 1.0
+    plain_rad: float = 0.0
+    delay: float = 0.0
 
 
 def turn(sample: Sample) -> Single:
@@ -60,12 +64,17 @@ def correlation(a: Single, b: Single) -> float:
 
 
 def gauss_newton(
-    model: Callable[[float], Sample], motion: Motion, picture: NDArray[np.uint8], angle_rad: float
+    model: Callable[[float], Sample],
+    motion: Motion,
+    picture: NDArray[np.uint8],
+    angle_rad: float,
+    shot: float = 0.0,
 ) -> Fit | None:
     """Fit angle, gain and offset of the light (and what else ``motion`` frees), from ``angle_rad``.
 
     ``model(angle_rad)`` is the surface sampled at the pixels that it covers at that angle; their
-    residuals are the camera's own noise, not a resampled one. Returns None where too few pixels
+    residuals are the camera's own noise, not a resampled one. Its variance grows with the grey
+    level g as ``1 + shot g``, and pixels weigh by its inverse. Returns None where too few pixels
     are left to speak of, or the iteration runs away.
     """
     start = angle_rad
@@ -81,7 +90,7 @@ def gauss_newton(
             # As bright as it was learnt, but for a shift: least squares would bend to what covers.
             offset = _median_residual(seen, now.value)
         gate = _gate(seen, now.value, gain, offset)
-        normal, right, used = _normal(seen, now.value, moves, gain, offset, gate)
+        normal, right, used = _normal(seen, now.value, moves, gain, offset, gate, shot)
         if used < _LEAST_PIXELS:
             return None
         try:
@@ -89,7 +98,7 @@ def gauss_newton(
         except np.linalg.LinAlgError:
             return None
         solution = inverse @ right
-        light = (gain, offset, gate)
+        light = (gain, offset, gate, shot)
         gain, offset, step = (float(v) for v in solution[:3])
         angle_rad += step
         if abs(angle_rad - start) > 0.35:
@@ -102,7 +111,7 @@ def gauss_newton(
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
     tile = now.block
     tile -= tile.min()
-    sums, inside, squares, agreement = _judged(
+    sums, inside, squares, weighed, agreement = _judged(
         seen, now.value, moves, light, solution, inverse[2], tile, int(tile.max()) + 1
     )
     return Fit(
@@ -114,6 +123,7 @@ def gauss_newton(
         float(1.0 - inside / seen.size),
         float(np.sqrt(squares / used)),
         now.chosen.size,
+        plain_rad=float(np.sqrt(inverse[2, 2] * weighed / used)),
     )
 
 
@@ -136,7 +146,7 @@ def _gate(seen, value, gain, offset):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def _normal(seen, value, moves, gain, offset, gate):  # type: ignore[no-untyped-def]
+def _normal(seen, value, moves, gain, offset, gate, shot):  # type: ignore[no-untyped-def]
     """Normal matrix, right side and number of the pixels within the gate."""
     count = 2 + moves.shape[0]
     normal, right, row = np.zeros((count, count)), np.zeros(count), np.ones(count)
@@ -148,10 +158,12 @@ def _normal(seen, value, moves, gain, offset, gate):  # type: ignore[no-untyped-
         row[0] = value[i]
         for a in range(2, count):
             row[a] = gain * moves[a - 2, i]
+        weight = 1.0 / (1.0 + shot * max(value[i], np.float32(0.0)))
         for a in range(count):
-            right[a] += row[a] * grey
+            weighed = weight * row[a]
+            right[a] += weighed * grey
             for b in range(a + 1):
-                normal[a, b] += row[a] * row[b]
+                normal[a, b] += weighed * row[b]
         used += 1
     for a in range(count):
         for b in range(a):
@@ -163,10 +175,10 @@ def _normal(seen, value, moves, gain, offset, gate):  # type: ignore[no-untyped-
 def _judged(seen, value, moves, light, solution, inverse, tile, tiles):  # type: ignore[no-untyped-def]
     """What the fit leaves: influences on the angle summed by tile, pixels that are neither black
     nor white, squared residuals and correlation of those within the gate."""
-    gain, offset, gate = light
+    gain, offset, gate, shot = light
     sums = np.zeros(tiles)
     inside, used = 0, 0
-    squares = s = v = ss = vv = sv = 0.0
+    squares = weighed = s = v = ss = vv = sv = 0.0
     for i in range(seen.size):
         grey, model = np.float64(seen[i]), np.float64(value[i])
         if grey <= 0 or grey >= 255:
@@ -180,13 +192,15 @@ def _judged(seen, value, moves, light, solution, inverse, tile, tiles):  # type:
         for a in range(moves.shape[0]):
             residual -= solution[a + 2] * gain * moves[a, i]
             influence += inverse[a + 2] * gain * moves[a, i]
-        sums[tile[i]] += influence * residual
+        weight = 1.0 / (1.0 + shot * max(model, 0.0))
+        sums[tile[i]] += weight * influence * residual
         squares += residual * residual
+        weighed += weight * residual * residual
         s, v = s + grey, v + model
         ss, vv, sv = ss + grey * grey, vv + model * model, sv + grey * model
     power = (ss - s * s / used) * (vv - v * v / used)
     agreement = (sv - s * v / used) / np.sqrt(power) if power > 0 else 0.0
-    return sums, inside, squares, agreement
+    return sums, inside, squares, weighed, agreement
 
 
 def _sandwich(sums: Array) -> float:

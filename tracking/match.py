@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from servosight.tracking.fit import Fit
 from servosight.tracking.polar import Array
+from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image
 
 Box = tuple[int, int, int, int]
@@ -39,9 +40,9 @@ class Match:
         centre = np.array([x + 0.5 * (width - 1), y + 0.5 * (height - 1)])
         return np.asarray(centre - np.array(self.pivot_px))
 
-    def near(self, picture: Image, angle_rad: float, smear_rad: float) -> Fit | None:
+    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
         """Match near an angle: once as far as a quarter of the box, once more, turned right."""
-        del smear_rad  # correlation has no use for it; see Refine
+        del exposure  # correlation has no use for it; see Layered
         reach = max(self.box[2:]) // 4 + 3
         rough = self._match(picture, angle_rad, reach)
         return rough and self._match(picture, rough.angle_rad, 3)

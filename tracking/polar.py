@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from servosight.tracking.shutter import STILL, Exposure
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -53,13 +55,15 @@ class Grid:
 class Pixels:
     """A picture's pixels by rising polar angle about a pivot, twice round so that no slice wraps.
 
-    ``index`` is the place in the flattened picture, ``block`` the number of the 8 x 8 px tile.
+    ``index`` is the place in the flattened picture, ``block`` the number of the 8 x 8 px tile,
+    ``delay`` the row's place in the readout, -1/2 (first) to 1/2 (last).
     """
 
     phi_rad: Array
     radius_px: Array
     index: NDArray[np.intp]
     block: NDArray[np.intp]
+    delay: Single
 
     @classmethod
     def about(
@@ -82,16 +86,21 @@ class Pixels:
         index, phi = index[order], phi[order]
         tiles = shape[1] // _BLOCK_PX + 1
         block = (index // shape[1] // _BLOCK_PX) * tiles + index % shape[1] // _BLOCK_PX
+        delay = (index // shape[1] / max(shape[0] - 1, 1) - 0.5).astype(np.float32)
         return cls(
             np.concatenate([phi, phi + 2 * np.pi]),
             np.tile(radius[index], 2),
             np.tile(index, 2),
             np.tile(block, 2),
+            np.tile(delay, 2),
         )
 
-    def covering(self, grid: Grid, angle_rad: float) -> tuple[slice, float]:
-        """The pixels that the turned lattice can reach, and the turn on this table's own circle."""
-        half = min(0.5 * grid.columns * grid.step_rad, np.pi)
+    def covering(self, grid: Grid, angle_rad: float, slack_rad: float = 0.0) -> tuple[slice, float]:
+        """The pixels that the turned lattice can reach, and the turn on this table's own circle.
+
+        ``slack_rad`` is how far some may be turned from the rest.
+        """
+        half = min(0.5 * grid.columns * grid.step_rad + slack_rad, np.pi)
         lowest = grid.middle_rad + angle_rad - half
         start = np.mod(lowest, 2 * np.pi)
         first, last = np.searchsorted(self.phi_rad, [start, start + 2 * half])
@@ -118,6 +127,13 @@ class Sample:
         return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
 
     @property
+    def delay(self) -> float:
+        """The readout's share about the middle row at which the angle is told, on average."""
+        worth = self.per_turn.astype(np.float64) ** 2
+        delay = self.pixels.delay.take(self.chosen)
+        return float(worth @ delay / max(float(worth.sum()), 1e-30))
+
+    @property
     def block(self) -> NDArray[np.intp]:
         """The tile that each pixel lies in."""
         return np.asarray(self.pixels.block.take(self.chosen))
@@ -132,41 +148,52 @@ class Sample:
 
 
 def sample(
-    grid: Grid, coefficients: Single, reach: Single, pixels: Pixels, angle_rad: float, smear: float
+    grid: Grid,
+    coefficients: Single,
+    reach: Single,
+    pixels: Pixels,
+    angle_rad: float,
+    exposure: Exposure = STILL,
 ) -> Sample:
     """Evaluate the cubic spline of a surface turned to ``angle_rad`` at the picture's pixels.
 
     ``coefficients`` (columns, rows) are those of the spline: pixels come by their angle, so what
     they need lies together. ``reach`` (columns, rows) are the columns from a cell to the nearest
-    one that is not the surface's; pixels nearer to it than half of ``smear`` (columns turned during
-    the exposure) are left out.
+    one that is not the surface's; pixels nearer to it than half of what turned during the
+    ``exposure`` are left out.
     """
-    part, turn = pixels.covering(grid, angle_rad)
+    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
     phi, radius = pixels.phi_rad[part], pixels.radius_px[part]
     place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
     chosen = np.empty(phi.size, np.intp)
     out = np.empty((3, phi.size), np.float32)
-    count = _spline(coefficients, reach, phi, radius, place, 0.5 * smear, chosen, out)
+    half = 0.5 * exposure.turn_rad / grid.step_rad
+    motion = exposure.per_delay_rad, exposure.bend_rad
+    delay = pixels.delay[part]
+    count = _spline(coefficients, reach, phi, radius, delay, motion, place, half, chosen, out)
     chosen[:count] += part.start
     return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _spline(coefficients, reach, phi, radius, place, half, chosen, out):  # type: ignore[no-untyped-def]
+def _spline(  # type: ignore[no-untyped-def]
+    coefficients, reach, phi, radius, delay, motion, place, half, chosen, out
+):
     """Value and slopes at the pixels well inside; returns how many, their places in ``chosen``."""
     columns, rows = coefficients.shape
     origin, per_rad, first, per_px = place
     count = 0
     for i in range(phi.size):
-        u = (phi[i] - origin) * per_rad
+        own = (motion[0] + motion[1] * delay[i]) * delay[i]
+        u = (phi[i] - origin - own) * per_rad
         v = (radius[i] - first) * per_px
         if u < 1.0 or v < 1.0 or u >= columns - 2 or v >= rows - 2:
             continue
         m, j = int(u), int(v)
         if reach[int(u + 0.5), int(v + 0.5)] <= half:
             continue
-        a, d = weights(np.float32(u - m)), _slopes(np.float32(u - m))
-        b, e = weights(np.float32(v - j)), _slopes(np.float32(v - j))
+        a, d = weights(np.float32(u - m)), slopes(np.float32(u - m))
+        b, e = weights(np.float32(v - j)), slopes(np.float32(v - j))
         # Along the radius first, with the value's and the slope's weights; then along the angle.
         total = by_u = by_v = np.float32(0.0)
         for k in range(4):
@@ -198,7 +225,8 @@ def weights(t):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _slopes(t):  # type: ignore[no-untyped-def]
+def slopes(t):  # type: ignore[no-untyped-def]
+    """Its derivative at the same four nodes; float32."""
     w = np.float32(1.0) - t
     half, two = np.float32(0.5), np.float32(2.0)
     more = np.float32(1.5)

@@ -24,6 +24,7 @@ from servosight.tracking.polar import (
     smeared,
     weights,
 )
+from servosight.tracking.shutter import STILL, Exposure
 
 Image = NDArray[np.uint8]
 
@@ -99,12 +100,10 @@ class Blurred:
     coefficients: Single
     columns: float
 
-    def at(self, pixels: Pixels, angle_rad: float) -> Sample:
+    def at(self, pixels: Pixels, angle_rad: float, exposure: Exposure = STILL) -> Sample:
         """The model at the pixels that the surface surely covers at this angle."""
         surface = self.surface
-        return sample(
-            surface.grid, self.coefficients, surface.reach, pixels, angle_rad, self.columns
-        )
+        return sample(surface.grid, self.coefficients, surface.reach, pixels, angle_rad, exposure)
 
 
 def lattice(pivot_px: tuple[float, float], largest_px: float, mask: Mask, grid: Grid) -> Grid:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 MIN_FRAMES = 50
+_RUNS, _RUN_PARTS, _PART = 8, 4, 10
 _LARGEST_SIDE_PX = 8192
 
 
@@ -186,6 +187,59 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
                     sampled.append(Frame(len(sampled), time_s, _grey(picture)))
                     break
         return [frame for frame in sampled if frame.image.shape == image.shape]
+
+
+def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
+    """``count`` runs of ``length`` neighbouring pictures, spread evenly over the video.
+
+    ``index`` counts from the video's start, by the declared rate after the first run. A file
+    without a declared length gives its first run alone.
+    """
+    last_s = -np.inf
+    for number in range(count):
+        with _opened(video) as container:
+            stream = container.streams.video[0]
+            base = float(stream.time_base or Fraction(1, 1000))
+            rate = stream.average_rate or stream.guessed_rate or Fraction(0)
+            end_s = _declared_end_s(stream, container)
+            if number and end_s is None:
+                return
+            start_s = float(stream.start_time or 0) * base
+            target_s = start_s + (number / count) * ((end_s or 0.0) - start_s)
+            if number:
+                container.seek(int(target_s / base), stream=stream)
+            run: list[Frame] = []
+            for picture in container.decode(stream):
+                time_s = _time_s(video, len(run), picture, rate)
+                if time_s >= max(target_s, last_s + 1e-9):
+                    run.append(
+                        Frame(round((time_s - start_s) * float(rate)), time_s, _grey(picture))
+                    )
+                if len(run) == length:
+                    break
+        if run:
+            last_s = run[-1].time_s
+            yield run
+
+
+def calm_frames(video: Path) -> list[Frame]:
+    """Some 32 pictures spread over the video in which little moves, the first one first.
+
+    Of each tenth or so of a second, the picture that is most like its neighbours: the least
+    smeared, and under a rolling shutter the least sheared.
+    """
+    calm: list[Frame] = []
+    for run in stretches(video, _RUNS, _RUN_PARTS * _PART):
+        thin = np.stack([frame.image[::4, ::4] for frame in run]).astype(np.int16)
+        change = np.abs(np.diff(thin, axis=0)).mean((1, 2))
+        unlike = np.maximum(np.append(change, change[-1:]), np.append(change[:1], change))
+        if not calm:
+            calm.append(run[0])
+        for start in range(0, len(run), _PART):
+            best = start + int(np.argmin(unlike[start : start + _PART]))
+            if run[best].time_s > calm[-1].time_s:
+                calm.append(run[best])
+    return calm
 
 
 def _by_decoding(

@@ -431,10 +431,10 @@ def test_track_a_recording(
     assert "2 frames left out" in told
     assert tracker["pivot"] == (3.0, 4.0)
     assert tracker["method"] == "match"
-    assert tracker["exposure_s"] == 0.004
+    assert (tracker["exposure_s"], tracker["readout_s"]) == (0.004, 0.002)
     rows = (rec / "angle.csv").read_text().splitlines()
     assert rows[0] == "time_s,angle_deg,sigma_deg"
-    assert rows[1].startswith("0.501,")  # the offset and half the readout
+    assert rows[1].startswith("0.5,")  # the offset; the tracker's times are the middle row's
     # What was not seen leaves neither a row nor its doubt, which would count as noise.
     assert len(rows) == 1 + 298
     assert all(row.endswith(",0.001") for row in rows[1:])

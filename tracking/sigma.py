@@ -1,0 +1,118 @@
+"""What the fits of all frames say together: angle and sigma of each, and what to distrust."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.interpolate import make_interp_spline
+
+from servosight.tracking.fit import Fit
+from servosight.tracking.polar import Array
+from servosight.tracking.result import Flag
+from servosight.tracking.shutter import Exposure
+
+_NEIGHBOURS = 15  # frames whose residuals tell together how far they hang together
+_ODD = 1.6  # a frame that hangs together more than these by this factor is odd by itself
+_GAP = 1.5  # frame times
+
+
+def flags_of(fit: Fit | None) -> int:
+    """What one frame's fit says of it."""
+    if fit is None:
+        return Flag.LOST
+    covered = Flag.COVERED if fit.kept < 0.85 else Flag.NONE
+    cut = Flag.CUT if fit.in_view < 0.7 else Flag.NONE
+    return covered | cut | (Flag.SATURATED if fit.saturated > 0.3 else Flag.NONE)
+
+
+def gaps(time_s: Array) -> NDArray[np.bool_]:
+    """The frames before which others are missing, of a steady rate; (frames,)."""
+    step = np.diff(time_s)
+    usual = float(np.median(step))
+    # A camera without a steady rate has no gaps to tell.
+    steady = np.mean(np.abs(step - usual) < 0.2 * usual) > 0.8
+    return np.concatenate([[False], (step > _GAP * usual) & steady])
+
+
+def columns(fits: Sequence[Fit | None], flags: NDArray[np.uint8]) -> tuple[Array, Array]:
+    """Angle and sigma [rad] of every frame; sigma wider by what the flags say."""
+    angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
+    sigma = _calmed(fits)
+    for number, fit in enumerate(fits):
+        if fit is not None and flags[number] & (Flag.COVERED | Flag.CUT | Flag.SATURATED):
+            # What is hidden or cut may be hidden unevenly: its share is doubt, not only less data.
+            share = min(fit.kept, fit.in_view, 1.0 - fit.saturated)
+            sigma[number] /= max(share, 0.05)
+    known = np.flatnonzero(np.isfinite(angle))
+    spread = max(float(np.ptp(angle[known])) / np.sqrt(12.0), np.deg2rad(1.0))
+    held = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
+    sigma = np.where(np.isfinite(angle), sigma, spread)
+    angle = angle[held]
+    # A repeated picture is older than its time says, by a frame: so is its angle.
+    repeated = np.flatnonzero(flags & Flag.DUPLICATE)
+    after = np.minimum(repeated + 1, len(fits) - 1)
+    sigma[repeated] = np.hypot(sigma[repeated], np.abs(angle[after] - angle[repeated]))
+    return angle, sigma
+
+
+def _calmed(fits: Sequence[Fit | None]) -> Array:
+    """Sigma [rad] of each frame without the chance in one frame's own estimate of it.
+
+    What residuals that hang together add is much alike from frame to frame (a codec, the learnt
+    picture's own noise), and one frame's few dozen tiles tell it to a tenth at best: the ratio to
+    the plain sigma is averaged over neighbours, but for frames that stand out.
+    """
+    plain = np.array([fit.plain_rad if fit and fit.plain_rad else np.nan for fit in fits])
+    own = np.array([fit.sigma_rad if fit else np.nan for fit in fits])
+    ratio = (own / plain) ** 2
+    known = np.isfinite(ratio)
+    total = ndimage.uniform_filter1d(np.where(known, ratio, 0.0), _NEIGHBOURS, mode="nearest")
+    share = ndimage.uniform_filter1d(known.astype(float), _NEIGHBOURS, mode="nearest")
+    mean = np.maximum(total / np.maximum(share, 1e-9), 1.0)
+    calm = plain * np.sqrt(mean)
+    return np.where(known & (own < _ODD * calm), calm, own)
+
+
+def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
+    """Doubt from a speed that changes during the exposure, in the angle's unit; (frames,).
+
+    The blur's shape follows the acceleration that the neighbours tell; what is left comes of its
+    change between them, which moves the mean over an exposure E by up to ``da E^2 / 24``.
+    """
+    acceleration = np.zeros_like(angle)
+    step = np.diff(angle) / np.diff(time_s)
+    acceleration[1:-1] = np.diff(step) / (0.5 * (time_s[2:] - time_s[:-2]))
+    change = np.abs(np.gradient(acceleration))
+    return np.asarray(change * exposures_s**2 / 24.0 / np.sqrt(3.0))
+
+
+def at_middle_row(
+    time_s: Array, fits: Sequence[Fit | None], exposures: Sequence[Exposure], readout_s: float
+) -> tuple[list[float], Array]:
+    """Angles [rad] at the middle row's time under a rolling shutter, and the doubt this adds.
+
+    A fit tells the angle at the instant when the surface's own rows are read, and nearly nothing
+    of the speed that was assumed to carry it to the middle row. A quintic spline through all these
+    instants carries it better; what it differs from a cubic one is doubt.
+    """
+    known = np.array([fit is not None for fit in fits])
+    found = [(fit, e) for fit, e in zip(fits, exposures, strict=True) if fit is not None]
+    delay = np.array([fit.delay for fit, _ in found])
+    read = np.array(
+        [
+            fit.angle_rad + e.per_delay_rad * fit.delay + e.bend_rad * fit.delay**2
+            for fit, e in found
+        ]
+    )
+    own_s = time_s[known] + delay * readout_s
+    angle, doubt = np.full(len(fits), np.nan), np.zeros(len(fits))
+    if len(found) < 8 or np.any(np.diff(own_s) <= 0):
+        angle[known] = [fit.angle_rad for fit, _ in found]
+        return angle.tolist(), doubt
+    fifth, third = (make_interp_spline(own_s, read, order) for order in (5, 3))
+    angle[known] = fifth(time_s[known])
+    doubt[known] = np.abs(fifth(time_s[known]) - third(time_s[known]))
+    return angle.tolist(), doubt
