@@ -15,13 +15,11 @@ import numpy as np
 
 from servosight.models import excitation as shapes
 from servosight.models.camera import Camera
-from servosight.models.effect import Effect
 from servosight.models.excitation import Array, Excitation
-from servosight.models.parameter import Parameter
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
-from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.hidden_truth import OUTSIDE, TRUTHS, known
+from servosight.scenarios.draws import DRAWS, scaled
+from servosight.scenarios.hidden_truth import TRUTHS, known, outside
 from servosight.scenarios.scenario import Response
 from servosight.sim.run import angle_recording
 
@@ -50,7 +48,7 @@ ROWS: Mapping[str, Row] = {
     "nothing": Row(0, (0.0, 0.0), ("twin",)),
     "pair": Row(2, (3.0, 30.0)),
     "coarse": Row(1, (1.5, 30.0), coarse=True),
-    "outside": Row(1, (3.0, 30.0), ("fixed steps",), outside=True),
+    "outside": Row(1, (3.0, 30.0), outside=True),
     "equation": Row(1, (3.0, 30.0), ("equation",)),
 }
 
@@ -88,9 +86,9 @@ def propose(row_name: str, seed: int, attempt: int) -> Setup:
     rng = np.random.default_rng([seed, list(ROWS).index(row_name), attempt])
     sets = choices(row_name)
     names = sets[seed % len(sets)]
-    truths = [t for t in row.truths if row.outside or set(names) <= set(known(t))]
+    truths = [t for t in row.truths if set(names) <= {*(outside if row.outside else known)(t)}]
     truth = truths[seed // len(sets) % len(truths)]
-    effects = {name: _values(name, rng) for name in names}
+    effects = {name: _values(name, truth, rng) for name in names}
     bias = float(rng.uniform(-2.0, 2.0))
     for name in names:
         if name in DRAWS and DRAWS[name].trimmed:
@@ -169,43 +167,24 @@ def choices(row_name: str) -> list[tuple[str, ...]]:
     """All sets of effects that a row can hide; seeds take turns through them."""
     row = ROWS[row_name]
     if row.outside:
-        return [(name,) for name in OUTSIDE if name not in catalogue()]
+        return [(name,) for truth in row.truths for name in outside(truth)]
     able = {name for truth in row.truths for name in known(truth) if name in DRAWS}
     names = [name for name in catalogue() if name in able]
     sets = itertools.combinations(names, row.hidden)
     return [s for s in sets if any(set(s) <= set(known(truth)) for truth in row.truths)]
 
 
-def _values(name: str, rng: np.random.Generator) -> dict[str, float]:
-    """Parameters of an effect: drawn from its ranges, then moved towards or past neutral."""
-    if name in OUTSIDE and name not in DRAWS:
-        return {key: float(rng.uniform(*span)) for key, span in OUTSIDE[name].items()}
+def _values(name: str, truth: str, rng: np.random.Generator) -> dict[str, float]:
+    """Parameters of an effect: drawn from its ranges; a catalogued one of any size."""
+    if name in outside(truth):
+        return {key: float(rng.uniform(*span)) for key, span in outside(truth)[name].items()}
     effect = catalogue()[name]
-    size = _log_uniform(rng, *SIZE)
-    return {
-        key: _scaled(effect.parameter(key), float(rng.uniform(*span)), size)
-        for key, span in DRAWS[name].parameters.items()
-    } | _fixed(effect, name)
-
-
-def _fixed(effect: Effect, name: str) -> dict[str, float]:
-    """Neutral values of parameters that the draw leaves out."""
-    return {
-        parameter.name: float(parameter.neutral or 0.0)
-        for parameter in effect.parameters
-        if parameter.name not in DRAWS[name].parameters
-    }
-
-
-def _scaled(parameter: Parameter, value: float, size: float) -> float:
-    """``value`` at ``size`` times its distance from neutral, within the bounds."""
-    if parameter.neutral is None:
-        return value
-    if parameter.reciprocal:
-        value = value / size
-    else:
-        value = parameter.neutral + (value - parameter.neutral) * size
-    return min(max(value, parameter.low), parameter.high)
+    drawn = {key: float(rng.uniform(*span)) for key, span in DRAWS[name].parameters.items()}
+    found = {parameter.name: float(parameter.neutral or 0.0) for parameter in effect.parameters}
+    for key, value in scaled(name, drawn, _log_uniform(rng, *SIZE)).items():
+        parameter = effect.parameter(key)
+        found[key] = min(max(value, parameter.low), parameter.high)
+    return found
 
 
 def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:

@@ -77,8 +77,6 @@ class Physics(NamedTuple):
     warming_time: float = 1.0
     creep_share: float = 0.0
     creep_time: float = 1.0
-    end_stop_angle: float = _INF
-    end_stop_stiffness: float = 0.0
 
 
 @njit(cache=True)
@@ -190,8 +188,7 @@ def _load(p, theta, w):
     if p.cogging_amplitude != 0.0:
         turn = 2.0 * math.pi * theta / p.cogging_period
         load += p.cogging_amplitude * math.sin(turn + p.cogging_phase)
-    beyond = theta - min(max(theta, -p.end_stop_angle), p.end_stop_angle)
-    return load + p.end_stop_stiffness * beyond
+    return load
 
 
 @njit(cache=True)

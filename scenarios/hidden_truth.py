@@ -12,6 +12,7 @@ from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
+from servosight.scenarios.draws import UNCATALOGUED_DRAWS
 from servosight.scenarios.hidden_plant import KEPT, STEP_S, Physics, march
 from servosight.scenarios.scenario import Effects, Response
 from servosight.sim.effects import HIDDEN_EFFECTS
@@ -30,11 +31,10 @@ OUTSIDE: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "gust": {"amplitude": (0.3, 2.0), "time": (0.05, 0.4), "seed": (0.0, 1e6)},
     "warming": {"fade": (0.05, 0.3), "time": (3.0, 10.0)},
     "creep": {"share": (0.05, 0.3), "time": (0.2, 2.0)},
-    "end_stop": {"angle": (6.0, 12.0), "stiffness": (1.0, 10.0)},
 }
-"""What a servo may do and no catalogue names: a command filter or an integrator in the firmware,
-somebody else's machine on the bench, wind, a motor that warms up, a surface that creeps, a stop.
-Ranges of the parameters, in seconds, degrees, Hz and their quotients."""
+"""What no catalogue names, beside the twin's of that kind (scenarios/draws.py): a filter or an
+integrator in the firmware, somebody else's machine on the bench, wind, a motor that warms up, a
+surface that creeps. Ranges of the parameters, in seconds, degrees, Hz and their quotients."""
 
 
 def fixed_steps(servo: Response, effects: Effects, excitation: Excitation) -> Trajectory:
@@ -91,6 +91,15 @@ def known(truth: str) -> list[str]:
         for name, effect in effects.items()
         if all(f"{name}_{parameter.name}" in fields for parameter in effect.parameters)
     ]
+
+
+def outside(truth: str) -> Mapping[str, Mapping[str, tuple[float, float]]]:
+    """Ranges of what a truth can hide and no catalogue names."""
+    found: Mapping[str, Mapping[str, tuple[float, float]]] = {
+        "twin": {name: draw.parameters for name, draw in UNCATALOGUED_DRAWS.items()},
+        "fixed steps": OUTSIDE,
+    }.get(truth, {})
+    return {name: ranges for name, ranges in found.items() if name not in catalogue()}
 
 
 def _sent(physics: Physics, excitation: Excitation, edges_s: Array) -> Array:

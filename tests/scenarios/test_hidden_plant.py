@@ -3,7 +3,8 @@
 Bounds on the rms difference over 12 s, T = 20 ms: 0.001 deg where both solve the same equation
 (leapfrog at 20 us errs by (dt / T)^2 / 24 of 20 deg, the rest is kinks met within a step); what
 bristles and contacts differ in by design, elsewhere: a bristle bends by some reaches of 0.001 deg,
-the part behind a gap loads its driver with 0.002 deg of friction, both passed on by the loop.
+the part behind a gap loads its driver with 0.002 deg of friction, both passed on by the loop. Where
+friction falls with speed, a surface that breaks loose later by that much jumps: twice the bound.
 """
 
 from __future__ import annotations
@@ -17,8 +18,12 @@ from servosight.scenarios.draws import DRAWS
 from servosight.scenarios.hidden_truth import OUTSIDE, equation, fixed_steps, known
 from servosight.scenarios.scenario import Response
 
-BRISTLES = ("coulomb_friction", "stribeck_friction", "load_dependent_friction")
-BOUND_DEG = {**dict.fromkeys(BRISTLES, 0.01), "backlash": 0.003, "feedback_backlash": 0.05}
+BOUND_DEG = {
+    "coulomb_friction": 0.01,
+    "load_dependent_friction": 0.01,
+    "stribeck_friction": 0.02,
+    "backlash": 0.003,
+}
 COMMAND = standard(12.0, 20.0, seed=1)
 
 
