@@ -134,7 +134,8 @@ def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: i
         axis[0] + math.ceil((right + room) * per_mm) + 1,
     )
     sharp = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
-    rgba = np.asarray(GaussianBlur(sharp, (0, 0), SOFT_PX * SUPERSAMPLING * FINER))
+    soft = SOFT_PX * SUPERSAMPLING * FINER
+    rgba = np.asarray(GaussianBlur(sharp, (0, 0), soft), dtype=np.float32)
     sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING * FINER
     solid = rgba[:, :, 3].copy()
     shadow = _SHADOW * np.asarray(GaussianBlur(solid, (0, 0), sigma))

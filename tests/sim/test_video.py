@@ -64,7 +64,7 @@ def decoded(path: Path) -> tuple[list[Image], list[Fraction]]:
 
 def test_decodes_to_the_pictures_that_were_taken(film: Film) -> None:
     motion = trajectory()
-    studio = Studio(render_layers(CAMERA, ALONE.texture_seed), ALONE, seed=5)
+    studio = Studio(render_layers(CAMERA, 1, ALONE.room_px(CAMERA)), ALONE, seed=5)
     starts = frame_starts(motion, CAMERA)
     shots = plan(motion, CAMERA, starts, command_start(motion))
     images, _ = decoded(film.path)
