@@ -1,10 +1,10 @@
-# make setup | demo | test | check | benchmarks | hidden | clean
+# make setup | demo | test | check | benchmarks | hidden | paper | clean
 SEED ?= 1
 WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check benchmarks hidden clean
+.PHONY: setup demo test lint check benchmarks hidden paper clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -40,6 +40,12 @@ TRIALS ?= 300
 hidden: setup
 	$(BIN)/python benchmarks/hidden.py --trials $(TRIALS) --processes $(WORKERS) $(ARGS)
 	$(BIN)/python benchmarks/hidden.py --page
+
+# docs/paper.md anew, beside its peers from the lock's benchmarks group; some parts: ARGS="table-1"
+UV ?= $(shell command -v uv || echo .venv-uv/bin/uv)
+paper: setup
+	UV_PROJECT_ENVIRONMENT=.venv $(UV) sync --frozen --quiet --inexact --group benchmarks
+	$(BIN)/python benchmarks/paper $(ARGS)
 
 clean:
 	rm -rf .venv .venv-uv out dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -49,7 +49,7 @@ def rosenbrock(half_width: float = 2.048, goal: float = 1e-3) -> Trial:
 
     def residuals(points: Array) -> Array:
         x, y = points.T
-        return np.sqrt(2.0) * np.stack([10.0 * (y - x**2), 1.0 - x], axis=1)
+        return np.asarray(np.sqrt(2.0) * np.stack([10.0 * (y - x**2), 1.0 - x], axis=1))
 
     edge = np.full(2, half_width)
     return Trial("rosenbrock", residuals, -edge, edge, goal, np.ones(2))
@@ -60,7 +60,7 @@ def rastrigin(goal: float = 1e-3) -> Trial:
 
     def residuals(points: Array) -> Array:
         each = 10.0 + points**2 - 10.0 * np.cos(2.0 * np.pi * points)
-        return np.sqrt(2.0 * np.maximum(each, 0.0))
+        return np.asarray(np.sqrt(2.0 * np.maximum(each, 0.0)))
 
     edge = np.full(2, 5.12)
     return Trial("rastrigin", residuals, -edge, edge, goal, np.ones(2))
@@ -88,7 +88,8 @@ def linear_fit(seed: int = 3) -> Trial:
     measured = simulated(truth[None, :], 1e-4)[0] + noise
 
     def residuals(points: Array) -> Array:
-        return np.nan_to_num(np.clip(measured - simulated(points), -1e6, 1e6), nan=1e6)
+        error = np.clip(measured - simulated(points), -1e6, 1e6)
+        return np.asarray(np.nan_to_num(error, nan=1e6))
 
     low = np.array([0.1, np.log(1e-3), np.log(0.05), -20.0])
     high = np.array([3.0, np.log(0.5), np.log(5.0), 20.0])

@@ -1,0 +1,103 @@
+"""The paper's actuator (section E), and what its command, a sine, can tell of it.
+
+How its coefficients and its T, xi and k belong together, and which of them is a misprint, stands
+where the conversion does: identify/discrete.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servosight.identify.discrete import Difference
+from servosight.identify.estimator import Array, drive
+from servosight.identify.fit import coordinate_scale
+from servosight.identify.gauss_newton import GaussNewton
+from servosight.identify.problem import Problem
+from servosight.identify.starts import linear_start
+from servosight.models.camera import Camera
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+from servosight.scenarios.scenario import Motion, Response, Scenario
+
+TRUE = Response(1.027, 0.0078, 0.55, 0.0)
+PRINTED = Difference(-0.56, 0.33, 0.198, 0.34, 0.198, 0.01)
+"""Eq. 2 as printed; the sample time is what makes it agree with k, T and xi."""
+
+SINE = Motion("sine", 20.0, rate_hz=1000.0, frequency_hz=1.0)
+"""The paper's command, in rows so fine that their steps tell nothing."""
+RICH = Motion("standard", 20.0, rate_hz=1000.0)
+SETTLED_S = 1.0
+"""After a second nothing is left of how the motion began."""
+
+
+def scenario(motion: Motion, duration_s: float, *, video: bool, seed: int = 5) -> Scenario:
+    """The paper's actuator under ``motion`` before a camera of 120 frames/s."""
+    return Scenario(
+        seed=seed,
+        duration_s=duration_s,
+        video=video,
+        servo=TRUE,
+        motion=motion,
+        camera=Camera(rate_hz=120.0, exposure_s=0.002),
+    )
+
+
+def settled(recording: Recording, after_s: float = SETTLED_S) -> Recording:
+    """The recording from ``after_s`` on: of a sine, the steady motion alone."""
+    keep = recording.time_s > recording.time_s[0] + after_s
+    sigma = recording.sigma_deg
+    return replace(
+        recording,
+        time_s=recording.time_s[keep],
+        angle_deg=recording.angle_deg[keep],
+        sigma_deg=None if sigma is None else sigma[keep],
+    )
+
+
+def made(motion: Motion, duration_s: float, noise_deg: float, seed: int) -> Recording:
+    """Angles by the plant equation at 120 Hz with white noise, without a picture."""
+    command = scenario(motion, duration_s, video=False).excitation()
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    row[[plant.index(name) for name in ("k", "T", "xi")]] = TRUE.k, TRUE.T, TRUE.xi
+    time_s = 0.004 + np.arange(int(120 * duration_s)) / 120.0
+    stimulus = Stimulus(command.time_s, command.command_deg, False, time_s, np.ones(1))
+    noise = np.random.default_rng([seed, 8]).normal(0.0, noise_deg, time_s.size)
+    angle = plant.simulate(row, stimulus, 1e-4) + noise
+    return Recording(motion.kind, command.time_s, command.command_deg, time_s, angle)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A model with T held, everything else fitted: its xi, its k and its rms misfit [deg]."""
+
+    T: float
+    xi: float
+    k: float
+    rms_deg: float
+
+
+def with_T_held(recording: Recording, times_s: Sequence[float]) -> list[Held]:
+    """How well each time constant can be made to fit, k, xi, bias and the start refitted."""
+    problem = Problem.of([recording], catalogue(), [])
+    best = linear_start(problem)
+    low, high = problem.bounds
+    found = []
+    for T in times_s:
+
+        def residuals(points: Array, held: float = float(np.log(T))) -> Array:
+            return problem.residuals(np.insert(points, 1, held, axis=1))
+
+        begin = best.copy()
+        begin[2] += begin[1] - np.log(T)  # the lag 2 xi T as it was
+        start, lowest, highest, scale = (
+            np.delete(part, 1) for part in (begin, low, high, coordinate_scale(problem, begin))
+        )
+        outcome = drive(GaussNewton(start, lowest, highest, scale), residuals, 2_000)
+        rms = np.sqrt(2.0 * outcome.cost / recording.time_s.size)
+        found.append(Held(T, float(np.exp(outcome.point[1])), float(outcome.point[0]), float(rms)))
+    return found
