@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.camera import Camera
+from servosight.sim import render_compose, render_sight
 from servosight.sim.optics import Optics, expose, fixed_pattern, vignette
 from servosight.sim.render import Layers, render_layers
 from servosight.sim.render_compose import Plane, Pose, light_of
@@ -103,6 +104,30 @@ def test_the_angle_in_a_clean_frame_is_right(plane: Plane) -> None:
         shifts.append(np.hypot(fit[1], fit[2]))
     assert np.abs(errors).max() < 0.001
     assert max(shifts) < 0.01
+
+
+def test_sampling_errs_by_less_than_a_fifth_of_the_bound(
+    layers: Layers, plane: Plane, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Against six samples a pixel: the angle that the difference of two pictures amounts to.
+
+    It is the least-squares fit of dI/d(angle) to the difference. The bound is that of Cramer and
+    Rao for a noise of 2 grey levels, 2 / sqrt(sum (dI/d(angle))^2).
+    """
+    angles, step = (-17.3, 4.4, 23.9), 0.02
+
+    def pictures(of: Plane, turn: float) -> list[Array]:
+        return [231.0 * light(of, angle + turn) for angle in angles]
+
+    coarse = pictures(plane, 0.0)
+    for module in (render_compose, render_sight):
+        monkeypatch.setattr(module, "SUPERSAMPLING", 6)
+    fine = Plane.of(layers, Optics())
+    exact, left, right = (pictures(fine, turn) for turn in (0.0, -step, step))
+    for seen, truth, low, high in zip(coarse, exact, left, right, strict=True):
+        slope = (high - low) / (2.0 * step)
+        power = (slope**2).sum()
+        assert abs((slope * (seen - truth)).sum() / power) < 0.2 * 2.0 / np.sqrt(power)
 
 
 def test_only_what_moves_changes(plane: Plane) -> None:
