@@ -3,64 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import asdict
+from typing import Any, get_type_hints
 
 from servosight.models.camera import Camera
 from servosight.scenarios.toml_table import read_table, require
-from servosight.sim.optics import Optics
-from servosight.sim.optics_lens import Lens
 from servosight.sim.render_sight import folds
 from servosight.sim.scene import View
-from servosight.sim.scene_cover import Cover
-from servosight.sim.video_codec import NAMES, Codec
-from servosight.sim.video_light import Light
+from servosight.sim.video_codec import NAMES
 from servosight.sim.video_settings import VideoSettings
-from servosight.sim.video_shake import Shake
 
 MAX_TILT_DEG = 60.0
 MAX_SIDE_PX = 4096
 MAX_SHARE = 0.7
 
 
-@dataclass(frozen=True)
-class Filming:
-    """One table each; docs/camera.md lists their keys."""
-
-    optics: Optics = field(default_factory=Optics)
-    lens: Lens = field(default_factory=Lens)
-    light: Light = field(default_factory=Light)
-    cover: Cover = field(default_factory=Cover)
-    shake: Shake = field(default_factory=Shake)
-    codec: Codec = field(default_factory=Codec)
-
-    def video_settings(self) -> VideoSettings:
-        """The same for the renderer."""
-        return VideoSettings(**{name: getattr(self, name) for name in TABLES})
-
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """Tables that :func:`read_filming` reads back."""
-        return {name: asdict(getattr(self, name)) for name in TABLES}
-
-
 TABLES = ("optics", "lens", "light", "cover", "shake", "codec")
-
-_KINDS: Mapping[str, type] = {
-    "optics": Optics,
-    "lens": Lens,
-    "light": Light,
-    "cover": Cover,
-    "shake": Shake,
-    "codec": Codec,
-}
+"""Fields of :class:`VideoSettings` that a scenario declares; docs/camera.md lists their keys."""
 
 
-def read_filming(table: Mapping[str, Any], source: str) -> Filming:
+def read_filming(table: Mapping[str, Any], source: str) -> VideoSettings:
     """Read the tables that are there; InputError names the key that is wrong."""
-    read: dict[str, Any] = {
-        name: read_table(_KINDS[name], table.get(name, {}), source, name) for name in TABLES
-    }
-    return Filming(**read)
+    kinds = get_type_hints(VideoSettings)
+    read = {name: read_table(kinds[name], table.get(name, {}), source, name) for name in TABLES}
+    return VideoSettings(**read)
+
+
+def filming_tables(filming: VideoSettings) -> dict[str, dict[str, Any]]:
+    """Tables that :func:`read_filming` reads back."""
+    return {name: asdict(getattr(filming, name)) for name in TABLES}
 
 
 def check_camera(camera: Camera, source: str) -> None:
@@ -110,7 +81,7 @@ def check_camera(camera: Camera, source: str) -> None:
         require(holds, source, f"camera.{key}", value, expected)
 
 
-def check_filming(filming: Filming, camera: Camera, source: str) -> None:
+def check_filming(filming: VideoSettings, camera: Camera, source: str) -> None:
     """Raise InputError for what no lens, lamp or codec does."""
     optics, lens, light = filming.optics, filming.lens, filming.light
     cover, shake, codec = filming.cover, filming.shake, filming.codec

@@ -14,6 +14,7 @@ from servosight.models.atomic import new_folder, write_text
 from servosight.models.camera import Camera
 from servosight.models.csv_io import table_text
 from servosight.models.recording_io import FILES, save_recording, write_angle
+from servosight.scenarios.camera_settings import filming_tables
 from servosight.scenarios.scenario import Scenario
 from servosight.sim.run import angle_recording, run
 from servosight.sim.trajectory import Trajectory
@@ -70,7 +71,7 @@ def _render(
         camera,
         folder / VIDEO,
         seed=_stream(scenario, 1),
-        settings=scenario.filming.video_settings(),
+        settings=scenario.filming,
         progress=progress,
     )
     columns = frames.columns()
@@ -103,4 +104,4 @@ def _settings(scenario: Scenario) -> dict[str, Any]:
     if scenario.camera.pivot_px is None:
         del table["camera"]["pivot_px"]
     del table["filming"]
-    return {**table, **scenario.filming.tables()}
+    return {**table, **filming_tables(scenario.filming)}

@@ -17,7 +17,6 @@ from servosight.models.excitation import Array, Excitation
 from servosight.models.registry import catalogue
 from servosight.scenarios.camera_settings import (
     TABLES,
-    Filming,
     check_camera,
     check_filming,
     read_filming,
@@ -26,6 +25,7 @@ from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS, USUAL, scaled
 from servosight.scenarios.toml_table import read_number, read_table, require
 from servosight.sim.bench import BenchParameters
 from servosight.sim.effects import resolve
+from servosight.sim.video_settings import VideoSettings
 
 Effects = Mapping[str, Mapping[str, float]]
 
@@ -91,7 +91,7 @@ class Scenario:
     servo: Response = field(default_factory=Response)
     motion: Motion = field(default_factory=Motion)
     camera: Camera = field(default_factory=Camera)
-    filming: Filming = field(default_factory=Filming)
+    filming: VideoSettings = field(default_factory=VideoSettings)
     effects: Effects = field(default_factory=dict)
 
     @classmethod
@@ -99,7 +99,7 @@ class Scenario:
         """Read a scenario; InputError names the file, the key and what was expected.
 
         Keys are the fields' names; ``[servo]``, ``[motion]``, ``[camera]``, those of
-        :class:`Filming` and ``[effects.ID]`` are tables.
+        docs/camera.md and ``[effects.ID]`` are tables.
         """
         try:
             table = tomllib.loads(path.read_text(encoding="utf-8-sig"))

@@ -23,7 +23,7 @@ def test_tables_reach_the_renderer(tmp_path: Path) -> None:
         "[lens]\nyaw_deg = 20\n[light]\nflicker = 0.2\n[cover]\nshare = 0.3\n"
         '[shake]\nshift_px = 1.0\n[optics]\ndefocus_px = 2.0\n[codec]\nname = "h264"\n',
     )
-    settings = scenario.filming.video_settings()
+    settings = scenario.filming
     assert settings.lens.yaw_deg == 20.0
     assert settings.light.flicker == 0.2
     assert settings.cover.share == 0.3
