@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from servosight.scenarios.hidden_trial import run_trial
+from servosight.scenarios.hidden_trial import NoDraw, run_trial
 
 Line = dict[str, Any]
 Job = tuple[str, int]
@@ -63,7 +63,10 @@ class Results:
 
 
 def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Heard) -> list[Line]:
-    """Run what is not in the results yet; ``heard`` gets each new line, how many, of how many."""
+    """Run what is not in the results yet; ``heard`` gets each new line, how many, of how many.
+
+    Returns the lines of all jobs but those for which no draw has the strength.
+    """
     done = {(line["row"], line["seed"]): line for line in results.lines()}
     facts = results.facts()
     missing = [job for job in jobs if job not in done]
@@ -73,6 +76,8 @@ def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Hea
         futures = [pool.submit(run_trial, *job, facts.get(job)) for job in missing]
         try:
             for count, future in enumerate(as_completed(futures), start=1):
+                if isinstance(future.exception(), NoDraw):
+                    continue
                 line = {**future.result(), "version": results.version, "made": results.made}
                 results.append(line)
                 done[line["row"], line["seed"]] = line
@@ -80,7 +85,7 @@ def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Hea
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return [done[job] for job in jobs]
+    return [done[job] for job in jobs if job in done]
 
 
 def _read(path: Path) -> Iterator[Line]:

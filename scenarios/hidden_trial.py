@@ -24,6 +24,10 @@ ATTEMPTS = 200
 Facts = Mapping[str, Any]
 
 
+class NoDraw(RuntimeError):
+    """None of many draws of a trial can have the strength that its row asks for."""
+
+
 def run_trial(row: str, seed: int, facts: Facts | None = None) -> dict[str, Any]:
     """A line of the results; ``facts`` of an earlier run of this trial save their fits."""
     facts = facts or find_facts(row, seed)
@@ -47,7 +51,7 @@ def find_facts(row: str, seed: int) -> dict[str, Any]:
 
     ``misfit_deg`` has the rms error of the best fit without noise of sets of effects, joined by
     "+"; ``strength`` is that of the best set that lacks a hidden effect over the noise; ``cost``
-    what the best rival loses in log-likelihood against the hidden set itself.
+    what the best rival loses in log-likelihood against the hidden set itself. Raises NoDraw.
     """
     for attempt in range(ATTEMPTS):
         setup = propose(row, seed, attempt)
@@ -61,7 +65,7 @@ def find_facts(row: str, seed: int) -> dict[str, Any]:
         if noise is not None:
             break
     else:
-        raise RuntimeError(f"{row} {seed}: no draw of {names} has the strength; widen its draw")
+        raise NoDraw(f"{row} {seed}: no draw of {names} has the strength; widen its draw")
     inside = not ROWS[row].outside
     if names:
         for rival in rivals(names if inside else (), fits):
