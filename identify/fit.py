@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.noise import joint_noise_deg
+from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
 from servosight.identify.problem import Problem
 from servosight.identify.starts import effect_starts, linear_start, search_box
@@ -195,13 +196,14 @@ def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
 
 
 def _by_population(name: str, problem: Problem, seed: int) -> tuple[Fit, Array]:
-    """A population searches the box around the linear fit; Gauss-Newton starts from its best."""
+    """A population and its descents search the box around the linear fit; the best is polished."""
     linear = Problem(problem.recordings, problem.plant, (), problem.masks)
     start = linear_start(linear)
     low, high = search_box(problem, linear, start)
     seeds = np.array(effect_starts(problem, linear, start))
     population = Population(OPERATORS[name], low, high, seed, seeds)
-    search = drive(population, problem.residuals, SEARCH_BUDGET)
+    estimator = Polished(population, coordinate_scale(problem, seeds[0]))
+    search = drive(estimator, problem.residuals, SEARCH_BUDGET)
     return polish(problem, [search.point]), search.history
 
 
