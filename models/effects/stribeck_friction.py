@@ -30,18 +30,17 @@ def resolution(
     if w > 3.01 * speed:
         return math.inf
     growth = 0.3 * T * T * speed / (excess + 1e-12)
-    passage = 0.3 * speed / (acceleration + 1e-12)
+    passage = 0.2 * speed / (acceleration + 1e-12)
     return max(min(growth, passage), 0.01 * T)
 
 
 def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
-    """Friction of the residual's size, half of it and all of it gone at low or middling speed."""
-    size = cues.residual_deg
-    return (
-        (0.7 * size, 0.7 * size, 0.02 * cues.speed_deg_s),
-        (1.5 * size, 1.5 * size, 0.05 * cues.speed_deg_s),
-        (0.7 * size, 1.5 * size, 0.15 * cues.speed_deg_s),
-        (3.0 * size, 3.0 * size, 0.02 * cues.speed_deg_s),
+    """Levels about the residual's size, with as much or twice as much excess, at three speeds."""
+    return tuple(
+        (level * cues.residual_deg, more * level * cues.residual_deg, share * cues.speed_deg_s)
+        for level in (0.5, 1.0, 2.0)
+        for more in (0.7, 2.0)
+        for share in (0.01, 0.03, 0.1)
     )
 
 

@@ -39,7 +39,15 @@ class Reference:
 
     def solve(self, time_s: Array, command_deg: Array, samples_s: Array) -> Array:
         """Angle of the surface [deg] at ``samples_s``, from the initial state at the first."""
+        step = self.get("command_quantization", "step")
+        if step:
+            assert not self.linear, "rounding is tried on a held command"
+            command_deg = step * np.floor(np.asarray(command_deg) / step + 0.5)
         knots, values = self._line(time_s, command_deg, samples_s[0], samples_s[-1])
+        if "feedback_backlash" in self.effects:
+            return self._hunting(knots, values, samples_s)
+        if "linkage_geometry" in self.effects:
+            return self.linkage(self._motion(knots, values, samples_s))
         gap = self.get("backlash", "gap")
         if not gap:
             return self._motion(knots, values, samples_s)
@@ -87,28 +95,75 @@ class Reference:
             np.concatenate([limited[bend], limited[-1:]]),
         )
 
-    def drive(self, e: float) -> float:
+    def linkage(self, theta: Array) -> Array:
+        """Surface angle behind a long pushrod."""
+        horn, offset = (
+            self.get("linkage_geometry", "horn", 1.0),
+            self.get("linkage_geometry", "offset"),
+        )
+        way = horn * (np.sin(np.radians(theta + offset)) - np.sin(np.radians(offset)))
+        return np.asarray(np.degrees(np.arcsin(way)))
+
+    def _hunting(self, knots: Array, values: Array, samples: Array) -> Array:
+        """Play inside the loop: midpoint steps of 10 us, the play operator after each."""
+        h, half = 1e-5, 0.5 * self.get("feedback_backlash", "gap")
+        count = math.ceil((samples[-1] - samples[0]) / h) + 1
+        grid = samples[0] + h * np.arange(count)
+        inside = np.searchsorted(knots, grid + 0.5 * h, side="right") - 1
+        width = np.maximum(knots[inside + 1] - knots[inside], 1e-300)
+        share = (grid + 0.5 * h - knots[inside]) / width
+        force = self.k * (values[inside] + share * (values[inside + 1] - values[inside]))
+        theta, w, shown = self.angle, self.speed, self.angle
+        out = np.empty(count)
+        for n, push in enumerate(force + self.bias):
+            out[n] = shown
+            a = (push - shown - 2 * self.xi * self.T * w) / self.T**2
+            middle = theta + 0.5 * h * w
+            felt = min(max(shown, middle - half), middle + half)
+            v = w + 0.5 * h * a
+            theta += h * v
+            w += h * (push - felt - 2 * self.xi * self.T * v) / self.T**2
+            shown = min(max(shown, theta - half), theta + half)
+        return np.interp(samples, grid, out)
+
+    def feedback(self, theta: float) -> float:
+        return theta + wave(theta, self.effects.get("sensor_nonlinearity"))
+
+    def drive(self, e: float, w: float, sag: float) -> float:
+        e *= self.get("asymmetric_gain", "ratio", 1.0) if e < 0.0 else 1.0
         half = self.get("dead_zone", "half_width")
         e = e - min(max(e, -half), half)
         limit = self.get("torque_saturation", "limit", math.inf)
-        return min(max(e, -limit), limit)
+        e = min(max(e, -limit), limit)
+        stall = self.get("speed_limit", "stall", math.inf)
+        if math.isfinite(stall):
+            slope = stall / self.get("speed_limit", "no_load_speed", math.inf)
+            e = min(max(e, -max(stall + slope * w, 0.0)), max(stall - slope * w, 0.0))
+        return e * max(1.0 - self.get("supply_sag", "sag") * sag, 0.0)
 
     def load(self, theta: float) -> float:
         a = math.radians(theta)
-        return self.get("gravity_load", "sine") * math.sin(a) + self.get(
-            "gravity_load", "cosine"
-        ) * math.cos(a)
+        weight = self.get("gravity_load", "sine") * math.sin(a)
+        weight += self.get("gravity_load", "cosine") * math.cos(a)
+        hinge = self.get("hinge_hardening", "cubic") * theta**3
+        return weight + hinge + wave(theta, self.effects.get("cogging"))
 
-    def friction(self, drive: float) -> float:
-        return self.get("coulomb_friction", "level") + self.get(
-            "load_dependent_friction", "ratio"
-        ) * abs(drive)
+    def friction(self, drive: float, w: float) -> float:
+        level = self.get("coulomb_friction", "level") + self.get("stribeck_friction", "level")
+        share = w / self.get("stribeck_friction", "speed", 1.0)
+        level += self.get("stribeck_friction", "excess") * math.exp(-min(share * share, 700.0))
+        return level + self.get("load_dependent_friction", "ratio") * abs(drive)
+
+    def smooth_friction(self, w: float, bristle: float) -> float:
+        """What brakes without ever sticking."""
+        return self.get("quadratic_drag", "coefficient") * w * abs(w) + bristle
 
     def _motion(self, knots: Array, values: Array, samples: Array) -> Array:
         """Motor angle, or the far inertia's behind a flexible shaft, at ``samples``."""
-        dry = "coulomb_friction" in self.effects or "load_dependent_friction" in self.effects
+        sticks = {"coulomb_friction", "load_dependent_friction", "stribeck_friction"}
+        dry = not sticks.isdisjoint(self.effects)
         shaft = self.effects.get("flexible_shaft")
-        x = np.array([self.angle, self.speed] * (2 if shaft else 1))
+        x = np.array([self.angle, self.speed] * (2 if shaft else 1) + [0.0, 0.0])
         out = np.full(samples.size, np.nan)
         for begin, end, first, last in zip(knots, knots[1:], values, values[1:], strict=False):
             if end <= max(begin, samples[0]) or begin >= samples[-1]:
@@ -148,9 +203,10 @@ class Reference:
 
         def torques(at: float, y: Array) -> tuple[float, float]:
             """What acts on the motor without friction, and what friction may take of it."""
-            drive = self.drive(force(at) - y[0])
+            drive = self.drive(force(at) - self.feedback(y[0]), y[1], y[-2])
             net = drive - self.load(y[0]) - ratio * self.T**2 * far_side(y)
-            return net - 2 * self.xi * self.T * y[1], self.friction(drive)
+            net -= self.smooth_friction(y[1], y[-1])
+            return net - 2 * self.xi * self.T * y[1], self.friction(drive, y[1])
 
         def beyond(at: float, y: Array) -> float:
             net, hold = torques(at, y)
@@ -163,7 +219,16 @@ class Reference:
             net, hold = torques(at, y)
             push = (net - way * hold) / ((1 - ratio) * self.T**2)
             near = [0.0, 0.0] if stuck else [float(y[1]), push]
-            return [*near, y[3], far_side(y)] if shaft else near
+            far = [y[3], far_side(y)] if shaft else []
+            return [*near, *far, *lagging(at, y, near[0])]
+
+        def lagging(at: float, y: Array, w: float) -> tuple[float, float]:
+            """Rates of the filtered drive of a supply that sags, and of Dahl's bristle."""
+            error = self.drive(force(at) - self.feedback(y[0]), w, 0.0)
+            sag = (abs(error) - y[-2]) / self.get("supply_sag", "time", math.inf)
+            stiffness = self.get("presliding", "stiffness")
+            bent = y[-1] / self.get("presliding", "level", math.inf)
+            return sag, stiffness * (w - abs(w) * bent)
 
         def stops(at: float, y: Array) -> float:
             return beyond(at, y) - 1e-11 if stuck else float(y[1])
@@ -189,6 +254,14 @@ class Reference:
         if answer.status == 1:
             x[1] = 0.0
         return reached, x
+
+
+def wave(theta: float, effect: Mapping[str, float] | None) -> float:
+    """A sine over the angle."""
+    if effect is None:
+        return 0.0
+    turn = 2 * math.pi * theta / effect["period"] + effect["phase"]
+    return effect["amplitude"] * math.sin(turn)
 
 
 def play(angle_deg: Array, gap: float) -> Array:
