@@ -29,7 +29,7 @@ def resolution(
     """Longest step [s] where friction falls with speed: motion grows there, as stick-slip does."""
     if w > 3.01 * speed:
         return math.inf
-    growth = 0.3 * T * T * speed / (excess + 1e-12)
+    growth = 0.15 * T * T * speed / (excess + 1e-12)
     passage = 0.2 * speed / (acceleration + 1e-12)
     return max(min(growth, passage), 0.01 * T)
 
