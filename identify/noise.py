@@ -43,8 +43,8 @@ _MOST = 20_000
 """The beginning of a long recording tells sigma to 1 %, and takes no more time and memory."""
 _PASSES = 4
 _GAPS = 20
-_EVEN = 0.002
-"""Samples are even where their spacing scatters by less than this share of it."""
+_EVEN = 0.15
+"""Periods are compared where uneven sample times move the angle by less than this share of it."""
 _SAME = 1e-4
 """A command repeats itself where its periods differ by less than this share of its range, rms."""
 _OUTLIER_SIGMA = 3.0
@@ -213,10 +213,6 @@ def _repeats(recording: Recording) -> Array:
     Helmert's contrasts, so that white noise keeps its variance; empty where the command does not
     repeat itself, twice at least beside the first period, or samples do not fall on its period.
     """
-    nothing = np.empty((0, 1))
-    spacing = np.diff(recording.time_s)
-    if np.ptp(spacing) > _EVEN * spacing.mean():
-        return nothing
     command = _command(recording, recording.time_s)
     count = command.size
     span = float(np.ptp(command))
@@ -231,8 +227,18 @@ def _repeats(recording: Recording) -> Array:
             periods = count // lag - 1
             table = recording.angle_deg[count - periods * lag :].reshape(periods, lag)
             contrasts = np.linalg.qr(np.eye(periods) - 1.0 / periods)[0][:, : periods - 1]
-            return np.asarray(table.T @ contrasts)
-    return nothing
+            found = np.asarray(table.T @ contrasts)
+            if _shift_deg(recording) < _EVEN * np.sqrt(np.mean(found**2)):
+                return found
+    return np.empty((0, 1))
+
+
+def _shift_deg(recording: Recording) -> float:
+    """How much uneven sample times move the angle, rms [deg]."""
+    count = np.arange(recording.time_s.size)
+    off = recording.time_s - np.polyval(np.polyfit(count, recording.time_s, 1), count)
+    speed = np.diff(recording.angle_deg) / np.diff(recording.time_s)
+    return float(np.std(off) * np.sqrt(np.mean(speed**2)))
 
 
 def _command(recording: Recording, time_s: Array) -> Array:
