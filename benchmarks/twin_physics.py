@@ -25,7 +25,7 @@ from servosight.sim.run import run
 PAGE = Path(__file__).parent.parent / "docs" / "measured" / "twin-physics.md"
 TIMES_S = (0.0078, 0.02, 0.05)
 XI = 0.6
-DURATION_S = 6.0
+DURATION_S = 4.0
 FORGOTTEN_S = 1.0
 """Time in which a play's and a bristle's unknown first state no longer counts."""
 

@@ -20,4 +20,4 @@ def regulate(twin: Twin, values: Values) -> Regulator:
     return set_friction
 
 
-EFFECT = HiddenEffect("load_dependent_friction", {"ratio": 0.5}, regulate=regulate)
+EFFECT = HiddenEffect("load_dependent_friction", {"ratio": 0.5}, regulate=regulate, steps_per_T=200)
