@@ -98,6 +98,14 @@ def point(text: str) -> tuple[float, float]:
     return x, y
 
 
+def limit_pair(text: str) -> tuple[float, float]:
+    """``DEG,DEG/S``, both above 0."""
+    angle, rate = _numbers(text, 2, "DEG,DEG/S such as 30,300")
+    if min(angle, rate) <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected two numbers above 0, such as 30,300")
+    return angle, rate
+
+
 def box(text: str) -> tuple[float, float, float, float]:
     """``X,Y,W,H``."""
     x, y, width, height = _numbers(text, 4, "X,Y,W,H such as 300,200,120,60")

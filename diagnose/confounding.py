@@ -1,13 +1,25 @@
-"""Candidates that this recording cannot tell apart."""
+"""Models that these recordings cannot tell apart."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.diagnose.evidence import TIE, evidence
 from servosight.diagnose.trial import Trial
+
+Array = NDArray[np.float64]
+
+
+def cost(first: Trial, second: Trial, noise_deg: float) -> float:
+    """Log-likelihood lost by taking one model's prediction for the other's.
+
+    sum (y1 - y2)^2 / (2 noise^2) over all samples, seen and held out.
+    """
+    difference = _predicted(first) - _predicted(second)
+    return float(np.sum(difference**2) / (2.0 * max(noise_deg, 1e-12) ** 2))
 
 
 def confounded(
@@ -15,29 +27,40 @@ def confounded(
 ) -> dict[str, tuple[str, ...]]:
     """For each single candidate, the others whose predictions agree with it within the noise.
 
-    Two candidates are told apart when choosing the wrong one costs at least ten in
-    log-likelihood: sum (y1 - y2)^2 / (2 noise^2). Candidates that gain nothing on the linear
-    model are not compared: they all predict what it predicts.
+    Candidates that gain nothing on the linear model are not compared: they all predict what it
+    predicts.
     """
-    names = [_single(trial, base) for trial in trials]
-    alive = [evidence(trial, base, tolerance_deg) > TIE for trial in trials]
-    predictions = [np.concatenate([one.predicted_deg for one in trial.judged]) for trial in trials]
-    scale = max(noise_deg, 1e-12)
-    groups: dict[str, tuple[str, ...]] = {}
-    for i, name in enumerate(names):
+    alive = {
+        _single(trial, base): trial
+        for trial in trials
+        if evidence(trial, base, tolerance_deg) > TIE
+    }
+    groups: dict[str, tuple[str, ...]] = {_single(trial, base): () for trial in trials}
+    for name, trial in alive.items():
         groups[name] = tuple(
-            names[j]
-            for j in range(len(names))
-            if j != i
-            and alive[i]
-            and alive[j]
-            and _cost(predictions[i] - predictions[j], scale) < TIE
+            other
+            for other, rival in alive.items()
+            if other != name and cost(trial, rival, noise_deg) < TIE
         )
     return groups
 
 
-def _cost(difference: np.ndarray, noise_deg: float) -> float:
-    return float(np.sum(difference**2) / (2.0 * noise_deg**2))
+def alternatives(trial: Trial, tried: Iterable[Trial], noise_deg: float) -> tuple[Trial, ...]:
+    """Other models with as few effects whose predictions agree with ``trial``'s, nearest first.
+
+    A model that merely adds an idle effect to the same ones is no alternative.
+    """
+    found = [
+        (cost(trial, other, noise_deg), other)
+        for other in tried
+        if len(other.effects) <= len(trial.effects) and other.effects != trial.effects
+    ]
+    near = sorted((one for one in found if one[0] < TIE), key=lambda one: one[0])
+    return tuple(other for _, other in near)
+
+
+def _predicted(trial: Trial) -> Array:
+    return np.concatenate([one.predicted_deg for one in trial.judged])
 
 
 def _single(trial: Trial, base: Trial) -> str:

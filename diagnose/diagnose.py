@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from servosight.diagnose.confounding import confounded
-from servosight.diagnose.evidence import Bar, evidence
+from servosight.diagnose.confounding import alternatives, confounded
+from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, evidence
+from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
@@ -16,6 +17,7 @@ from servosight.identify.fit import TOLERANCE_SHARE, floor_deg, parameters_json
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
+from servosight.models.design import Limits
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
 
@@ -84,7 +86,9 @@ class Diagnosis:
     ladder: tuple[Step, ...]
     candidates: tuple[Candidate, ...]
     where: tuple[Window, ...]
+    alternatives: tuple[tuple[str, ...], ...]
     next_experiment: str
+    proposal: Proposal | None
     seconds: float
     actuator: Actuator
 
@@ -99,7 +103,9 @@ class Diagnosis:
             "ladder": [step.to_json() for step in self.ladder],
             "candidates": [candidate.to_json() for candidate in self.candidates],
             "where": [window.to_json() for window in self.where],
+            "alternatives": [list(effects) for effects in self.alternatives],
             "next_experiment": self.next_experiment,
+            "proposal": None if self.proposal is None else self.proposal.to_json(),
             "seconds": self.seconds,
         }
 
@@ -111,12 +117,14 @@ def diagnose(
     catalogue: Mapping[str, Effect],
     auto: bool = False,
     tolerance: float | None = None,
+    limits: Limits | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Compare the linear model with recordings, rank what could be missing; climb with ``auto``.
 
     ``validate`` recordings are held out whole; without them, every third second is. ``tolerance``
-    [deg] is what no model need reach (default 0.05 % of the moved range).
+    [deg] is what no model need reach (default 0.05 % of the moved range). ``limits`` bound the next
+    experiment (default: what the recordings' commands have used).
     """
     began = time.perf_counter()
     every = (*recordings, *validate)
@@ -132,6 +140,8 @@ def diagnose(
     linear, last = climb.rungs[0].trial, climb.rungs[-1].trial
     steps = tuple(_step(rung, bar) for rung in climb.rungs)
     candidates = _candidates(climb, linear, noise, allowed)
+    rivals = _rivals(laboratory, climb, noise, bar, auto)
+    proposal = propose(rivals, laboratory, noise, limits) if len(rivals) > 1 else None
     return Diagnosis(
         noise,
         floor,
@@ -141,7 +151,9 @@ def diagnose(
         steps,
         candidates,
         tuple(worst_windows(linear.judged)),
-        _next_experiment(candidates, linear, last, bar, auto),
+        tuple(rival.effects for rival in rivals[1:]),
+        _next_experiment(proposal, candidates, linear, last, bar, auto),
+        proposal,
         time.perf_counter() - began,
         _actuator(steps[-1], recordings),
     )
@@ -185,7 +197,23 @@ def _candidates(
     return tuple(found)
 
 
+def _rivals(
+    laboratory: Laboratory, climb: Climb, noise: float, bar: Bar, auto: bool
+) -> tuple[Trial, ...]:
+    """The model that was chosen, or would be next, and those that it cannot be told from.
+
+    None where the linear model is all that is left.
+    """
+    linear, chosen = climb.rungs[0].trial, climb.rungs[-1].trial
+    if not auto and not bar.explained(linear):
+        chosen = climb.singles[0]
+    if not chosen.effects or evidence(chosen, linear, bar.tolerance_deg) <= MIN_EVIDENCE:
+        return ()
+    return (chosen, *alternatives(chosen, laboratory.notebook.values(), noise))
+
+
 def _next_experiment(
+    proposal: Proposal | None,
     candidates: Sequence[Candidate],
     linear: Trial,
     last: Trial,
@@ -196,13 +224,8 @@ def _next_experiment(
     if bar.explained(linear):
         return "Nothing is missing here; to look further, use a larger and faster command."
     best = candidates[0]
-    if best.confounded_with:
-        rivals = ", ".join(best.confounded_with)
-        return (
-            f"{best.effect} cannot be told from {rivals} on this recording: record triangles at "
-            f"two amplitudes, steps of several sizes and a chirp, and diagnose both recordings "
-            f"together."
-        )
+    if proposal is not None:
+        return proposal.sentence
     if bar.explained(last):
         return "The ladder reached the floor: confirm on a recording with another command."
     if not auto:

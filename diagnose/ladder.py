@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.evidence import Bar, criterion, evidence
+from servosight.diagnose.evidence import TIE, Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
-PAIR_CANDIDATES = 12
-FINALISTS = 8
-"""Pairs are formed among this many of the best single candidates, and the best eight finished."""
+FITTED = 8
+"""After the first step, this many of the most promising candidates are fitted."""
+PARTNERS = 2
+"""Pairs: each of the best single candidates with the effects that promise most behind it,"""
+PAIRS = 12
+"""and the pairs that promise most behind the model at hand;"""
+FINALISTS = 6
+"""all are sketched, and the best fitted to the end."""
 MAX_RUNGS = 6
 FAR = 3.0
 """Beyond this factor of the floor, pairs are tried also where one effect earns its place,"""
@@ -50,20 +55,24 @@ class Climber:
     bar: Bar
     progress: Progress = silent
 
-    def rank(self, base: Trial, label: str) -> list[Trial]:
-        """Each candidate that ``base`` lacks, added alone; best first."""
-        names = [name for name in self.laboratory.catalogue if name not in base.effects]
+    def rank(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
+        """Each of ``names`` added to ``base`` alone; best first."""
         trials = []
         for i, name in enumerate(names):
             self.progress(f"{label}: trying {name}", i, len(names))
-            trials.append(self.laboratory.extended(base, [name]))
+            trials.append(self.laboratory.extended(base, name))
         self.progress(f"{label}: tried all", len(names), len(names))
-        return sorted(trials, key=self._criterion, reverse=True)
+        return self._sorted(trials, base)
+
+    def rank_promising(self, base: Trial, label: str) -> list[Trial]:
+        """The candidates that promise most behind ``base``, fitted; best first."""
+        return self.rank(base, label, self._promising(base, FITTED))
 
     def first_step(self) -> Climb:
         """The linear model and the candidates for the first addition, none of them added."""
         linear = self.laboratory.linear()
-        return Climb((Rung(linear),), tuple(self.rank(linear, "first effect")))
+        names = self.laboratory.candidates(linear)
+        return Climb((Rung(linear),), tuple(self.rank(linear, "first effect", names)))
 
     def climb(self) -> Climb:
         """From the linear model up."""
@@ -81,7 +90,8 @@ class Climber:
             rungs += added
             rungs += self._settle(rungs[-1].trial)
             if not self.bar.explained(rungs[-1].trial):
-                ranked = self.rank(rungs[-1].trial, f"effect {len(rungs[-1].trial.effects) + 1}")
+                label = f"effect {len(rungs[-1].trial.effects) + 1}"
+                ranked = self.rank_promising(rungs[-1].trial, label)
         return Climb(tuple(rungs), first.singles)
 
     def _far(self, trial: Trial, linear: Trial) -> bool:
@@ -90,9 +100,9 @@ class Climber:
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """A rung for the best single candidate if it earns its place."""
-        if not ranked or not self.bar.earns(ranked[0], base, len(ranked)):
+        if not ranked or not self.bar.earns(ranked[0], base, self._tried(base)):
             return None
-        return [Rung(ranked[0], _news(ranked[0], base))]
+        return [_rung(ranked[0], base)]
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """Two rungs for the best pair, if it earns its place beside the best single candidate.
@@ -100,23 +110,48 @@ class Climber:
         Two effects can each gain little alone and much together, and a single one that gains a
         little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
         """
-        by_name = {_news(trial, base): trial for trial in ranked[:PAIR_CANDIDATES]}
-        pairs = list(itertools.combinations(by_name, 2))
+        by_name = {_news(trial, base): trial for trial in ranked}
+        pairs = self._promising_pairs(base, by_name)
         if not pairs:
             return None
-        sketches: dict[tuple[str, str], Trial] = {}
+        sketches: list[tuple[Trial, Trial]] = []
         for i, (first, second) in enumerate(pairs):
             self.progress(f"trying {first} with {second}", i, len(pairs))
-            sketches[first, second] = self.laboratory.sketched(by_name[first], [second])
-        leading = sorted(pairs, key=lambda pair: self._criterion(sketches[pair]), reverse=True)
-        trials = {pair: self.laboratory.finished(sketches[pair]) for pair in leading[:FINALISTS]}
+            alone = by_name[first]
+            sketches.append((self.laboratory.sketched(alone, second), alone))
+        sketches.sort(key=lambda pair: -self._criterion(pair[0]))
+        trials = [(self.laboratory.finished(both), alone) for both, alone in sketches[:FINALISTS]]
         self.progress("tried pairs", len(pairs), len(pairs))
-        first, second = max(trials, key=lambda pair: self._criterion(trials[pair]))
-        trial = trials[first, second]
-        rivals = [base, by_name[first], by_name[second], ranked[0]]
-        if not all(self.bar.earns(trial, rival, len(pairs)) for rival in rivals):
+        trial, alone = max(trials, key=lambda pair: self._criterion(pair[0]))
+        tried = self._tried(base) ** 2
+        rivals = [base, alone, ranked[0]]
+        if not all(self.bar.earns(trial, rival, tried) for rival in rivals):
             return None
-        return [Rung(by_name[first], first), Rung(trial, second)]
+        return [_rung(alone, base), _rung(trial, alone)]
+
+    def _promising_pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
+        """Pairs worth a sketch; the first of each has been fitted alone."""
+        lab = self.laboratory
+        found = lab.screen(base, list(by_name)).best_pairs(PAIRS) if by_name else []
+        for name, alone in itertools.islice(by_name.items(), FINALISTS):
+            partners = lab.screen(alone, self._open(alone)).best(PARTNERS)
+            found += [(name, partner) for partner in partners]
+        apart = [pair for pair in found if not self._nested(*pair)]
+        return list({frozenset(pair): pair for pair in reversed(apart)}.values())
+
+    def _nested(self, first: str, second: str) -> bool:
+        catalogue = self.laboratory.catalogue
+        return first in catalogue[second].contains or second in catalogue[first].contains
+
+    def _open(self, base: Trial) -> list[str]:
+        return self.laboratory.candidates(base)
+
+    def _promising(self, base: Trial, count: int) -> list[str]:
+        names = self._open(base)
+        return self.laboratory.screen(base, names).best(count) if names else []
+
+    def _tried(self, base: Trial) -> int:
+        return len(self._open(base))
 
     def _settle(self, trial: Trial) -> Iterator[Rung]:
         """Try to do without each earlier effect, then to swap each for another."""
@@ -127,15 +162,39 @@ class Climber:
                 yield Rung(smaller, removed=name)
                 yield from self._settle(smaller)
                 return
-            swapped = self.rank(smaller, f"in place of {name}")[0]
+            swapped = self.rank_promising(smaller, f"in place of {name}")[0]
             gain = evidence(swapped, trial, self.bar.tolerance_deg)
             lower = swapped.held_out_rmse_deg < trial.held_out_rmse_deg
             if _news(swapped, smaller) != name and gain > 0.0 and lower:
                 yield Rung(swapped, _news(swapped, smaller), name)
                 return
 
+    def _sorted(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first; an effect goes behind one that it contains unless it is clearly better."""
+        ranked = sorted(trials, key=self._criterion, reverse=True)
+        for trial in tuple(ranked):
+            for simple in tuple(ranked):
+                special = (
+                    _news(simple, base) in self.laboratory.catalogue[_news(trial, base)].contains
+                )
+                ahead = ranked.index(trial) < ranked.index(simple)
+                if special and ahead and not self._clearly_better(trial, simple):
+                    ranked.remove(trial)
+                    ranked.insert(ranked.index(simple) + 1, trial)
+        return ranked
+
+    def _clearly_better(self, trial: Trial, other: Trial) -> bool:
+        gain = evidence(trial, other, self.bar.tolerance_deg)
+        return gain >= TIE and trial.held_out_rmse_deg < other.held_out_rmse_deg
+
     def _criterion(self, trial: Trial) -> float:
         return criterion(trial, self.bar.tolerance_deg)
+
+
+def _rung(trial: Trial, base: Trial) -> Rung:
+    """The rung from ``base`` to ``trial``, with what the new effect took the place of."""
+    gone = set(base.effects) - set(trial.effects)
+    return Rung(trial, _news(trial, base), next(iter(gone), None))
 
 
 def _news(trial: Trial, base: Trial) -> str:

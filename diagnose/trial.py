@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.diagnose.screen import Screen
 from servosight.identify.estimator import drive
 from servosight.identify.fit import Fit, fit_effects, polish
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
-from servosight.identify.starts import linear_start
+from servosight.identify.starts import effect_starts, linear_start
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
 
@@ -85,11 +86,15 @@ class Trial:
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Recordings to fit on, recordings to validate on, and the catalogue to choose from."""
+    """Recordings to fit on, recordings to validate on, and the catalogue to choose from.
+
+    ``notebook`` keeps the best trial of each set of effects that was tried.
+    """
 
     recordings: tuple[Recording, ...]
     validate: tuple[Recording, ...]
     catalogue: Mapping[str, Effect]
+    notebook: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
 
     @cached_property
     def masks(self) -> tuple[Mask, ...]:
@@ -108,14 +113,36 @@ class Laboratory:
         problem = self.problem(())
         return self.judge(polish(problem, [linear_start(problem)]))
 
-    def extended(self, base: Trial, effects: Sequence[str]) -> Trial:
-        """``base`` with more effects, all parameters fitted anew."""
-        return self.judge(fit_effects(self.problem((*base.effects, *effects)), base.fit))
+    def candidates(self, base: Trial) -> list[str]:
+        """The effects that ``base`` lacks, and that are no special case of one that it has."""
+        covered = {name for own in base.effects for name in self.catalogue[own].contains}
+        return [n for n in self.catalogue if n not in base.effects and n not in covered]
 
-    def sketched(self, base: Trial, effects: Sequence[str]) -> Trial:
-        """``base`` with more effects, fitted roughly: enough to see whether it leads somewhere."""
-        problem = self.problem((*base.effects, *effects))
-        return self.judge(fit_effects(problem, base.fit, SKETCH_BUDGET))
+    def with_effect(self, base: Trial, name: str) -> Problem:
+        """The fit of ``base`` and one effect more, which takes the place of what it contains."""
+        kept = [own for own in base.effects if own not in self.catalogue[name].contains]
+        return self.problem((*kept, name))
+
+    def extended(self, base: Trial, name: str) -> Trial:
+        """``base`` with one effect more, all parameters fitted anew."""
+        return self.judge(fit_effects(self.with_effect(base, name), base.fit))
+
+    def sketched(self, base: Trial, name: str) -> Trial:
+        """``base`` with one effect more, fitted roughly: enough to see where it leads."""
+        return self.judge(fit_effects(self.with_effect(base, name), base.fit, SKETCH_BUDGET))
+
+    def screen(self, base: Trial, names: Sequence[str]) -> Screen:
+        """What each of ``names`` would change in the error of ``base``, to first order."""
+        fit = base.fit
+        residual = fit.problem.residuals(fit.outcome.point[None, :])[0]
+        owners: list[str] = []
+        changes = []
+        for name in names:
+            problem = self.with_effect(base, name)
+            starts = np.array(effect_starts(problem, fit.problem, fit.outcome.point))
+            changes.append(problem.residuals(starts) - residual)
+            owners += [name] * len(starts)
+        return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)
 
     def finished(self, sketch: Trial) -> Trial:
         """A sketch, fitted to the end."""
@@ -151,7 +178,11 @@ class Laboratory:
             )
             for recording in self.validate
         ]
-        return Trial(fit.problem.effects, fit, (*seen, *unseen))
+        trial = Trial(fit.problem.effects, fit, (*seen, *unseen))
+        known = self.notebook.get(trial.effects)
+        if known is None or trial.fit.outcome.cost < known.fit.outcome.cost:
+            self.notebook[trial.effects] = trial
+        return trial
 
 
 def carried_over(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
     add_json,
@@ -13,9 +13,14 @@ from servosight.app.arguments import (
     add_recordings,
     add_report,
     add_seed,
+    limit_pair,
     not_negative,
 )
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
+
+if TYPE_CHECKING:
+    from servosight.models.design import Limits
+    from servosight.models.recording import Recording
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +42,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         type=not_negative,
         help="error that no model is asked to beat (default: 0.05 %% of the moved range)",
+    )
+    parser.add_argument(
+        "--next",
+        metavar="command.csv",
+        type=Path,
+        dest="next_command",
+        help="write the command that would tell apart what this recording cannot",
+    )
+    parser.add_argument(
+        "--limits",
+        metavar="DEG,DEG/S",
+        type=limit_pair,
+        help="largest angle and rate of that command (default: what the recordings have used)",
     )
     add_seed(parser)  # kept for scripts: the climb has no chance in it
     add_model_output(parser)
@@ -63,6 +81,7 @@ def run(args: argparse.Namespace) -> None:
             catalogue=effects,
             auto=args.auto,
             tolerance=args.tolerance,
+            limits=_limits(args, recordings),
             progress=show,
         )
     if args.output is not None:
@@ -70,6 +89,12 @@ def run(args: argparse.Namespace) -> None:
     values = result.to_json()
     out = console(args)
     show_diagnosis(out, values)
+    if args.next_command is not None:
+        if result.proposal is None:
+            out.print(f"{args.next_command}: not written, no two models are left to tell apart")
+        else:
+            result.proposal.excitation.save(args.next_command)
+            out.print(f"{args.next_command}: {result.proposal.design.words}")
     if args.report is not None:
         from servosight.app.report import write_report
 
@@ -77,6 +102,17 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))
+
+
+def _limits(args: argparse.Namespace, recordings: list[Recording]) -> Limits | None:
+    from dataclasses import replace
+
+    from servosight.diagnose.experiment import recorded_limits
+
+    if args.limits is None:
+        return None
+    angle, rate = args.limits
+    return replace(recorded_limits(recordings), angle_deg=angle, rate_deg_s=rate)
 
 
 def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:

@@ -182,8 +182,12 @@ def test_look_alikes_on_a_single_amplitude_are_confounded() -> None:
     assert groups["backlash"] & {"coulomb_friction", "dead_zone"}
     for one, others in groups.items():
         assert all(one in groups[other] for other in others)
-    if found.candidates[0].confounded_with:
-        assert "two amplitudes" in found.next_experiment
+    best = found.candidates[0]
+    if best.confounded_with:
+        assert found.proposal is not None
+        assert {(name,) for name in best.confounded_with} <= set(found.alternatives)
+        assert found.next_experiment == found.proposal.sentence
+        assert np.ptp(found.proposal.excitation.command_deg) <= np.ptp(command) + 1e-9
 
 
 def test_compare_judges_a_card_without_fitting_its_physics(twin: Any) -> None:
