@@ -175,10 +175,12 @@ def test_unknown_names_are_told_the_alternatives(
 def test_an_effect_at_its_neutral_value_changes_nothing(
     effect: str, values: dict[str, float]
 ) -> None:
+    """To rounding; where the effect has finer steps, to the error of the coarser (test_bench)."""
+    bound = 1e-9 if HIDDEN_EFFECTS[effect].steps_per_T == STEPS_PER_T else 1e-5
     bench = BenchParameters.with_response()
     calm = Excitation(np.array([0.0, 0.01, 0.05]), np.array([0.0, 10.0, 10.0]))
     with_effect, without = run(bench, {effect: values}, calm), run(bench, {}, calm)
-    np.testing.assert_allclose(with_effect.surface_deg, without.surface_deg, atol=1e-9)
+    np.testing.assert_allclose(with_effect.surface_deg, without.surface_deg, atol=bound)
 
 
 @pytest.mark.parametrize("T", TIMES)
