@@ -242,8 +242,11 @@ class _Writer:
                 if q.neutral is not None
             ]
             lines.append(f"f{i} = {' or '.join(away)}")
-        places = [_any([f"f{i}" for i, _ in self.at(place)]) for place in Place]
-        tests = ", ".join([f"f{i}" for i in range(len(self.layout.effects))] + places)
+        # Each test has a name first: numba reads no long tuple with branches in it.
+        for place in Place:
+            acts = _any([f"f{i}" for i, _ in self.at(place)])
+            lines.append(f"f{self.any_at(place)} = {acts}")
+        tests = ", ".join(f"f{i}" for i in range(len(self.layout.effects) + len(Place)))
         row = ", ".join(f"row[{j}]" for j in range(self.layout.width))
         return "\n\n".join(
             [

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from servosight.app.arguments import add_plugins
-from servosight.app.output import console
+from servosight.app.arguments import add_json, add_plugins
+from servosight.app.output import console, write_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight effects``."""
     parser.add_argument("effect", metavar="ID", nargs="?", help="one effect, in full")
+    add_json(parser)
     add_plugins(parser)
 
 
@@ -29,11 +30,35 @@ def run(args: argparse.Namespace) -> None:
 
     effects = catalogue(args.plugin)
     names = list(effects) if args.effect is None else select(effects, [args.effect])
+    write_json(args.json, {"schema": 1, "effects": [_described(effects[name]) for name in names]})
     out = console(args)
     for name in names:
         _show(out, effects[name])
     if args.effect is None:
         _suggest(out, effects)
+
+
+def _described(effect: Effect) -> dict[str, Any]:
+    """An effect as JSON; null where a bound or a neutral value is infinite or there is none."""
+    words = ("equation", "looks_like", "cause", "confirm", "remedy", "source")
+    return {
+        "id": effect.id,
+        "place": effect.place.value,
+        **{word: getattr(effect, word) for word in words},
+        "contains": list(effect.contains),
+        "parameters": [
+            {
+                "name": q.name,
+                "unit": q.unit,
+                "meaning": q.meaning,
+                "low": q.low,
+                "high": q.high,
+                "neutral": q.neutral,
+                "neutral_is_infinite": q.reciprocal,
+            }
+            for q in effect.parameters
+        ],
+    }
 
 
 def _show(out: Console, effect: Effect) -> None:
@@ -47,6 +72,8 @@ def _show(out: Console, effect: Effect) -> None:
         "remedy": effect.remedy,
         "source": effect.source,
     }
+    if effect.contains:
+        lines["contains"] = f"{', '.join(effect.contains)}, at a limit of its parameters"
     for label, text in lines.items():
         out.print(f"  {label:<12} {text}")
     out.print()
