@@ -40,10 +40,9 @@ class Tally:
         """95 % interval of the chance to arrive."""
         return wilson(self.arrived, self.runs)
 
-    @property
-    def generations(self) -> float:
+    def generations(self, population: int = POPULATION) -> float:
         """Mean generation in which a run arrived; NaN where none did."""
-        needed = [math.ceil(count / POPULATION) for count in self.evaluations]
+        needed = [math.ceil(count / population) for count in self.evaluations]
         return float(np.mean(needed)) if needed else math.nan
 
     @property

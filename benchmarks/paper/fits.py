@@ -11,23 +11,31 @@ from servosight.scenarios.paper_contest import ALGORITHMS, FINISHED, Search, tal
 from servosight.scenarios.paper_trials import Traps, Trial, linear_fit
 
 HEAD = ("", "arrived", "of", "probability, 95 % interval", "evaluations, median", "most")
+PLAIN = {**ALGORITHMS, **PEERS}
+PLAIN_RUNS = 10
 
 
-def contest(trial: Trial, runs: int, budget: int, searches: Mapping[str, Search]) -> str:
+def rows(trial: Trial, runs: int, budget: int, searches: Mapping[str, Search]) -> list[list[str]]:
     """Lines for several searches on one trial."""
-    rows = []
+    lines = []
     for name, search in searches.items():
         found = tally(search, trial, range(runs), budget)
         counts = [f"{found.median:,.0f}", f"{max(found.evaluations):,}"] if found.arrived else []
-        rows.append([name, str(found.arrived), str(runs), share(found), *(counts or ["-", "-"])])
-    return table(HEAD, rows)
+        lines.append([name, str(found.arrived), str(runs), share(found), *(counts or ["-", "-"])])
+    return lines
+
+
+def contest(trial: Trial, budget: int, runs: int) -> str:
+    """With and without descents."""
+    finished = rows(trial, runs, budget, FINISHED)
+    return table(HEAD, finished + rows(trial, PLAIN_RUNS, budget, PLAIN))
 
 
 def linear() -> str:
     """Four parameters from wide bounds."""
-    return contest(linear_fit(), 20, 20_000, {**FINISHED, **ALGORITHMS, **PEERS})
+    return contest(linear_fit(), 6_000, 20)
 
 
 def traps() -> str:
     """Backlash and friction on the twin, from nothing."""
-    return contest(Traps().trial(), 10, 4_000, {**FINISHED, **ALGORITHMS, **PEERS})
+    return contest(Traps().trial(), 4_000, 10)

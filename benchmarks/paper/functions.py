@@ -24,49 +24,66 @@ FEWER = range(200)
 BUDGET = POPULATION * GENERATIONS
 PRINTED = {"genetic algorithm": "13 %, 78", "particle swarm": "53 %, 25", "combination": "96 %, 15"}
 NAMES = {"genetic algorithm": "ga", "particle swarm": "pso", "combination": "combination"}
-HEAD = ("", "arrived", "of", "probability, 95 % interval", "mean generation", "paper")
+HEAD = ["", "arrived", "of", "probability, 95 % interval", "mean generation"]
 
 
-def row(name: str, found: Tally) -> tuple[str, ...]:
+def row(name: str, found: Tally, population: int = POPULATION) -> list[str]:
     """One line of a table."""
-    return (
+    return [
         name,
         str(found.arrived),
         str(found.runs),
         share(found),
-        f"{found.generations:.1f}",
-        PRINTED.get(name, ""),
-    )
+        f"{found.generations(population):.1f}",
+    ]
 
 
-def contest(searches: Mapping[str, Search], trial: Trial, seeds: Iterable[int]) -> str:
+def contest(searches: Mapping[str, Search], trial: Trial, seeds: Iterable[int]) -> list[list[str]]:
     """Lines for several searches on one trial."""
-    return table(HEAD, [row(n, tally(s, trial, seeds, BUDGET)) for n, s in searches.items()])
+    return [row(name, tally(s, trial, seeds, BUDGET)) for name, s in searches.items()]
+
+
+def beside_the_paper(rows: list[list[str]]) -> str:
+    """The three lines with the paper's own beside them."""
+    return table([*HEAD, "paper"], [[*line, PRINTED[line[0]]] for line in rows])
 
 
 def table_one() -> str:
     """Rosenbrock, the three algorithms."""
-    return contest(ALGORITHMS, rosenbrock(), SEEDS)
+    return beside_the_paper(contest(ALGORITHMS, rosenbrock(), SEEDS))
 
 
 def table_one_peers() -> str:
     """Rosenbrock, the peers."""
-    return contest(PEERS, rosenbrock(), FEWER)
+    return table(HEAD, contest(PEERS, rosenbrock(), FEWER))
 
 
 def many_minima() -> str:
     """Rastrigin, all."""
-    return contest({**ALGORITHMS, **PEERS}, rastrigin(), FEWER)
+    return table(HEAD, contest({**ALGORITHMS, **PEERS}, rastrigin(), FEWER))
 
 
 def as_printed() -> str:
     """Settings under which the paper's order comes about: see docs/paper.md for how found."""
-    return contest(
-        {name: population(key, AS_PRINTED) for name, key in NAMES.items()},
-        rosenbrock(AS_PRINTED_EDGE, AS_PRINTED_GOAL),
-        FEWER,
-    )
+    trial = rosenbrock(AS_PRINTED_EDGE, AS_PRINTED_GOAL)
+    budget, per_generation = AS_PRINTED.population * GENERATIONS, AS_PRINTED.population
+    found = {
+        name: tally(population(key, AS_PRINTED), trial, FEWER, budget)
+        for name, key in NAMES.items()
+    }
+    return beside_the_paper([row(name, one, per_generation) for name, one in found.items()])
 
 
-AS_PRINTED = Settings(patience=10**9)
-AS_PRINTED_EDGE, AS_PRINTED_GOAL = 2.048, 1e-3
+AS_PRINTED = Settings(
+    population=20,
+    inertia=0.4,
+    pull=1.2,
+    speed=0.02,
+    overreach=0.25,
+    mutations=2.0,
+    reach=0.5,
+    octaves=4.0,
+    patience=10**9,
+)
+AS_PRINTED_EDGE, AS_PRINTED_GOAL = 5.0, 1e-2
+"""The nearest to the paper's table of more than 430 settings drawn at random, counted anew here."""

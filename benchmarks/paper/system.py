@@ -27,7 +27,7 @@ def figures() -> str:
 
     def paint(figure: Figure) -> None:
         panels = figure.subplots(len(runs), 2, sharex=True, sharey="col")
-        for number, (name, lines) in enumerate(runs.items()):
+        for number, (name, found) in enumerate(runs.items()):
             left, right = panels[number]
             path = paths(KEYS[name], 0, record(0))
             for j, colour in enumerate(COLOURS):
@@ -35,14 +35,15 @@ def figures() -> str:
                 left.plot(generation, path[:, j], color=colour, label=NAMES[j])
             left.set_ylabel("parameters")
             left.set_title(f"Fig. {11 + 2 * number}: {name}", fontsize=9, loc="left")
-            low, middle, high = np.percentile(lines, (10, 50, 90), axis=0)
+            low, middle, high = np.percentile(found, (10, 50, 90), axis=0)
             right.fill_between(generation, low, high, color=NOISE, linewidth=0, alpha=0.6)
             right.plot(generation, middle, color=AFTER)
             right.axhline(float(np.median(floor)), color=BEFORE, linestyle="--")
             right.set_yscale("log")
             right.set_ylabel("error")
             right.set_title(f"Fig. {12 + 2 * number}: {name}", fontsize=9, loc="left")
-        panels[0, 0].legend(loc="right", ncols=2, fontsize=8)
+        lines, names = panels[0, 0].get_legend_handles_labels()
+        figure.legend(lines, names, loc="outside lower center", ncols=4)
         for axes in panels[-1]:
             axes.set_xlabel("generation")
 
