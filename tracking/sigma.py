@@ -17,6 +17,7 @@ from servosight.tracking.shutter import Exposure
 _NEIGHBOURS = 15  # frames whose residuals tell together how far they hang together
 _ODD = 1.6  # a frame that hangs together more than these by this factor is odd by itself
 _GAP = 1.5  # frame times
+_NEAR = 7  # frames
 
 
 def flags_of(fit: Fit | None) -> int:
@@ -77,15 +78,17 @@ def _calmed(fits: Sequence[Fit | None]) -> Array:
 
 
 def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
-    """Doubt from a speed that changes during the exposure, in the angle's unit; (frames,).
+    """Doubt from a speed that changes while a picture is taken, in the angle's unit; (frames,).
 
-    The blur's shape follows the acceleration that the neighbours tell; what is left comes of its
-    change between them, which moves the mean over an exposure E by up to ``da E^2 / 24``.
+    ``exposures_s`` with what the readout adds to it. The model follows the acceleration that the
+    neighbours tell; what is left comes of its change between them, which moves the mean over an
+    exposure E by up to ``da E^2 / 24``.
     """
     acceleration = np.zeros_like(angle)
     step = np.diff(angle) / np.diff(time_s)
     acceleration[1:-1] = np.diff(step) / (0.5 * (time_s[2:] - time_s[:-2]))
-    change = np.abs(np.gradient(acceleration))
+    # A servo's acceleration comes and goes within a few frames: the worst of them counts.
+    change = ndimage.maximum_filter1d(np.abs(np.gradient(acceleration)), _NEAR)
     return np.asarray(change * exposures_s**2 / 24.0 / np.sqrt(3.0))
 
 

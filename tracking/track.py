@@ -13,6 +13,7 @@ from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
 from servosight.tracking.fit import Fit
 from servosight.tracking.follow import Stage, follow
+from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
 from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
@@ -79,9 +80,11 @@ def track(
     home_rad = zero.angle_rad if zero is not None else 0.0
     outline = turned(surface.outline_px, surface.pivot_px, home_rad)
     box = template or choose_box(outline, surface.pivot_px, images[0])
-    stage: Stage = refine
+    stage: Stage
     if method == "match":
         stage, home_rad = Match(images[0], surface.pivot_px, box), 0.0
+    else:
+        stage = layered_stage(video, refine, shutter)
 
     stamps, fits, exposures, repeated = [], [], [], []
     source = ahead(frames(video), _AHEAD)
@@ -109,7 +112,9 @@ def track(
     if readout_s > 0.0:
         fits, doubt = _at_middle_row(time_s, fits, exposures, readout_s)
     angle, sigma = columns(fits, flags)
-    sigma = np.sqrt(sigma**2 + doubt**2 + uneven(angle, time_s, exposures_s) ** 2)
+    sigma = np.sqrt(
+        sigma**2 + doubt**2 + uneven(angle, time_s, np.hypot(exposures_s, readout_s)) ** 2
+    )
     return Track(
         video,
         method,

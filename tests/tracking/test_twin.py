@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +11,42 @@ import pytest
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import render_video
+from servosight.sim.video import FrameTable, render_video
 from servosight.tracking.light import find_light
 from servosight.tracking.track import track
 
 pytestmark = pytest.mark.slow
+
+
+def filmed(folder: Path, angle: Any, time_s: Any, camera: Camera) -> tuple[Path, FrameTable]:
+    """The twin's video of a given motion."""
+    excitation = Excitation(time_s[[0, 101]], np.array([0.0, 1.0]))
+    trajectory = Trajectory(time_s, angle, angle, np.where(time_s > 0.05, 1.0, 0.0), excitation)
+    video = folder / "video.mkv"
+    return video, render_video(trajectory, camera, video, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("camera", "bound_deg"),
+    [
+        (Camera(rate_hz=120.0, exposure_s=0.008), 0.005),
+        (Camera(rate_hz=60.0, exposure_s=0.002, readout_s=0.016), 0.01),
+    ],
+    ids=["8 ms exposure", "16 ms readout"],
+)
+def test_300_deg_per_second(tmp_path: Path, camera: Camera, bound_deg: float) -> None:
+    """Truth: the mean angle over the middle row's exposure; the bounds are the issue's."""
+    time_s = np.arange(0.0, 1.05, 0.0005)
+    angle = 20 * np.sin(2 * np.pi * 2.4 * time_s)
+    video, truth = filmed(tmp_path, angle, time_s, camera)
+
+    result = track(video, exposure_s=camera.exposure_s, readout_s=camera.readout_s)
+
+    assert np.abs(result.time_s - (truth.mid_s - truth.start_s[0])).max() < 2e-5
+    error = result.angle_deg - (truth.angle_deg - truth.angle_deg[0])
+    error -= np.median(error)
+    assert np.sqrt(np.mean(error**2)) < bound_deg
+    assert np.mean(np.abs(error) < 3 * result.sigma_deg) > 0.9
 
 
 def test_angle_pivot_and_light_from_the_twins_video(tmp_path: Path) -> None:

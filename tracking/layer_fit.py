@@ -1,0 +1,179 @@
+"""The layers of some frames with known angles, by alternating least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from servosight.tracking.layer_lattice import cover, look, places, row_delay, wide
+from servosight.tracking.layers import SEEN_THROUGH, Layers
+from servosight.tracking.polar import Array, Grid, Mask, Single
+from servosight.tracking.shutter import Exposure
+from servosight.tracking.surface import Image, Surface, spline_of
+
+_ROUNDS = 3
+_PRIOR = 16.0  # (noise over doubt about the cover) squared
+_LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
+_UNLIKE = 1.6  # misfit, in noise variances, beyond which a place shows something else
+_OPAQUE = 0.02
+_DIM = 0.2  # less of the bench's light than this does not tell what it is like
+_TOLD = 0.97  # share of what the pixels tell that is worth their time
+
+
+def learn_layers(
+    images: Sequence[Image],
+    angles_rad: Array,
+    exposures: Sequence[Exposure],
+    surface: Surface,
+) -> Layers:
+    """Layers from frames with known angles [rad].
+
+    ``surface`` gives pivot and outline; ``exposures`` say what moved while each frame was taken.
+    """
+    shape = images[0].shape
+    grid = wide(surface, shape)
+    inside, near = cover(surface, grid)
+    light, clear = np.zeros(inside.shape, np.float32), np.where(near, 0.0, 1.0).astype(np.float32)
+    delay = row_delay(shape)
+    grids = [places(grid, angle, e, delay) for angle, e in zip(angles_rad, exposures, strict=True)]
+    seen = np.stack(
+        [look(spline_of(image), place) for image, place in zip(images, grids, strict=True)]
+    )
+    prior = np.where(inside, 0.0, 1.0).astype(np.float32)
+    bench = unlike = np.empty(shape, np.float32)
+    for _ in range(_ROUNDS):
+        bench, unlike = _bench(images, angles_rad, exposures, grid, light, clear)
+        known = np.isfinite(bench)
+        usual = float(np.median(bench[known])) if known.any() else 0.0
+        filled = spline_of(np.where(known, bench, np.float32(usual)))
+        behind = [look(filled, place) for place in grids]
+        sure = (known & _usual(unlike)).astype(np.float32)
+        trust = [_nearest(sure, place) for place in grids]
+        light, clear = _line(seen, np.stack(behind), np.stack(trust) > 0.5, prior, inside)
+        light[~near], clear[~near] = 0.0, 1.0
+    bench = np.where(_usual(unlike), bench, np.nan).astype(np.float32)
+    splines = [ndimage.spline_filter(layer, order=3, mode="mirror") for layer in (light, clear)]
+    tables = np.ascontiguousarray(np.stack(splines, axis=2), dtype=np.float32)
+    model = light + clear * np.stack(behind)
+    valid = (inside | (np.stack(trust) > 0.5)) & np.isfinite(seen)
+    misfit = np.where(valid, (seen - model) ** 2, 0.0).sum(0) / np.maximum(valid.sum(0), 1)
+    shown = bench[np.isfinite(bench)] if np.isfinite(bench).any() else np.zeros(1, np.float32)
+    used = _telling(light, clear, grid, float(shown.mean()), float(shown.var()))
+    used[~_usual(misfit)] = 0
+    valid &= used > 0
+    rest, level = (seen - model)[valid].astype(np.float64), model[valid].astype(np.float64)
+    noise = 1.4826 * float(np.median(np.abs(rest)))
+    agreement = float(np.corrcoef(level, level + rest)[0, 1])
+    return Layers(grid, tables, used, bench, noise, _shot(rest, level, noise), agreement)
+
+
+def _usual(misfit: Single) -> Mask:
+    """Where the mean square misfit of the layers, over a few places, is about what it is elsewhere.
+
+    Else something moves there by itself: a rod, a hand, a reflection.
+    """
+    finite = np.isfinite(misfit)
+    some = finite & (misfit > 0)
+    near = ndimage.uniform_filter(np.where(finite, misfit, 0.0), 3)
+    return np.asarray(finite & (near < _UNLIKE * float(np.median(misfit[some])) + 1.0))
+
+
+def _nearest(picture: Single, place: tuple[Single, Single]) -> Single:
+    return np.asarray(cv2.remap(picture, place[0], place[1], cv2.INTER_NEAREST, borderValue=0.0))
+
+
+def _line(
+    seen: Single, behind: Single, trust: Mask, prior: Single, inside: Mask
+) -> tuple[Single, Single]:
+    """Per cell, the line ``light + clear * behind`` through what the frames show; (columns, rows).
+
+    Well inside nothing shines through. Elsewhere the slope leans on ``prior`` where the bench
+    varies too little to tell.
+    """
+    ok = np.isfinite(seen) & (trust | inside)
+    count = np.maximum(ok.sum(0), 1)
+    s, b = np.where(ok, seen, 0.0), np.where(ok, behind, 0.0)
+    s_mean, b_mean = s.sum(0) / count, b.sum(0) / count
+    ds, db = np.where(ok, s - s_mean, 0.0), np.where(ok, b - b_mean, 0.0)
+    clear = ((ds * db).sum(0) + _PRIOR * prior) / ((db * db).sum(0) + _PRIOR)
+    clear = np.where(inside, 0.0, np.clip(clear, 0.0, 1.1))
+    light = s_mean - clear * b_mean
+    # What too few frames show is the bench's.
+    unseen = ok.sum(0) < 3
+    clear[unseen], light[unseen] = 1.0, 0.0
+    return light.astype(np.float32), clear.astype(np.float32)
+
+
+def _bench(
+    images: Sequence[Image],
+    angles_rad: Array,
+    exposures: Sequence[Exposure],
+    grid: Grid,
+    light: Single,
+    clear: Single,
+) -> tuple[Single, Single]:
+    """What lies still, by least squares of the frames less the surface; and its mean square misfit.
+
+    NaN and infinity where too little of it is ever seen.
+    """
+    shape = images[0].shape
+    y, x = np.indices(shape, dtype=np.float32)
+    dx, dy = x - np.float32(grid.pivot_px[0]), np.float32(grid.pivot_px[1]) - y
+    row = ((np.hypot(dx, dy) - grid.radius_px) / grid.step_px).astype(np.float32)
+    phi = np.arctan2(dy, dx)
+    delay = row_delay(shape)[:, None]
+    cc, cs, ss, shown = np.zeros((4, *shape))
+    for image, angle, exposure in zip(images, angles_rad, exposures, strict=True):
+        own = exposure.per_delay_rad * delay + exposure.bend_rad * delay**2
+        turn = phi - (angle + own) - grid.middle_rad
+        turn = np.mod(turn + np.pi, 2 * np.pi) - np.pi
+        column = (turn / grid.step_rad + 0.5 * (grid.columns - 1)).astype(np.float32)
+        through = cv2.remap(clear, row, column, cv2.INTER_LINEAR, borderValue=1.0)
+        own_light = cv2.remap(light, row, column, cv2.INTER_LINEAR, borderValue=0.0)
+        through = np.where(through > _DIM, through, 0.0)
+        rest = np.where(through > 0.0, image - own_light, 0.0)
+        shown += through > 0.0
+        cc += through * through
+        cs += through * rest
+        ss += rest * rest
+    enough = cc > _LEAST_CLEAR
+    bench = np.where(enough, cs / np.maximum(cc, 1e-9), np.nan)
+    unlike = np.where(
+        enough, (ss - cs * cs / np.maximum(cc, 1e-9)) / np.maximum(shown - 1, 1), np.inf
+    )
+    return bench.astype(np.float32), unlike.astype(np.float32)
+
+
+def _shot(rest: Array, level: Array, noise: float) -> float:
+    """How the residual's variance grows with the grey level, over what it is at none; 0 to 0.2.
+
+    A line through the variance in bands of the level; EMVA 1288's photon transfer. What does not
+    follow it (covered, mended) is cut off.
+    """
+    usual = np.abs(rest) < 4.0 * noise
+    edges = np.quantile(level[usual], np.linspace(0.0, 1.0, 9))
+    band = np.clip(np.searchsorted(edges, level[usual]) - 1, 0, 7)
+    count = np.maximum(np.bincount(band, minlength=8), 1)
+    variance = np.bincount(band, rest[usual] ** 2, minlength=8) / count
+    grey = np.bincount(band, level[usual], minlength=8) / count
+    slope, start = np.polyfit(grey, variance, 1)
+    return float(np.clip(slope / max(start, 0.05 * noise**2 + 1e-6), 0.0, 0.2))
+
+
+def _telling(
+    light: Single, clear: Single, grid: Grid, mean: float, spread: float
+) -> NDArray[np.uint8]:
+    """The fewest cells that hold nearly all that tells of the angle; (columns, rows)."""
+    slope = np.asarray(np.gradient(light + mean * clear, axis=0))
+    through = np.gradient(clear, axis=0)
+    radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
+    told = ndimage.uniform_filter((slope**2 + spread * through**2) * radius, 3)
+    order = np.sort(told, axis=None)[::-1]
+    total = np.cumsum(order)
+    least = order[min(int(np.searchsorted(total, _TOLD * total[-1])), order.size - 1)]
+    through = np.where(ndimage.maximum_filter(clear, 3) > _OPAQUE, SEEN_THROUGH, 1)
+    return np.ascontiguousarray(np.where(told >= least, through, 0).astype(np.uint8))
