@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 BAR = 24
 EIGHTHS = " ▏▎▍▌▋▊▉"
 CANDIDATES = 6
+FINDINGS = 5
 LEAST_DEG = 1e-9
 
 VERDICTS = {
@@ -40,6 +41,8 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
     show_where(out, result["where"])
+    if result.get("findings"):
+        show_findings(out, result["findings"], "What the error of the linear model shows:")
     if result.get("next_experiment"):
         out.print(f"To learn more: {result['next_experiment']}")
 
@@ -54,10 +57,9 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
         times = f"{ratio:.1f}" if ratio < 10.0 else f"{ratio:.0f}"
         fell = f"from {_deg(first)} to {_deg(last)}, {times} times less"
         out.print(f"The held-out error fell {fell}.")
-    for one in result["candidates"]:
-        if one["effect"] in effects and one["confounded_with"]:
-            rivals = ", ".join(one["confounded_with"])
-            out.print(f"This recording cannot tell {one['effect']} from {rivals}.")
+    if effects and result.get("alternatives"):
+        rivals = "; ".join(" + ".join(model) for model in result["alternatives"])
+        out.print(f"These recordings cannot tell {' + '.join(effects)} from {rivals}.")
     for name in effects:
         out.print(f"What {name} is and how to confirm it: servosight effects {name}")
     out.print()
@@ -124,6 +126,16 @@ def show_where(out: Console, where: Sequence[Mapping[str, Any]]) -> None:
     out.print(table)
 
 
+def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: str) -> None:
+    """The largest findings, one a line, each with the rms that it speaks of."""
+    out.print(title)
+    for one in findings[:FINDINGS]:
+        out.print(f"  {_deg(one['size_deg'], 2):>10}  {one['sentence']}")
+    if len(findings) > FINDINGS:
+        out.print(f"  {len(findings) - FINDINGS} more in the report and the JSON")
+    out.print()
+
+
 def _change(rung: Mapping[str, Any]) -> str:
     """What a rung added to the model and took from it."""
     added, removed = rung["added"], rung.get("removed")
@@ -139,8 +151,8 @@ def _bar(value: float | None, largest: float) -> str:
     return "█" * (eighths // 8) + EIGHTHS[eighths % 8].strip()
 
 
-def _deg(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g} deg"
+def _deg(value: float | None, digits: int = 4) -> str:
+    return "-" if value is None else f"{value:.{digits}g} deg"
 
 
 def _table(*columns: str, title: str | None = None) -> Table:

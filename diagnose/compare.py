@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from servosight.diagnose.evidence import EXPLAINED
-from servosight.diagnose.profiles import sentences
+from servosight.diagnose.findings import Finding, findings, lead
 from servosight.diagnose.trial import Judged, predict_fixed
 from servosight.diagnose.where import Window, worst_windows
 from servosight.identify.fit import floor_deg
@@ -29,13 +29,19 @@ class Comparison:
     noise_deg: float
     floor_deg: float
     where: tuple[Window, ...]
-    sentences: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def rmse_deg(self) -> float:
         """Rms error over all recordings [deg]."""
         errors = np.concatenate([one.error_deg for one in self.judged])
         return float(np.sqrt(np.mean(errors**2)))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The error as a whole, then what stands out in it, the largest first."""
+        words = lead(self.judged, self.findings, self.floor_deg)
+        return (words, *(one.sentence for one in self.findings))
 
     @property
     def explained(self) -> bool:
@@ -60,6 +66,7 @@ class Comparison:
                 for one in self.judged
             ],
             "where": [window.to_json() for window in self.where],
+            "findings": [one.to_json() for one in self.findings],
             "sentences": list(self.sentences),
         }
 
@@ -85,7 +92,7 @@ def compare(
         noise,
         floor,
         tuple(worst_windows(judged)),
-        tuple(sentences(judged, floor)),
+        findings(judged, floor, noise),
     )
 
 

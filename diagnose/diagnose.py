@@ -10,6 +10,7 @@ from typing import Any, Literal
 from servosight.diagnose.confounding import alternatives, confounded
 from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, evidence
 from servosight.diagnose.experiment import Proposal, propose
+from servosight.diagnose.findings import Finding, findings
 from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
@@ -86,6 +87,7 @@ class Diagnosis:
     ladder: tuple[Step, ...]
     candidates: tuple[Candidate, ...]
     where: tuple[Window, ...]
+    findings: tuple[Finding, ...]
     alternatives: tuple[tuple[str, ...], ...]
     next_experiment: str
     proposal: Proposal | None
@@ -103,6 +105,7 @@ class Diagnosis:
             "ladder": [step.to_json() for step in self.ladder],
             "candidates": [candidate.to_json() for candidate in self.candidates],
             "where": [window.to_json() for window in self.where],
+            "findings": [finding.to_json() for finding in self.findings],
             "alternatives": [list(effects) for effects in self.alternatives],
             "next_experiment": self.next_experiment,
             "proposal": None if self.proposal is None else self.proposal.to_json(),
@@ -151,6 +154,7 @@ def diagnose(
         steps,
         candidates,
         tuple(worst_windows(linear.judged)),
+        findings(linear.judged, floor, noise),
         tuple(rival.effects for rival in rivals[1:]),
         _next_experiment(proposal, candidates, linear, last, bar, auto),
         proposal,

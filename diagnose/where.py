@@ -53,7 +53,7 @@ class Motion:
     def of(cls, judged: Judged) -> Motion:
         """Read the motion off a prediction and its command."""
         recording = judged.recording
-        command = _command_at_samples(recording)
+        command = command_at(recording, recording.time_s)
         return cls(
             np.gradient(judged.predicted_deg, recording.time_s),
             command,
@@ -140,7 +140,8 @@ def _largest_jump(judged: Judged) -> Array:
         return np.zeros(recording.time_s.size)
     jumps = np.abs(np.diff(recording.command_deg))
     # What the command usually changes by from sample to sample; nothing where it is mostly held.
-    usual = 4.0 * float(np.quantile(np.abs(np.diff(_command_at_samples(recording))), 0.9))
+    steps = np.diff(command_at(recording, recording.time_s))
+    usual = 4.0 * float(np.quantile(np.abs(steps), 0.9))
     times = recording.command_time_s[1:]
     out = np.zeros(recording.time_s.size)
     for when, size in zip(times[jumps > usual], jumps[jumps > usual], strict=True):
@@ -149,9 +150,11 @@ def _largest_jump(judged: Judged) -> Array:
     return out
 
 
-def _command_at_samples(recording: Recording) -> Array:
-    """The held command at each sample of the angle [deg]."""
-    rows = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+def command_at(recording: Recording, time_s: Array) -> Array:
+    """The command as the servo has it at ``time_s`` [deg]: held, or joined by lines."""
+    if recording.hold == "linear":
+        return np.interp(time_s, recording.command_time_s, recording.command_deg)
+    rows = np.searchsorted(recording.command_time_s, time_s, side="right") - 1
     return np.asarray(recording.command_deg[np.maximum(rows, 0)])
 
 

@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
-    from servosight.app.present import show_where
+    from servosight.app.present import show_findings, show_where
     from servosight.app.sources import load
     from servosight.diagnose.compare import compare
     from servosight.models.actuator import Actuator
@@ -38,8 +38,7 @@ def run(args: argparse.Namespace) -> None:
         f"rmse {values['rmse_deg']:.4g} deg, floor {values['floor_deg']:.4g} deg (noise "
         f"{values['noise_deg']:.4g} deg)"
     )
-    for sentence in values["sentences"]:
-        out.print(sentence)
+    show_findings(out, values["findings"], values["sentences"][0])
     show_where(out, values["where"])
     if args.report is not None:
         from servosight.app.report import write_report

@@ -33,6 +33,11 @@ def times(ratio: float) -> str:
     return rounded(ratio, 2)
 
 
+def chance(p: float) -> str:
+    """A probability as tests state it."""
+    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
+
+
 def uncertain(value: float, sigma: float | None) -> tuple[str, str]:
     """A value to the digits that its sigma supports, and the sigma to two digits."""
     if sigma is None or sigma <= 0.0 or not math.isfinite(sigma):

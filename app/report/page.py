@@ -10,14 +10,17 @@ import jinja2
 from markupsafe import Markup
 
 from servosight import __version__
-from servosight.app.report.numbers import degrees, rounded, signed, uncertain
+from servosight.app.report.numbers import chance, degrees, rounded, signed, uncertain
 from servosight.app.report.section import Section
 from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
+from servosight.app.report.sections.experiment import section as experiment
 from servosight.app.report.sections.ladder import section as ladder
 from servosight.app.report.sections.method import section as method
 from servosight.app.report.sections.parameters import section as parameters
 from servosight.app.report.sections.picture import section as picture
+from servosight.app.report.sections.residuals import section as residuals
+from servosight.app.report.sections.response import section as response
 from servosight.app.report.sections.verdict import section as verdict
 from servosight.app.report.sections.where import section as where
 from servosight.app.report.story import Story, sentence, spoken
@@ -26,9 +29,12 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,
     picture,
     angle,
+    ladder,
     where,
     candidates,
-    ladder,
+    experiment,
+    response,
+    residuals,
     parameters,
     method,
 )
@@ -61,6 +67,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {
+        "chance": chance,
         "coded": coded,
         "degrees": degrees,
         "rounded": rounded,

@@ -24,6 +24,8 @@ from servosight.app.report.sections.candidates import groups
 from servosight.app.report.story import Story
 from servosight.diagnose.compare import Comparison, compare
 from servosight.diagnose.diagnose import Diagnosis, diagnose
+from servosight.diagnose.experiment import Proposal, Separation
+from servosight.models.design import Limits, design
 from servosight.models.errors import InputError
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
@@ -183,11 +185,14 @@ def test_a_diagnosis_tells_the_whole_story(
         assert " ".join(words.split()) in page.text, words
     order = [
         page.ids.index(name)
-        for name in ("verdict", "angle", "where", "candidates", "ladder", "parameters", "method")
+        for name in (
+            *("verdict", "angle", "ladder", "where", "candidates"),
+            *("response", "residuals", "parameters", "method"),
+        )
     ]
     assert order == sorted(order)
     assert "picture" not in page.ids  # no video
-    assert len(text) < 3_000_000
+    assert len(text) < 1_500_000
 
 
 def test_the_page_stands_alone(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
@@ -252,11 +257,40 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     _, page = written(tmp_path / "part.html", part, [recording])
     assert "Not explained yet" in page.text
     assert "something remains that no known effect accounts for" in page.text
-    assert "What remains looks like this: The error" in page.text
+    assert "What remains looks like this. The error" in page.text
     rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
-    doubt = replace(found, candidates=rivals)
+    doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
-    assert "cannot tell backlash from dead zone" in page.text
+    assert "cannot tell backlash from dead zone; presliding" in page.text
+    assert "cannot tell backlash from dead zone; or from presliding" in page.text
+
+
+def test_findings_are_told_as_they_are(
+    tmp_path: Path, found: Diagnosis, compared: Comparison, recording: Recording
+) -> None:
+    """The page, the JSON and the sentences hold the same findings."""
+    assert found.findings
+    for name, result in (("one", found), ("two", compared)):
+        _, page = written(tmp_path / f"{name}.html", result, [recording])
+        for one, entry in zip(result.findings, result.to_json()["findings"], strict=True):
+            assert " ".join(one.sentence.split()) in page.text
+            assert set(entry) == {"test", "sentence", "size_deg", "share", "p"}
+    assert compared.to_json()["sentences"][1:] == [one.sentence for one in compared.findings]
+
+
+def test_the_proposed_experiment_is_drawn(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    made = design("triangle", Limits(15.0, None, 8.0))
+    pair = Separation("backlash", "dead_zone", 4.0, 0.012)
+    proposal = Proposal(made, Limits(15.0, None, 8.0), (pair,), 0.02)
+    _, page = written(tmp_path / "report.html", replace(found, proposal=proposal), [recording])
+    assert "experiment" in page.ids
+    assert made.words in page.text
+    assert "backlash or dead zone" in page.text
+    assert "No command within these limits decides for sure" in page.text
+    _, page = written(tmp_path / "without.html", replace(found, proposal=None), [recording])
+    assert "experiment" not in page.ids
 
 
 def test_a_model_without_any_error(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:

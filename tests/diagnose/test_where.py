@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from servosight.diagnose.profiles import against_angle, against_frequency, against_speed, sentences
 from servosight.diagnose.trial import Judged
-from servosight.diagnose.where import Motion, classify, shares, worst_windows
+from servosight.diagnose.where import Motion, classify, command_at, shares, worst_windows
 from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
@@ -111,30 +111,8 @@ def test_a_servo_that_never_moves_is_at_a_standstill() -> None:
     assert set(classify(Motion.of(judged), judged.recording.time_s)) == {"standstill"}
 
 
-def test_error_against_speed_and_angle() -> None:
-    """Error = speed / 50: its rms doubles with the speed. Error = angle^2 / 100: the mean bends."""
-    judged = case(sine, lambda t: np.asarray(15 * np.pi * np.cos(np.pi * t) / 50))
-    profile = against_speed([judged])
-    np.testing.assert_allclose(profile.mean_deg, profile.x / 50, atol=0.05)
-    assert profile.count.sum() == judged.recording.time_s.size
-    assert "It grows with speed." in sentences([judged], 0.01)
-    bent = case(sine, lambda t: sine(t) ** 2 / 100)
-    profile = against_angle([bent])
-    np.testing.assert_allclose(profile.mean_deg, profile.x**2 / 100, atol=0.15)
-    assert any("changes with the angle" in text for text in sentences([bent], 0.01))
-
-
-def test_error_against_frequency() -> None:
-    """A tone of 7 Hz in the error peaks there; the motion's own 0.5 Hz is in the angle."""
-    judged = case(sine, lambda t: np.asarray(0.3 * np.sin(2 * np.pi * 7.0 * t)), 20.0)
-    spectrum = against_frequency([judged])
-    resolution = spectrum.frequency_hz[1]
-    assert spectrum.frequency_hz[np.argmax(spectrum.error)] == pytest.approx(7.0, abs=resolution)
-    assert spectrum.frequency_hz[np.argmax(spectrum.angle)] == pytest.approx(0.5, abs=resolution)
-
-
-def test_an_error_within_the_floor_is_called_noise() -> None:
-    rng = np.random.default_rng(0)
-    judged = case(sine, lambda t: rng.normal(0.0, 0.03, t.size))
-    (only,) = sentences([judged], 0.03)
-    assert "nothing stands out" in only
+def test_a_joined_command_is_read_between_its_rows() -> None:
+    held = Recording("c", np.array([0.0, 1.0]), np.array([0.0, 4.0]), np.arange(3.0), np.zeros(3))
+    at = np.array([0.5, 1.0, 1.5])
+    np.testing.assert_allclose(command_at(held, at), [0.0, 4.0, 4.0])
+    np.testing.assert_allclose(command_at(replace(held, hold="linear"), at), [2.0, 4.0, 4.0])

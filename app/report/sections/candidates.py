@@ -7,6 +7,10 @@ from collections.abc import Sequence
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, catalogue_of, listed
 from servosight.diagnose.diagnose import Candidate, Diagnosis
+from servosight.diagnose.evidence import MIN_EVIDENCE
+
+FEWEST_SHOWN = 4
+"""So many are shown even where they gain nothing."""
 
 
 def section(story: Story) -> Section | None:
@@ -18,6 +22,11 @@ def section(story: Story) -> Section | None:
     largest = max([linear, *(one.held_out_rmse_deg for one in result.candidates)])
     strongest = max([1e-9, *(one.evidence for one in result.candidates)])
     catalogue = catalogue_of(result)
+    shown = [
+        one
+        for place, one in enumerate(result.candidates)
+        if place < FEWEST_SHOWN or one.evidence > MIN_EVIDENCE or one.effect in result.effects
+    ]
     return Section(
         "candidates",
         "What could be missing",
@@ -34,10 +43,13 @@ def section(story: Story) -> Section | None:
                     "error_share": one.held_out_rmse_deg / largest,
                     "evidence_share": max(one.evidence, 0.0) / strongest,
                 }
-                for one in result.candidates
+                for one in shown
             ],
+            "left_out": listed([one.effect for one in result.candidates if one not in shown]),
+            "alternatives": [listed(effects) for effects in result.alternatives],
+            "chosen": listed(result.effects or (result.candidates[0].effect,)),
             "groups": [listed(group) for group in groups(result.candidates)],
-            "any_helps": strongest > 10.0,
+            "any_helps": strongest > MIN_EVIDENCE,
         },
     )
 

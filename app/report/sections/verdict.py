@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from servosight.app.report.numbers import degrees, times
@@ -10,7 +11,10 @@ from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import MIN_GAIN
-from servosight.diagnose.profiles import sentences
+from servosight.diagnose.findings import findings, lead
+
+MOST = 3
+"""Findings on what remains that the verdict shows."""
 
 
 def section(story: Story) -> Section:
@@ -129,14 +133,21 @@ def _effects(result: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _doubt(result: Diagnosis) -> str | None:
-    """Rivals that this recording cannot rule out, or what the error that remains looks like."""
-    for candidate in result.candidates:
-        if candidate.effect in result.effects and candidate.confounded_with:
-            return (
-                f"This recording cannot tell {listed([candidate.effect])} from "
-                f"{listed(candidate.confounded_with)}: take the name with care."
-            )
+    """Models that this recording cannot rule out, or what the error that remains looks like."""
+    if result.effects and result.alternatives:
+        others = "; ".join(_model(result.effects, other) for other in result.alternatives)
+        return (
+            f"These recordings cannot tell {listed(result.effects)} from {others}: take the name "
+            f"with care until the next experiment has decided."
+        )
     if result.effects and result.verdict == "unexplained":
-        remains = sentences(result.ladder[-1].trial.judged, result.floor_deg)
-        return f"What remains looks like this: {' '.join(remains)}"
+        judged = result.ladder[-1].trial.judged
+        found = findings(judged, result.floor_deg, result.noise_deg)
+        words = [lead(judged, found, result.floor_deg), *(one.sentence for one in found[:MOST])]
+        return f"What remains looks like this. {' '.join(words)}"
     return None
+
+
+def _model(chosen: Sequence[str], other: Sequence[str]) -> str:
+    """Another model, by what it has in place of the chosen one's."""
+    return listed([name for name in other if name not in chosen] or other)

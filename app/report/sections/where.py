@@ -1,4 +1,4 @@
-"""Where the model fails: worst windows, and the error against speed, angle and frequency."""
+"""Where the model fails: findings in words, worst moments, and the error against the motion."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from servosight.app.report.figure import AFTER, BEFORE, MEASURED, NOISE, drawn
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
+from servosight.app.report.numbers import rounded
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
+from servosight.diagnose.events import swings, turns
 from servosight.diagnose.evidence import EXPLAINED
-from servosight.diagnose.profiles import (
-    against_angle,
-    against_frequency,
-    against_speed,
-    sentences,
-)
+from servosight.diagnose.findings import lead
+from servosight.diagnose.profiles import Quantity, profile
+from servosight.diagnose.residual_tests import quantile
+from servosight.diagnose.samples import Samples, samples_of
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import shares
 
@@ -31,7 +32,12 @@ DOING = {
 }
 """What the servo was doing, in words."""
 LOOKS = ((BEFORE, "o--"), (AFTER, "s-"))
-SIZE = (2.75, 2.2)
+SIZE = (3.9, 2.3)
+QUANTITIES: tuple[tuple[Quantity, str], ...] = (
+    ("speed", "speed [deg/s]"),
+    ("acceleration", "acceleration [deg/s²]"),
+    ("angle", "angle [deg]"),
+)
 
 
 def section(story: Story) -> Section:
@@ -40,15 +46,18 @@ def section(story: Story) -> Section:
     table = shares(judged)
     fails = rms_deg(judged) > EXPLAINED * story.floor_deg
     title = f"Where the {story.before.name} fails" if fails else "Where the error is"
+    found = story.result.findings
     return Section(
         "where",
         title,
         {
             "windows": [(window, doing(window.what)) for window in story.where],
             "many": len(story.recordings) > 1,
-            "sentences": sentences(judged, story.floor_deg),
+            "lead": lead(judged, found, story.floor_deg),
+            "findings": found,
+            "largest": max((one.size_deg for one in found), default=1.0),
             "shares": [(doing(kind), share) for kind, share in table.items() if share >= 0.005],
-            "figures": [_speed(story), _angle(story), _frequency(story)],
+            "figures": _figures(story),
             "models": [told.name for told in story.models],
         },
     )
@@ -64,61 +73,79 @@ def doing(what: str) -> str:
     return DOING.get(what, what.replace("_", " "))
 
 
-def _speed(story: Story) -> Markup:
-    def line(axes: Axes, judged: tuple[Judged, ...], colour: str, look: str) -> None:
-        profile = against_speed(judged)
-        axes.plot(profile.x, profile.rms_deg, look, color=colour, markersize=3.5, linewidth=1.2)
+def _figures(story: Story) -> list[Markup]:
+    """The error against what the motion is made of; what hardly varies is left out."""
+    models = [samples_of(told.judged) for told in story.models]
+    found = [
+        _panel(story, models, name, across, "median error [deg]", _profiled(name))
+        for name, across in QUANTITIES
+        if profile(models[0], name) is not None
+    ]
+    if swings(models[0], story.noise_deg) is not None:
 
-    return _profile(story, "speed", "speed [deg/s]", "rms error [deg]", line)
+        def sized(axes: Axes, samples: list[Samples], colour: str, look: str) -> None:
+            each = swings(samples, story.noise_deg)
+            if each is not None:
+                axes.loglog(each.size_deg, each.rms_deg, look[0], color=colour, markersize=3.5)
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
+                axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+                axis.set_minor_formatter(NullFormatter())
+
+        across = "size of the swing [deg]"
+        found.append(_panel(story, models, "swing", across, "rms error of a swing [deg]", sized))
+    if turns(models[0]) is not None:
+        across = "time after a reversal [s]"
+        found.append(_panel(story, models, "reversal", across, "error, forward [deg]", _turned))
+    return found
 
 
-def _angle(story: Story) -> Markup:
-    def line(axes: Axes, judged: tuple[Judged, ...], colour: str, look: str) -> None:
-        profile = against_angle(judged)
-        axes.plot(profile.x, profile.mean_deg, look, color=colour, markersize=3.5, linewidth=1.2)
+def _turned(axes: Axes, samples: list[Samples], colour: str, look: str) -> None:
+    each = turns(samples)
+    if each is not None:
+        band = quantile(0.95) * each.sigma_deg
+        low, high = each.mean_deg - band, each.mean_deg + band
+        axes.fill_between(each.lag_s, low, high, color=colour, alpha=0.18, linewidth=0)
+        axes.plot(each.lag_s, each.mean_deg, look[1:], color=colour, linewidth=1.2)
 
-    return _profile(story, "angle", "angle [deg]", "mean error [deg]", line)
+
+def _profiled(quantity: Quantity) -> Callable[[Axes, list[Samples], str, str], None]:
+    def line(axes: Axes, samples: list[Samples], colour: str, look: str) -> None:
+        found = profile(samples, quantity)
+        if found is not None:
+            limits = axes.get_ylim() if axes.lines else (np.inf, -np.inf)
+            band = found.low_deg, found.high_deg
+            axes.fill_between(found.x, *band, color=colour, alpha=0.18, linewidth=0)
+            axes.plot(found.x, found.median_deg, look, color=colour, markersize=3.5, linewidth=1.2)
+            # Bands of errors with two sides are wide; the medians are what to see.
+            low, high = float(found.median_deg.min()), float(found.median_deg.max())
+            around = 0.3 * (high - low) + float(np.median(found.high_deg - found.low_deg)) / 2
+            axes.set_ylim(min(limits[0], low - around), max(limits[1], high + around))
+
+    return line
 
 
-def _profile(
+def _panel(
     story: Story,
+    models: list[list[Samples]],
     name: str,
     across: str,
     upward: str,
-    line: Callable[[Axes, tuple[Judged, ...], str, str], None],
+    line: Callable[[Axes, list[Samples], str, str], None],
 ) -> Markup:
-    """A panel with a line for each model, and the noise as a band."""
+    """What ``line`` draws of each model, and the noise as a band."""
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
+        for samples, (colour, look) in zip(models, LOOKS, strict=False):
+            line(axes, samples, colour, look)
         low = 0.0 if upward.startswith("rms") else -story.noise_deg
-        axes.axhspan(low, story.noise_deg, color=NOISE, alpha=0.6, linewidth=0)
-        for told, (colour, look) in zip(story.models, LOOKS, strict=False):
-            line(axes, told.judged, colour, look)
+        limits = axes.get_ylim()
+        axes.axhspan(low, story.noise_deg, color=NOISE, alpha=0.6, linewidth=0, zorder=0)
+        axes.set_ylim(limits)
         axes.set_xlabel(across)
         axes.set_ylabel(upward)
 
-    alt = f"{upward.split(' [')[0].capitalize()} against {name}, for {_named(story)}."
+    named = " and ".join(told.name for told in story.models)
+    alt = f"{upward.split(' [')[0].capitalize()} against {across.split(' [')[0]}, for {named}."
     return drawn(f"where-{name}", SIZE, alt, paint)
-
-
-def _frequency(story: Story) -> Markup:
-    def paint(figure: Figure) -> None:
-        axes = figure.subplots()
-        for told, (colour, look) in zip(story.models, LOOKS, strict=False):
-            spectrum = against_frequency(told.judged)
-            if told is story.before:
-                shown = spectrum.frequency_hz[1:], spectrum.angle[1:]
-                axes.loglog(*shown, color=MEASURED, linewidth=0.9, alpha=0.55, label="motion")
-            shown = spectrum.frequency_hz[1:], np.maximum(spectrum.error[1:], 1e-12)
-            axes.loglog(*shown, look.lstrip("os"), color=colour, linewidth=1.2)
-        axes.set_xlabel("frequency [Hz]")
-        axes.set_ylabel("density [deg/√Hz]")
-        axes.legend(loc="lower left", handlelength=1.2)
-
-    alt = f"Spectrum of the error against frequency, for {_named(story)}, beside the motion's own."
-    return drawn("where-frequency", SIZE, alt, paint)
-
-
-def _named(story: Story) -> str:
-    return " and ".join(told.name for told in story.models)

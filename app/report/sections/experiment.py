@@ -1,0 +1,57 @@
+"""The next experiment: the command that tells apart what this recording does not."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from servosight.app.report.figure import AFTER, drawn, thinned
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story, spoken
+from servosight.diagnose.diagnose import Diagnosis
+from servosight.diagnose.evidence import TIE
+from servosight.diagnose.experiment import Proposal
+
+
+def section(story: Story) -> Section | None:
+    """None where nothing is left to tell apart."""
+    result = story.result
+    if not isinstance(result, Diagnosis) or result.proposal is None:
+        return None
+    proposal = result.proposal
+    return Section(
+        "experiment",
+        "The next experiment",
+        {
+            "command": proposal.design.words,
+            "notes": proposal.design.notes,
+            "limits": proposal.limits.words,
+            "decides": proposal.decides,
+            "figure": _figure(proposal),
+            "needed": TIE,
+            "rows": [
+                {
+                    "pair": " or ".join(map(spoken, (one.first, one.second))),
+                    "difference_deg": one.difference_deg,
+                    "noises": one.difference_deg / max(proposal.noise_deg, 1e-12),
+                    "log_likelihood": one.log_likelihood,
+                    "decides": one.log_likelihood >= TIE,
+                }
+                for one in proposal.separations
+            ],
+        },
+    )
+
+
+def _figure(proposal: Proposal) -> Markup:
+    rows = proposal.excitation
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        ((time_s, command),) = thinned(rows.time_s, rows.command_deg)
+        axes.plot(time_s, command, color=AFTER, linewidth=1.0, drawstyle="steps-post")
+        axes.set_xlim(rows.time_s[0], rows.time_s[-1])
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("command [deg]")
+
+    return drawn("experiment", (8.2, 2.2), f"The command: {proposal.design.words}.", paint)

@@ -1,0 +1,78 @@
+"""Is what a model leaves only noise: correlation of its error with itself and with the command."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story
+from servosight.diagnose.findings import CHANCE
+from servosight.diagnose.residual_tests import (
+    LEVELS,
+    Correlation,
+    independence,
+    linear_share,
+    quantile,
+    whiteness,
+)
+from servosight.diagnose.samples import samples_of
+
+LOOKS = ((BEFORE, "--"), (AFTER, "-"))
+SIZE = (3.9, 2.4)
+
+
+def section(story: Story) -> Section | None:
+    """None where nothing can be scored."""
+    models = [samples_of(told.judged) for told in story.models]
+    if not models[0]:
+        return None
+    white = [whiteness(samples) for samples in models]
+    apart = [independence(samples) for samples in models]
+    return Section(
+        "residuals",
+        "Is what is left only noise?",
+        {
+            "rows": [
+                {
+                    "name": told.name,
+                    "independent": second.p >= CHANCE,
+                    "white": first.p >= CHANCE,
+                    "command_p": second.p,
+                    "white_p": first.p,
+                    "linear": 100.0 * linear_share(samples),
+                }
+                for told, first, second, samples in zip(
+                    story.models, white, apart, models, strict=True
+                )
+            ],
+            "figures": [
+                _figure(story, "command", apart, "correlation with the command before"),
+                _figure(story, "white", white, "correlation with itself before"),
+            ],
+            "models": [told.name for told in story.models],
+            "levels": [f"{100 * level:.0f}" for level in LEVELS],
+        },
+    )
+
+
+def _figure(story: Story, name: str, found: list[Correlation], upward: str) -> Markup:
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        _bands(axes, found[-1])
+        for one, (colour, look) in zip(found, LOOKS, strict=False):
+            axes.plot(one.lag_s, one.value, look, color=colour, linewidth=1.3)
+        axes.set_xlabel("lag [s]")
+        axes.set_ylabel(f"{upward.rsplit(' ', 1)[0]}")
+
+    named = " and ".join(told.name for told in story.models)
+    alt = f"Error's {upward}, over the lag, for {named}, with the bands that chance stays in."
+    return drawn(f"residuals-{name}", SIZE, alt, paint)
+
+
+def _bands(axes: Axes, one: Correlation) -> None:
+    for level in LEVELS:
+        half = quantile(level) * one.sigma
+        axes.fill_between(one.lag_s, -half, half, color=NOISE, alpha=0.4, linewidth=0)

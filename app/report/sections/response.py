@@ -1,0 +1,94 @@
+"""Gain, phase and coherence over frequency: the servo's and the models'."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+
+from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn
+from servosight.app.report.numbers import rounded
+from servosight.app.report.section import Section
+from servosight.app.report.story import Story
+from servosight.diagnose.frequency import Response, response
+
+BAND = 2.0
+"""The measured response's band is as many standard deviations wide to either side."""
+LOOKS = ((BEFORE, "--"), (AFTER, "-"))
+MOST_UNSURE = 0.5
+"""Lines whose gain is known no better than to this share are not drawn."""
+
+
+def section(story: Story) -> Section | None:
+    """None where the recording is too short for a response."""
+    found = [response(told.judged) for told in story.models]
+    answers = [one for one in found if one is not None]
+    if not answers or len(answers) < len(found) or answers[0].frequency_hz.size < 3:
+        return None
+    return Section(
+        "response",
+        "Over frequency",
+        {
+            "figure": _figure(story, answers),
+            "recording": answers[0].recording,
+            "many": len(story.recordings) > 1,
+            "models": [told.name for told in story.models],
+            "said": [one.sentence for one in story.result.findings if one.test == "frequency"],
+        },
+    )
+
+
+def _figure(story: Story, answers: list[Response]) -> Markup:
+    first = answers[0]
+    known = first.sigma < MOST_UNSURE * np.abs(first.measured)
+    known = known if known.sum() >= 3 else np.ones_like(known)
+    at = first.frequency_hz[known]
+    phase, last = _phase(first.measured[known]), answers[-1]
+    # Phases differ by whole turns at most: all begin where the measured one does.
+    gain = np.abs(first.measured[known])
+    wide = BAND * np.sqrt(0.5) * first.sigma[known]
+
+    def paint(figure: Figure) -> None:
+        gains, phases, coherences = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 2))
+        gains.fill_between(
+            at, np.maximum(gain - wide, 1e-3), gain + wide, color=MEASURED, alpha=0.15, linewidth=0
+        )
+        gains.plot(at, gain, color=MEASURED, linewidth=1.1, label="measured")
+        around = np.degrees(wide / gain)
+        phases.fill_between(
+            at, phase - around, phase + around, color=MEASURED, alpha=0.15, linewidth=0
+        )
+        phases.plot(at, phase, color=MEASURED, linewidth=1.1)
+        coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=1.1)
+        for told, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
+            style = {"color": colour, "linewidth": 1.3}
+            gains.plot(at, np.abs(one.model[known]), look, label=told.name, **style)
+            ahead = np.angle(one.model[known] / first.measured[known], deg=True)
+            phases.plot(at, phase + ahead, look, **style)
+            coherences.plot(at, one.model_coherence[known], look, **style)
+        gains.set_xscale("log")
+        gains.set_yscale("log")
+        for axis in (gains.xaxis, gains.yaxis):
+            axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+            axis.set_minor_formatter(NullFormatter())
+        coherences.set_ylim(0.0, 1.05)
+        gains.set_ylabel("gain")
+        phases.set_ylabel("phase [deg]")
+        coherences.set_ylabel("coherence")
+        coherences.set_xlabel("frequency [Hz]")
+        figure.legend(*gains.get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        figure.align_ylabels()
+
+    alt = (
+        f"Gain, phase and coherence from {at[0]:.2g} to {at[-1]:.2g} Hz, measured and by "
+        f"{' and '.join(told.name for told in story.models)}; the last model's gain is off by "
+        f"{100 * float(np.median(np.abs(np.abs(last.model[known]) / gain - 1.0))):.1f} % in median."
+    )
+    return drawn("response", (8.2, 5.6), alt, paint)
+
+
+def _phase(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Degrees, without jumps of a whole turn."""
+    return np.asarray(np.degrees(np.unwrap(np.angle(values))))
