@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from scipy import ndimage
 from servosight.tracking.fit import Fit
 from servosight.tracking.polar import Array
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image
+from servosight.tracking.surface import Image, turning
 
 Box = tuple[int, int, int, int]
 
@@ -42,10 +42,16 @@ class Match:
 
     def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
         """Match near an angle: once as far as a quarter of the box, once more, turned right."""
-        del exposure  # correlation has no use for it; see Layered
         reach = max(self.box[2:]) // 4 + 3
         rough = self._match(picture, angle_rad, reach)
-        return rough and self._match(picture, rough.angle_rad, 3)
+        fit = rough and self._match(picture, rough.angle_rad, 3)
+        if fit is None or not exposure.slack_rad:
+            return fit
+        # Found in the box's own rows, told for the middle one. Correlation needs no smear.
+        arm = turning(fit.angle_rad) @ self.arm_px
+        late = float(self.pivot_px[1] + arm[1]) / max(picture.shape[0] - 1, 1) - 0.5
+        own = exposure.per_delay_rad * late + exposure.bend_rad * late**2
+        return replace(fit, angle_rad=fit.angle_rad - own, delay=late)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
