@@ -1,0 +1,388 @@
+"""Terms of a law over angle, speed and time: what pushes the surface whatever the drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from servosight.diagnose.form import (
+    Array,
+    Extent,
+    Form,
+    Motion,
+    Point,
+    alone,
+    as_found,
+    times,
+    unread,
+)
+from servosight.models.effect import Effect, Place
+from servosight.models.parameter import TORQUE, Parameter, Scaling
+
+_WORDS: dict[str, Any] = {
+    "looks_like": "the torque shown in the report",
+    "cause": "not known yet",
+    "confirm": "not known yet",
+    "remedy": "not known yet",
+    "source": "found in a recording by servosight diagnose",
+    "starts": unread,
+}
+"""The words of a term that nobody has named."""
+
+
+def nameless(
+    place: Place,
+    name: str,
+    equation: str,
+    parameters: tuple[Parameter, ...],
+    states: int = 0,
+    **hooks: Any,
+) -> Effect:
+    """An effect of a form that nobody has named."""
+    return Effect(name, place, parameters, equation, states=states, **_WORDS, **hooks)
+
+
+def load(
+    name: str, equation: str, parameters: tuple[Parameter, ...], states: int = 0, **hooks: Any
+) -> Effect:
+    """The same as a LOAD."""
+    return nameless(Place.LOAD, name, equation, parameters, states, **hooks)
+
+
+def coefficient(
+    name: str, unit: str, meaning: str, low: float, high: float, scaling: Scaling = TORQUE
+) -> Parameter:
+    """A parameter that vanishes at 0."""
+    return Parameter(name, unit, low, high, 0.0, meaning, scaling)
+
+
+# Powers of the angle
+
+
+def square_term(theta: float, w: float, square: float) -> float:
+    """Torque [deg], the same on both sides of the zero angle."""
+    return square * theta * theta
+
+
+def cube_term(theta: float, w: float, cube: float) -> float:
+    """Torque [deg]: a spring that stiffens, or softens where negative."""
+    return cube * theta * theta * theta
+
+
+def cube_resolution(T: float, theta: float, cube: float) -> float:
+    """Longest step [s] that follows the swing on the stiffer spring."""
+    return max(0.4 * T / math.sqrt(1.0 + 3.0 * abs(cube) * theta * theta), 0.01 * T)
+
+
+ANGLE_SQUARE = Form(
+    load(
+        "angle_square",
+        "load = square theta^2",
+        (coefficient("square", "deg/deg^2", "torque over the square of the angle", -1.0, 1.0),),
+        term=square_term,
+    ),
+    "with the square of the angle",
+    alone,
+    lambda motion: motion.angle_deg[None, :] ** 2,
+    as_found,
+)
+ANGLE_CUBE = Form(
+    load(
+        "angle_cube",
+        "load = cube theta^3",
+        (coefficient("cube", "deg/deg^3", "torque over the cube of the angle", -0.1, 1.0),),
+        term=cube_term,
+        resolution=cube_resolution,
+    ),
+    "with the cube of the angle",
+    alone,
+    lambda motion: motion.angle_deg[None, :] ** 3,
+    as_found,
+)
+
+
+# One-sided springs
+
+
+def upper_term(theta: float, w: float, stiffness: float, damping: float, angle: float) -> float:
+    """Torque [deg] of a spring and a damper that are touched above ``angle`` [deg]."""
+    if theta <= angle:
+        return 0.0
+    return max(stiffness * (theta - angle) + damping * w, 0.0)
+
+
+def lower_term(theta: float, w: float, stiffness: float, damping: float, angle: float) -> float:
+    """Torque [deg] of a spring and a damper that are touched below ``angle`` [deg]."""
+    if theta >= angle:
+        return 0.0
+    return min(stiffness * (theta - angle) + damping * w, 0.0)
+
+
+def stop_resolution(T: float, w: float, stiffness: float, damping: float, angle: float) -> float:
+    """Longest step [s] that follows the swing against the spring."""
+    return max(min(0.3 * T / math.sqrt(1.0 + stiffness), 0.3 * T * T / (damping + 1e-12)), 0.01 * T)
+
+
+def _stop(name: str, side: str, term: Any) -> Effect:
+    return load(
+        name,
+        f"load = stiffness (theta - angle) + damping w {side} angle, never pulling; else 0",
+        (
+            coefficient("stiffness", "deg/deg", "torque for each degree further", 0.0, 300.0),
+            Parameter("damping", "deg/(deg/s)", 0.0, 1.0, 0.0, "torque over speed there", TORQUE),
+            Parameter("angle", "deg", -720.0, 720.0, None, "angle at which it is touched"),
+        ),
+        term=term,
+        resolution=stop_resolution,
+    )
+
+
+def _stops(extent: Extent) -> Sequence[Point]:
+    low, high = extent.angle_deg
+    return [(float(angle),) for angle in low + (high - low) * np.linspace(0.03, 0.97, 32)]
+
+
+def _touched(coefficients: Array, at: Point) -> Point | None:
+    stiffness, damping = coefficients
+    return (float(stiffness), max(float(damping), 0.0), *at) if stiffness > 0.0 else None
+
+
+def _beyond(motion: Motion, side: float, angle: float) -> Array:
+    deep = motion.angle_deg - angle
+    touching = side * deep > 0.0
+    return np.array([deep * touching, motion.speed_deg_s * touching])
+
+
+UPPER_STOP = Form(
+    _stop("upper_stop", "above", upper_term),
+    "beyond an angle, on the positive side",
+    _stops,
+    lambda motion, angle: _beyond(motion, 1.0, angle),
+    _touched,
+)
+LOWER_STOP = Form(
+    _stop("lower_stop", "below", lower_term),
+    "beyond an angle, on the negative side",
+    _stops,
+    lambda motion, angle: _beyond(motion, -1.0, angle),
+    _touched,
+)
+
+
+# Waves
+
+
+def angle_wave_term(theta: float, w: float, sine: float, cosine: float, period: float) -> float:
+    """Torque [deg] that repeats after ``period`` [deg]."""
+    turn = 6.283185307179586 * theta / period
+    return sine * math.sin(turn) + cosine * math.cos(turn)
+
+
+def angle_wave_resolution(
+    T: float, w: float, acceleration: float, sine: float, cosine: float, period: float
+) -> float:
+    """Longest step [s]: a tenth of a period's way, and of the swing in a detent."""
+    way = 0.1 * period
+    passage = 2.0 * way / (w + math.sqrt(w * w + 2.0 * acceleration * way) + 1e-12)
+    detent = 6.283185307179586 * (abs(sine) + abs(cosine)) / period
+    return max(min(passage, 0.4 * T / math.sqrt(1.0 + detent)), 0.01 * T)
+
+
+def time_wave_term(
+    theta: float, w: float, clock: float, sine: float, cosine: float, frequency: float
+) -> tuple[float, float]:
+    """Torque [deg] that comes and goes with time, and the rate of the clock."""
+    turn = 6.283185307179586 * frequency * clock
+    return sine * math.sin(turn) + cosine * math.cos(turn), 1.0
+
+
+def time_wave_resolution(T: float, sine: float, cosine: float, frequency: float) -> float:
+    """Longest step [s]: a twelfth of a period."""
+    return max(0.08 / frequency, 0.01 * T)
+
+
+def _periods(extent: Extent) -> Sequence[Point]:
+    line = 0.25 / extent.range_deg
+    return [(float(1.0 / f),) for f in np.arange(2.0 * line, 100.0 * 4.0 * line, line)]
+
+
+def _frequencies(extent: Extent) -> Sequence[Point]:
+    line = 0.25 / extent.duration_s
+    most = min(0.4 / extent.interval_s, 1.5 / (2.0 * math.pi * extent.T_s), 20.0)
+    return [(float(f),) for f in np.arange(2.0 * line, most, line)]
+
+
+def _angle_waves(motion: Motion, period: float) -> Array:
+    turn = 2.0 * np.pi * motion.angle_deg / period
+    # Where a period passes within a few instants the loop averages it, and instants would alias.
+    slow = np.abs(motion.speed_deg_s) * motion.interval_s < 0.25 * period
+    return np.array([np.sin(turn) * slow, np.cos(turn) * slow])
+
+
+def _time_waves(motion: Motion, frequency: float) -> Array:
+    turn = 2.0 * np.pi * frequency * motion.time_s
+    return np.array([np.sin(turn), np.cos(turn)])
+
+
+ANGLE_WAVE = Form(
+    load(
+        "angle_wave",
+        "load = sine sin(2 pi theta / period) + cosine cos(2 pi theta / period)",
+        (
+            coefficient("sine", "deg", "torque in phase with the zero angle", -90.0, 90.0),
+            coefficient("cosine", "deg", "torque a quarter of a period off", -90.0, 90.0),
+            Parameter("period", "deg", 0.1, 720.0, None, "angle after which it repeats"),
+        ),
+        term=angle_wave_term,
+        resolution=angle_wave_resolution,
+    ),
+    "in waves over the angle",
+    _periods,
+    _angle_waves,
+    as_found,
+)
+TIME_WAVE = Form(
+    load(
+        "time_wave",
+        "load = sine sin(2 pi frequency t) + cosine cos(2 pi frequency t), dt/dt = 1",
+        (
+            coefficient("sine", "deg", "torque in phase with the first instant", -90.0, 90.0),
+            coefficient("cosine", "deg", "torque a quarter of a period off", -90.0, 90.0),
+            Parameter("frequency", "Hz", 0.01, 50.0, None, "how often it comes"),
+        ),
+        states=1,
+        term=time_wave_term,
+        resolution=time_wave_resolution,
+    ),
+    "in waves over time, whatever the servo does",
+    _frequencies,
+    _time_waves,
+    as_found,
+)
+
+
+# Drift
+
+
+def drift_term(
+    theta: float, w: float, warmth: float, size: float, time: float
+) -> tuple[float, float]:
+    """Torque [deg] that comes within ``time`` [s], and the rate of its state."""
+    return size * warmth, (1.0 - warmth) / time
+
+
+def angle_drift_term(
+    theta: float, w: float, warmth: float, share: float, time: float
+) -> tuple[float, float]:
+    """Torque [deg] of a spring that comes within ``time`` [s], and the rate of its state."""
+    return share * warmth * theta, (1.0 - warmth) / time
+
+
+def drift_resolution(T: float, share: float, time: float) -> float:
+    """Longest step [s] that follows the drift."""
+    return max(0.3 * time, 0.01 * T)
+
+
+def size_resolution(T: float, size: float, time: float) -> float:
+    """Longest step [s] that follows the drift."""
+    return max(0.3 * time, 0.01 * T)
+
+
+def drift_times(extent: Extent) -> Sequence[Point]:
+    """Times from a fortieth of the recording to twice its length."""
+    return times(extent.duration_s / 40.0, 2.0 * extent.duration_s)
+
+
+def warmth(motion: Motion, time_s: float) -> Array:
+    """What has come of a drift, 0 to 1, (instants,)."""
+    return np.asarray(-np.expm1(-motion.time_s / time_s))
+
+
+TIME = Parameter("time", "s", 0.02, 1000.0, None, "time in which it comes")
+
+TIME_DRIFT = Form(
+    load(
+        "time_drift",
+        "load = size s, time ds/dt = 1 - s",
+        (coefficient("size", "deg", "torque in the end", -90.0, 90.0), TIME),
+        states=1,
+        term=drift_term,
+        resolution=size_resolution,
+    ),
+    "since the start, and then stays",
+    drift_times,
+    lambda motion, time: warmth(motion, time)[None, :],
+    as_found,
+)
+ANGLE_DRIFT = Form(
+    load(
+        "angle_drift",
+        "load = share s theta, time ds/dt = 1 - s",
+        (coefficient("share", "deg/deg", "torque over angle in the end", -0.9, 10.0), TIME),
+        states=1,
+        term=angle_drift_term,
+        resolution=drift_resolution,
+    ),
+    "with the angle, more and more since the start",
+    drift_times,
+    lambda motion, time: (warmth(motion, time) * motion.angle_deg)[None, :],
+    as_found,
+)
+
+
+# Speed
+
+
+def lean_term(theta: float, w: float, square: float) -> float:
+    """Torque [deg] with the square of the speed, to the same side in both directions."""
+    return square * w * w
+
+
+def bent_term(theta: float, w: float, slope: float, square: float) -> float:
+    """Torque [deg] of a damper that changes with the angle."""
+    return (slope * theta + square * theta * theta) * w
+
+
+SPEED_SQUARE = Form(
+    load(
+        "speed_square",
+        "load = square w^2",
+        (coefficient("square", "deg/(deg/s)^2", "torque over squared speed", -1e-2, 1e-2),),
+        term=lean_term,
+    ),
+    "with the square of the speed, to one side in both directions",
+    alone,
+    lambda motion: motion.speed_deg_s[None, :] ** 2,
+    as_found,
+)
+ANGLE_DAMPING = Form(
+    load(
+        "angle_damping",
+        "load = (slope theta + square theta^2) w",
+        (
+            coefficient("slope", "s/deg", "damping over angle", -0.1, 0.1),
+            coefficient("square", "s/deg^2", "damping over squared angle", -0.01, 0.01),
+        ),
+        term=bent_term,
+    ),
+    "with the speed, more at some angles than at others",
+    alone,
+    lambda motion: np.array([motion.angle_deg, motion.angle_deg**2]) * motion.speed_deg_s,
+    as_found,
+)
+
+LOADS = (
+    ANGLE_SQUARE,
+    ANGLE_CUBE,
+    UPPER_STOP,
+    LOWER_STOP,
+    ANGLE_WAVE,
+    TIME_WAVE,
+    TIME_DRIFT,
+    ANGLE_DRIFT,
+    SPEED_SQUARE,
+    ANGLE_DAMPING,
+)

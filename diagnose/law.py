@@ -1,0 +1,323 @@
+"""A sparse law for what no catalogued effect accounts for, confirmed by simulation.
+
+Terms are chosen as orthogonal matching pursuit does (Pati, Rezaiifar and Krishnaprasad 1993), with
+the torques' answers through the loop as its dictionary, so that the noise stays the measurement's
+own; a derivative of the angle is never taken. The terms that promise most are then fitted with
+everything else by simulation, and a term stays if it shows on data that the fit has not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.diagnose.draft import draft
+from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, criterion, evidence
+from servosight.diagnose.form import Extent, Form, Motion, Point
+from servosight.diagnose.forms_drive import DRIVES
+from servosight.diagnose.forms_friction import FRICTIONS
+from servosight.diagnose.forms_load import LOADS
+from servosight.diagnose.torque import Loop
+from servosight.diagnose.trial import Laboratory, Trial
+from servosight.identify.estimator import half_squares
+from servosight.identify.fit import polish
+from servosight.identify.problem import Problem
+from servosight.identify.uncertainty import estimates
+from servosight.models.actuator import Estimate
+
+Array = NDArray[np.float64]
+
+FORMS: Mapping[str, Form] = {form.effect.id: form for form in (*LOADS, *DRIVES, *FRICTIONS)}
+"""The terms that a law can have."""
+
+MOST_TERMS = 3
+FITTED = 3
+"""Of the loads, the drives and the frictions that promise most, this many each are sketched;"""
+FINISHED = 2
+"""the best of them are fitted to the end."""
+SKETCH_BUDGET = 120
+MIN_GAIN = 0.1
+"""A term must lower the held-out rmse by this share,"""
+MIN_CLOSED = 0.5
+"""and the law as a whole must close this share of the gap between held-out rmse and floor."""
+_BLOCK = 64
+
+
+@dataclass(frozen=True)
+class Missing:
+    """The torque [deg] that a recording's model lacks, (instants,), along its motion."""
+
+    recording: str
+    motion: Motion
+    torque_deg: Array
+    sigma_deg: float
+
+
+@dataclass(frozen=True)
+class Law:
+    """Terms that close most of the gap between a model's held-out error and the floor.
+
+    ``before`` is the best model without them, ``base`` what they were added to (that or a plainer
+    one), ``after`` the model with them, ``floor_deg`` what no model need beat, ``missing`` the
+    torque that ``base`` lacks in each fitted recording.
+    """
+
+    before: Trial
+    base: Trial
+    after: Trial
+    floor_deg: float
+    missing: tuple[Missing, ...]
+
+    @property
+    def terms(self) -> tuple[Form, ...]:
+        """The terms, in the order of the library."""
+        return tuple(FORMS[name] for name in self.after.effects if name in FORMS)
+
+    @property
+    def closed(self) -> float:
+        """Share of the gap between held-out rmse and floor that the terms close."""
+        before, after = self.before.held_out_rmse_deg, self.after.held_out_rmse_deg
+        return (before - after) / max(before - self.floor_deg, 1e-12)
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Estimate]:
+        """All parameters of the model with the law, and their uncertainty."""
+        fit = self.after.fit
+        return estimates(fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)[0]
+
+    @property
+    def coefficients(self) -> Mapping[str, Estimate]:
+        """Those of the law's own terms, as ``term.parameter``."""
+        own = {form.effect.id for form in self.terms}
+        return {n: one for n, one in self.parameters.items() if n.split(".")[0] in own}
+
+    @property
+    def equation(self) -> str:
+        """The terms' equations."""
+        return "; ".join(form.effect.equation for form in self.terms)
+
+    @property
+    def sentence(self) -> str:
+        """What the law says, and how far it goes."""
+        words = ", and ".join(form.words for form in self.terms)
+        share = f"{100.0 * min(self.closed, 1.0):.0f} %"
+        return (
+            f"The missing torque goes {words}: this closes {share} of the gap between the held-out "
+            f"error and the floor."
+        )
+
+    def draft(self) -> str:
+        """A plugin file with the terms as effects, to be read, named and run."""
+        values = {name: one.value for name, one in self.coefficients.items()}
+        return draft([form.effect for form in self.terms], values, self.sentence)
+
+    def to_json(self) -> dict[str, Any]:
+        """Terms, numbers, held-out errors before and after."""
+        return {
+            "terms": [
+                {"form": form.effect.id, "equation": form.effect.equation, "words": form.words}
+                for form in self.terms
+            ],
+            "coefficients": {name: one.to_json() for name, one in self.coefficients.items()},
+            "added_to": list(self.base.effects),
+            "held_out_before_deg": self.before.held_out_rmse_deg,
+            "held_out_after_deg": self.after.held_out_rmse_deg,
+            "floor_deg": self.floor_deg,
+            "closed": self.closed,
+            "missing_torque_rms_deg": [
+                float(np.sqrt(np.mean(one.torque_deg**2))) for one in self.missing
+            ],
+            "sentence": self.sentence,
+        }
+
+
+@dataclass(frozen=True)
+class Lead:
+    """A form that promises much: its cost to first order (less is better), the parameters that it
+    starts with, and by how much the model's own coordinates would follow."""
+
+    cost: float
+    name: str
+    start: Point
+    shift: Array
+
+
+def find_law(
+    laboratory: Laboratory, bases: Sequence[Trial], bar: Bar, noise_deg: float
+) -> Law | None:
+    """The best law on top of one of some models; None where none closes half of the gap.
+
+    ``bases`` are fitted models of the laboratory, the plainest first and the best last; what the
+    later ones leave is looked at only where a law on the earlier ones does not reach the floor.
+    """
+    found: list[tuple[Trial, Trial]] = []
+    for base in bases:
+        found.append((base, _extended(laboratory, base, bar, noise_deg)))
+        if bar.explained(found[-1][1]):
+            break
+    base, after = max(found, key=lambda pair: criterion(pair[1], bar.tolerance_deg))
+    missing = missing_torque(base, len(laboratory.recordings), noise_deg)
+    law = Law(bases[-1], base, after, bar.floor_deg, missing)
+    return law if law.terms and law.closed >= MIN_CLOSED else None
+
+
+def missing_torque(trial: Trial, count: int, noise_deg: float) -> tuple[Missing, ...]:
+    """What the model lacks in the first ``count`` of its recordings."""
+    found = []
+    for number in range(count):
+        loop = Loop.of(trial, number, noise_deg)
+        torque, sigma = loop.torque()
+        found.append(Missing(trial.judged[number].recording.name, loop.motion, torque, sigma))
+    return tuple(found)
+
+
+def _extended(laboratory: Laboratory, base: Trial, bar: Bar, noise_deg: float) -> Trial:
+    """Terms added to one model, one after the other, as long as they earn their place."""
+    own = laboratory.catalogue if base.effects else {}
+    forms = {name: form for name, form in FORMS.items() if name not in own}
+    bench = replace(
+        laboratory,
+        catalogue={**own, **{name: form.effect for name, form in forms.items()}},
+        notebook={},
+    )
+    trial = base
+    for _ in range(MOST_TERMS):
+        if bar.explained(trial):
+            break
+        ranked = promising(trial, forms, len(laboratory.recordings), noise_deg)
+        better = _best(bench, trial, ranked, bar)
+        if better is None or not _earns(better, trial, bar, len(forms)):
+            break
+        trial = _without(bench, better, base, bar)
+    return trial
+
+
+def _earns(trial: Trial, base: Trial, bar: Bar, tried: int) -> bool:
+    lower = trial.held_out_rmse_deg <= (1.0 - MIN_GAIN) * base.held_out_rmse_deg
+    gain = evidence(trial, base, bar.tolerance_deg)
+    return lower and gain >= MIN_EVIDENCE + float(np.log(tried))
+
+
+def _without(bench: Laboratory, trial: Trial, base: Trial, bar: Bar) -> Trial:
+    """The model without the terms that a later one has made needless."""
+    for name in trial.effects:
+        if name in base.effects or len(trial.effects) - len(base.effects) < 2:
+            continue
+        smaller = bench.reduced(trial, name)
+        if not _earns(trial, smaller, bar, 1):
+            return _without(bench, smaller, base, bar)
+    return trial
+
+
+def promising(trial: Trial, forms: Mapping[str, Form], count: int, noise_deg: float) -> list[Lead]:
+    """Forms of each kind that would lower the residual most to first order, best first."""
+    fit = trial.fit
+    problem = fit.problem
+    residual = problem.residuals(fit.outcome.point[None, :])[0]
+    basis, corner = np.linalg.qr(fit.jacobian)
+    left = residual - basis @ (basis.T @ residual)
+    loops = [Loop.of(trial, number, noise_deg) for number in range(count)]
+    extent = Extent.of([loop.motion for loop in loops], problem.values(fit.outcome.point)["T"])
+    found = []
+    for name, form in forms.items():
+        if name in trial.effects:
+            continue
+        best: tuple[float, Point, Array] | None = None
+        grid = form.grid(extent)
+        for first in range(0, len(grid), _BLOCK):
+            part = grid[first : first + _BLOCK]
+            answers = _answers(form, part, loops, problem)
+            own = answers - (answers @ basis) @ basis.T
+            best = _better(best, form, part, answers, own, left)
+        if best is not None:
+            gain, start, change = best
+            shift = -np.linalg.lstsq(corner, basis.T @ (residual + change), rcond=1e-9)[0]
+            free = max(float(left @ left) - gain, 1e-12)
+            size = 0.5 * left.size * float(np.log(free / left.size + noise_deg**2))
+            cost = size + 0.5 * len(form.effect.parameters) * float(np.log(left.size))
+            found.append(Lead(cost, name, start, shift))
+    # A loop that was fitted without friction has taken most of it for damping: what promises less
+    # may still be right, so that each kind has its best tried.
+    chosen = []
+    for kind in (LOADS, DRIVES, FRICTIONS):
+        names = {form.effect.id for form in kind}
+        chosen += sorted((one for one in found if one.name in names), key=_cost)[:FITTED]
+    return sorted(chosen, key=_cost)
+
+
+def _cost(lead: Lead) -> float:
+    return lead.cost
+
+
+def _answers(form: Form, grid: Sequence[Point], loops: Sequence[Loop], problem: Problem) -> Array:
+    """Changes of the weighted residual, (grid, coefficients, scored), for coefficients of 1."""
+    parts = []
+    for loop, recording, weight, mask in zip(
+        loops, problem.recordings, problem.weights, problem.masks, strict=True
+    ):
+        torques = np.array([form.shapes(loop.motion, *at) for at in grid])
+        for j, parameter in enumerate(form.effect.parameters[: torques.shape[1]]):
+            torques[:, j] *= parameter.scaling.factor(
+                recording.relative_gain, recording.relative_load
+            )
+        flat = loop.answers(torques.reshape(-1, torques.shape[-1]))
+        scored = (flat[:, loop.at] * weight)[:, mask]
+        parts.append(scored.reshape(*torques.shape[:2], -1))
+    return np.concatenate(parts, axis=2)
+
+
+def _better(
+    best: tuple[float, Point, Array] | None,
+    form: Form,
+    grid: Sequence[Point],
+    answers: Array,
+    own: Array,
+    left: Array,
+) -> tuple[float, Point, Array] | None:
+    """The largest gain so far, its start and its change, after one more block of the grid.
+
+    ``own`` are the answers without what the model's parameters can do.
+    """
+    size = np.linalg.norm(own, axis=2) + 1e-12
+    unit = own / size[..., None]
+    normal = unit @ unit.transpose(0, 2, 1) + 1e-9 * np.eye(unit.shape[1])
+    agree = -(unit @ left)
+    coefficients = np.linalg.solve(normal, agree[..., None])[..., 0]
+    gains = np.einsum("ij,ij->i", coefficients, agree)
+    for index in np.argsort(-gains):
+        found = coefficients[index] / size[index]
+        start = form.start(found, grid[index])
+        if start is not None:
+            if best is None or gains[index] > best[0]:
+                best = (float(gains[index]), start, found @ answers[index])
+            break
+    return best
+
+
+def _best(bench: Laboratory, base: Trial, leads: Sequence[Lead], bar: Bar) -> Trial | None:
+    """The best of ``base`` with one form more, everything fitted anew."""
+    sketches = []
+    for lead in leads:
+        problem = bench.problem((*base.effects, lead.name))
+        point = base.fit.outcome.point
+        starts = np.array([_start(problem, base, lead, x) for x in (point, point + lead.shift)])
+        better = int(np.argmin(half_squares(problem.residuals(starts))))
+        sketches.append(polish(problem, [starts[better]], SKETCH_BUDGET))
+    sketches.sort(key=lambda fit: fit.outcome.cost)
+    trials = [bench.judge(polish(fit.problem, [fit.outcome.point])) for fit in sketches[:FINISHED]]
+    return max(trials, key=lambda trial: criterion(trial, bar.tolerance_deg), default=None)
+
+
+def _start(problem: Problem, base: Trial, lead: Lead, point: Array) -> Array:
+    """A point of the base's problem, with the form's parameters where the pursuit found them."""
+    old = zip(base.fit.problem.coordinates, point, strict=True)
+    known = {(c.name, c.recording): float(x) for c, x in old}
+    for parameter, value in zip(FORMS[lead.name].effect.parameters, lead.start, strict=True):
+        known[(f"{lead.name}.{parameter.name}", None)] = value
+    low, high = problem.bounds
+    return np.clip([known[(c.name, c.recording)] for c in problem.coordinates], low, high)
