@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.tracking.plane import Lens, Plane, like_picture, mapped
+from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -145,8 +145,8 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     pivot = mapped(matrix, full.values[None, 4:_OWN])[0] * size + middle
     scale = np.array([[1.0 / size, 0.0, 0.0], [0.0, 1.0 / size, 0.0], [0.0, 0.0, 1.0]])
     scale[:2, 2] = -middle / size
-    plane = Plane(like_picture(np.linalg.inv(matrix) @ scale, pivot), lens)
-    x, y = plane.to_picture(pivot[None])[0]
+    plane = Plane(like_picture(inverse(matrix) @ scale, middle), lens)
+    x, y = lens.bent(pivot[None])[0] if lens is not None else pivot
     return Swing(
         plane,
         (float(x), float(y)),
@@ -248,21 +248,21 @@ class _Seen:
         weight = _tukey(raw)
         rest, slopes, _ = self._projected(raw, slopes, own, weight)
         normal, _ = _normal(rest, slopes, weight)
-        used = np.count_nonzero(weight)
-        freedom = max(2 * used - values.size - 2 * len(points), 1)
+        used = int(np.count_nonzero(weight))
+        freedom = float(np.maximum(2 * used - values.size - 2 * len(points), 1))
         noise = _robust(raw) * float(np.sqrt(2.0 * used / freedom))
         # Summed over a point's frames first: a feature's own bias is one error, not many.
         sums = np.zeros((len(points), values.size))
         np.add.at(sums, self.point, np.einsum("nk,nkg->ng", weight[:, None] * rest, slopes))
-        inverse = np.linalg.pinv(normal, rcond=1e-12) / _bend(weight)
-        covariance = inverse @ (sums.T @ sums) @ inverse * (2.0 * used / freedom)
+        bread = np.linalg.pinv(normal, rcond=1e-12) / _bend(weight)
+        covariance = bread @ (sums.T @ sums) @ bread * (2.0 * used / freedom)
         told = np.bincount(self.frame, weight) > _LEAST_WEIGHT
         return _Fitted(values, covariance, normal, noise, told)
 
     def _points(self, values: Array) -> Array:
         """Where the points lie in the plane about the pivot, with the first angle; (points, 2)."""
         angle = np.append(0.0, values[_OWN:])[self.frame]
-        arm = mapped(np.linalg.inv(_matrix(values[:4])), self.xy) - values[4:_OWN]
+        arm = mapped(inverse(_matrix(values[:4])), self.xy) - values[4:_OWN]
         cos, sin = np.cos(angle), np.sin(angle)
         back = np.stack([cos * arm[:, 0] - sin * arm[:, 1], sin * arm[:, 0] + cos * arm[:, 1]], 1)
         count = np.bincount(self.point)
@@ -309,7 +309,7 @@ class _Seen:
         weighed = weight[:, None, None] * own.transpose(0, 2, 1)
         np.add.at(normal, self.point, weighed @ own)
         np.add.at(sums, self.point, weighed @ right)
-        solved = np.linalg.solve(normal + 1e-12 * np.eye(2), sums)
+        solved = np.asarray(np.linalg.solve(normal + 1e-12 * np.eye(2), sums), np.float64)
         right = right - own @ solved[self.point]
         return right[:, :, 0], right[:, :, 1:], solved
 

@@ -121,10 +121,8 @@ def _bench(
     NaN and infinity where too little of it is ever seen.
     """
     shape = images[0].shape
-    y, x = np.indices(shape, dtype=np.float32)
-    dx, dy = x - np.float32(grid.pivot_px[0]), np.float32(grid.pivot_px[1]) - y
-    row = ((np.hypot(dx, dy) - grid.radius_px) / grid.step_px).astype(np.float32)
-    phi = np.arctan2(dy, dx)
+    radius, phi = grid.polar_of(shape)
+    row = ((radius - grid.radius_px) / grid.step_px).astype(np.float32)
     delay = row_delay(shape)[:, None]
     cc, cs, ss, shown = np.zeros((4, *shape))
     for image, angle, exposure in zip(images, angles_rad, exposures, strict=True):

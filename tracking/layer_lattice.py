@@ -41,6 +41,7 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> Grid:
         step,
         int((last - first) / old.step_px) + 1,
         int(min(high - low, 2 * np.pi - 2 * step) / step) + 1,
+        old.plane,
     )
 
 
@@ -65,15 +66,18 @@ def cover(surface: Surface, grid: Grid) -> tuple[Mask, Mask]:
 
 def places(grid: Grid, angle_rad: float, exposure: Exposure, delay: Array) -> tuple[Single, Single]:
     """Where the cells lie in a frame, each in the row's own time; x and y, (columns, rows)."""
-    x, y = grid.points(angle_rad)
+    x, y = _seen(grid, angle_rad)
     for _ in range(2 if exposure.slack_rad else 0):
         late = np.interp(y, np.arange(delay.size), delay)
-        own = exposure.per_delay_rad * late + exposure.bend_rad * late**2
-        radius = grid.radius_px + grid.step_px * np.arange(grid.rows)[:, None]
-        phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns)[None, :] + angle_rad + own
-        x = np.asarray(grid.pivot_px[0] + radius * np.cos(phi))
-        y = np.asarray(grid.pivot_px[1] - radius * np.sin(phi))
+        x, y = _seen(grid, angle_rad + exposure.per_delay_rad * late + exposure.bend_rad * late**2)
     return (np.ascontiguousarray(x.T, dtype=np.float32), np.ascontiguousarray(y.T, np.float32))
+
+
+def _seen(grid: Grid, angle_rad: Array | float) -> tuple[Array, Array]:
+    """Pixels x and y (rows, columns) of the lattice turned by an angle, or by one for each cell."""
+    x, y = grid.points(angle_rad)
+    pixels = grid.plane.to_picture(np.column_stack([x.ravel(), y.ravel()]))
+    return pixels[:, 0].reshape(x.shape), pixels[:, 1].reshape(x.shape)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -33,13 +33,12 @@ class Layered:
     @classmethod
     def of(cls, layers: Layers, wide: Refine) -> Layered:
         """For the pictures of ``layers``; ``wide`` finds the surface where it was lost."""
-        shape, grid = layers.bench.shape, layers.grid
 
         @lru_cache(_KEPT_TABLES)
         def blurred(width: int) -> Layers:
             return layers.smeared(_FULL_AT * np.expm1(width / _WIDTHS)) if width else layers
 
-        return cls(layers, Pixels.about(grid.pivot_px, shape, grid.largest_px), wide, blurred)
+        return cls(layers, Pixels.about(layers.grid, layers.bench.shape), wide, blurred)
 
     def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
         """Fit from an angle; None if it is no fit."""

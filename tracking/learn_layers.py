@@ -86,7 +86,7 @@ def _learnt(taught: list[Seen], surface: Surface) -> Layers:
 def _shifted(
     layers: Layers, images: list[Image], angles_rad: Array, exposures: list[Exposure]
 ) -> list[Fit | None]:
-    pixels = Pixels.about(layers.grid.pivot_px, images[0].shape, layers.grid.largest_px)
+    pixels = Pixels.about(layers.grid, images[0].shape)
     radial = layers.along_radius()
 
     def fit(image: Image, angle_rad: float, exposure: Exposure) -> Fit | None:

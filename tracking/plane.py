@@ -61,7 +61,7 @@ class Lens:
         return np.asarray(seen * self.focal_px + self.principal_px)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plane:
     """From pixels to the plane and back; without arguments the picture is the plane.
 
@@ -86,7 +86,7 @@ class Plane:
         """Points of the plane (n, 2) as pixels (n, 2)."""
         if self.is_picture:
             return xy
-        straight = mapped(np.linalg.inv(self.onto), xy)
+        straight = mapped(inverse(self.onto), xy)
         return self.lens.bent(straight) if self.lens else straight
 
     def tilt_deg(self, at_px: Array) -> float:
@@ -96,6 +96,15 @@ class Plane:
         """
         small = np.linalg.svd(jacobian(self.onto, at_px), compute_uv=False)
         return float(np.rad2deg(np.arccos(min(small[1] / small[0], 1.0))))
+
+
+PICTURE = Plane()
+"""A camera that looks along the axis through a lens that bends nothing."""
+
+
+def inverse(matrix: Array) -> Array:
+    """The homography (3, 3) back."""
+    return np.asarray(np.linalg.inv(matrix), np.float64)
 
 
 def mapped(matrix: Array, xy: Array) -> Array:

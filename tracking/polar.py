@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.shutter import STILL, Exposure
 
 Array = NDArray[np.float64]
@@ -24,7 +25,11 @@ _BLOCK_PX = 8
 
 @dataclass(frozen=True)
 class Grid:
-    """A lattice of ``rows`` radii by ``columns`` polar angles about ``pivot_px`` (x, y)."""
+    """A lattice of ``rows`` radii by ``columns`` polar angles about ``pivot_px`` (x, y).
+
+    It lies in the ``plane``, whose points are the picture's unless a camera off the axis or a lens
+    makes a difference.
+    """
 
     pivot_px: tuple[float, float]
     radius_px: float  # of row 0
@@ -33,6 +38,7 @@ class Grid:
     step_rad: float
     rows: int
     columns: int
+    plane: Plane = PICTURE
 
     @property
     def middle_rad(self) -> float:
@@ -44,11 +50,21 @@ class Grid:
         """Radius of the last row."""
         return self.radius_px + (self.rows - 1) * self.step_px
 
-    def points(self, angle_rad: float) -> tuple[Array, Array]:
-        """Where the lattice lies in a picture with the surface at ``angle_rad``: x, y [px]."""
+    def points(self, angle_rad: Array | float) -> tuple[Array, Array]:
+        """Where the lattice lies in the plane with the surface at ``angle_rad``: x, y [px].
+
+        An angle for all, or one for each cell (rows, columns).
+        """
         radius = self.radius_px + self.step_px * np.arange(self.rows)[:, None]
         phi = self.phi_rad + self.step_rad * np.arange(self.columns)[None, :] + angle_rad
         return self.pivot_px[0] + radius * np.cos(phi), self.pivot_px[1] - radius * np.sin(phi)
+
+    def polar_of(self, shape: tuple[int, ...]) -> tuple[Array, Array]:
+        """Radius [px] and polar angle [rad] in the plane of a picture's pixels; of its shape."""
+        y, x = np.indices(shape)
+        place = self.plane.of_picture(np.column_stack([x.ravel(), y.ravel()]).astype(np.float64))
+        dx, dy = place[:, 0] - self.pivot_px[0], self.pivot_px[1] - place[:, 1]
+        return np.hypot(dx, dy).reshape(shape), np.arctan2(dy, dx).reshape(shape)
 
 
 @dataclass(frozen=True)
@@ -68,20 +84,17 @@ class Pixels:
     @classmethod
     def about(
         cls,
-        pivot_px: tuple[float, float],
+        grid: Grid,
         shape: tuple[int, ...],
-        largest_px: float,
         every: int = 1,
     ) -> Pixels:
-        """The pixels of a picture of ``shape`` (height, width) within ``largest_px`` of the pivot.
+        """The pixels of a picture of ``shape`` (height, width) within a lattice's largest radius.
 
         With ``every`` > 1 a regular thinning of them.
         """
-        y, x = np.indices(shape)
-        dx, dy = x.ravel() - pivot_px[0], pivot_px[1] - y.ravel()
-        radius = np.hypot(dx, dy)
-        index = np.flatnonzero(radius <= largest_px)[::every]
-        phi = np.mod(np.arctan2(dy[index], dx[index]), 2 * np.pi)
+        radius, phi = (table.ravel() for table in grid.polar_of(shape))
+        index = np.flatnonzero(radius <= grid.largest_px)[::every]
+        phi = np.mod(phi[index], 2 * np.pi)
         order = np.argsort(phi, kind="stable")
         index, phi = index[order], phi[order]
         tiles = shape[1] // _BLOCK_PX + 1

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.polar import Array
 from servosight.tracking.surface import turned
 
@@ -38,7 +39,8 @@ class Track:
     ``time_s`` is mid-exposure of the middle row; ``angle_deg`` is relative to the first frame,
     counter-clockwise positive as seen; ``flags`` are ``Flag`` bits. ``pivot_px`` is x, y (integer
     centres, y down), ``template_px`` the box (x, y, width, height) on the first frame,
-    ``outline_px`` (points, 2) the moving part's contour at angle zero.
+    ``outline_px`` (points, 2) the moving part's contour at angle zero. ``plane`` is that in which
+    it turns, ``notes`` what to know about the view and the times, a sentence each.
     """
 
     video: Path
@@ -50,6 +52,8 @@ class Track:
     pivot_px: tuple[float, float]
     template_px: Box
     outline_px: Array
+    plane: Plane = PICTURE
+    notes: tuple[str, ...] = ()
 
     @property
     def frames(self) -> int:
@@ -74,4 +78,8 @@ class Track:
 
 def outline_at(track: Track, angle_deg: float) -> Array:
     """The moving part's contour at an angle relative to the first frame; (points, 2) as x, y."""
-    return turned(track.outline_px, track.pivot_px, np.deg2rad(angle_deg))
+    outline, pivot = (
+        track.plane.of_picture(np.atleast_2d(place)) for place in (track.outline_px, track.pivot_px)
+    )
+    x, y = pivot[0]
+    return track.plane.to_picture(turned(outline, (x, y), np.deg2rad(angle_deg)))

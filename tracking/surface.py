@@ -62,7 +62,7 @@ class Surface:
 
     def pixels(self, shape: tuple[int, ...], every: int = 1) -> Pixels:
         """The table of a picture's pixels that this surface can cover."""
-        return Pixels.about(self.pivot_px, shape, self.grid.largest_px, every)
+        return Pixels.about(self.grid, shape, every)
 
     @cached_property
     def _areas_px(self) -> Array:

@@ -11,10 +11,12 @@ import numpy as np
 from servosight.models.errors import InputError
 from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
+from servosight.tracking.calibrate_view import Camera, Flattened, flattened, view_of
 from servosight.tracking.fit import Fit
 from servosight.tracking.follow import Stage, follow
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
+from servosight.tracking.plane import Plane
 from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
 from servosight.tracking.result import Box as Box
@@ -24,7 +26,7 @@ from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
 from servosight.tracking.shutter import STILL, Exposure, Shutter
 from servosight.tracking.sigma import at_middle_row, columns, flags_of, gaps, uneven
-from servosight.tracking.surface import turned
+from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
     calm_frames,
     check,
@@ -48,6 +50,7 @@ def track(
     frame_table: Path | None = None,
     exposure_s: float = 0.0,
     readout_s: float = 0.0,
+    camera: Camera | None = None,
     progress: Progress | None = None,
 ) -> Track:
     """Measure the angle of the moving part in every frame of a video.
@@ -56,6 +59,7 @@ def track(
     the motion where not given. ``frame_table`` is a frames.csv with mid-exposure times, which goes
     before the file's own presentation times (start of the first row's exposure, to which half of
     ``exposure_s`` and of ``readout_s``, the time from the first row to the last, are added).
+    ``camera`` is what a calibration tells; the view is found from the swing where it does not.
     ``progress`` is called with the number of frames done. Raises ``InputError``.
     """
     for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
@@ -74,15 +78,17 @@ def track(
         return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
 
     images = [frame.image for frame in calm_frames(video)]
-    surface = acquire(video, images, pivot, template)
+    view = view_of(images, camera)
+    flat = flattened(view.plane, images[0].shape)
+    surface = _acquired(video, [flat(image) for image in images], view.plane, pivot, template)
     refine = Refine.of(surface, images[0].shape)
     zero = refine.near(images[0], refine.anywhere(images[0], 0.0, np.pi), STILL)
     home_rad = zero.angle_rad if zero is not None else 0.0
     outline = turned(surface.outline_px, surface.pivot_px, home_rad)
-    box = template or choose_box(outline, surface.pivot_px, images[0])
+    box = template or choose_box(outline, surface.pivot_px, flat(images[0]))
     stage: Stage
     if method == "match":
-        stage, home_rad = Match(images[0], surface.pivot_px, box), 0.0
+        stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
         stage = layered_stage(video, refine, shutter)
 
@@ -113,8 +119,12 @@ def track(
         fits, doubt = _at_middle_row(time_s, fits, exposures, readout_s)
     angle, sigma = columns(fits, flags)
     sigma = np.sqrt(
-        sigma**2 + doubt**2 + uneven(angle, time_s, np.hypot(exposures_s, readout_s)) ** 2
+        sigma**2
+        + doubt**2
+        + uneven(angle, time_s, np.hypot(exposures_s, readout_s)) ** 2
+        + view.doubt_rad(angle - angle[0]) ** 2
     )
+    x, y = view.plane.to_picture(np.array([surface.pivot_px]))[0]
     return Track(
         video,
         method,
@@ -122,10 +132,27 @@ def track(
         np.rad2deg(angle - angle[0]),
         np.rad2deg(sigma),
         flags,
-        surface.pivot_px,
+        (float(x), float(y)),
         box,
-        outline,
+        view.plane.to_picture(outline),
+        view.plane,
+        (view.note,),
     )
+
+
+def _acquired(
+    video: Path,
+    images: list[Image],
+    plane: Plane,
+    pivot_px: tuple[float, float] | None,
+    template: Box | None,
+) -> Surface:
+    """The surface as flattened pictures show it, in its plane; pivot and box are the picture's."""
+    if pivot_px is not None:
+        x, y = plane.of_picture(np.array([pivot_px]))[0]
+        pivot_px = float(x), float(y)
+    surface = acquire(video, images, pivot_px, template)
+    return replace(surface, grid=replace(surface.grid, plane=plane))
 
 
 def _at_middle_row(
