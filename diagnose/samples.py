@@ -30,7 +30,7 @@ FEWEST = 8
 
 @dataclass(frozen=True)
 class Samples:
-    """One recording under test. ``scored`` (samples,) are the held-out samples, all if none are."""
+    """One recording under test; ``scored`` (samples,) says which samples count."""
 
     judged: Judged
     scored: Mask
@@ -98,14 +98,22 @@ class Samples:
         return np.concatenate([[0], places]).astype(np.int64)
 
 
-def samples_of(judged: Sequence[Judged]) -> list[Samples]:
-    """The recordings with something to score."""
-    held_out = any(not one.training.all() for one in judged)
-    found = [
-        Samples(one, ~one.training if held_out else np.ones(one.training.size, dtype=bool))
-        for one in judged
-    ]
+def held_out_samples(judged: Sequence[Judged]) -> list[Samples]:
+    """The recordings with something held out, and what that is; all where nothing is."""
+    if all(one.training.all() for one in judged):
+        return all_samples(judged)
+    found = [Samples(one, ~one.training) for one in judged]
     return [one for one in found if one.scored.sum() >= 2]
+
+
+def all_samples(judged: Sequence[Judged]) -> list[Samples]:
+    """All samples of the recordings with something held out; of all where nothing is."""
+    fitted = [bool(one.training.all()) for one in judged]
+    return [
+        Samples(one, np.ones(one.training.size, dtype=bool))
+        for one, seen in zip(judged, fitted, strict=True)
+        if not seen or all(fitted)
+    ]
 
 
 def lagged_sums(first: Array, second: Array, lags: int) -> Array:

@@ -257,7 +257,7 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     _, page = written(tmp_path / "part.html", part, [recording])
     assert "Not explained yet" in page.text
     assert "something remains that no known effect accounts for" in page.text
-    assert "What remains looks like this. The error" in page.text
+    assert "What remains looks like this. " in page.text
     rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])

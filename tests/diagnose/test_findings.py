@@ -16,7 +16,7 @@ from servosight.diagnose.findings import Finding, findings, lead
 from servosight.diagnose.frequency import response
 from servosight.diagnose.profiles import profile
 from servosight.diagnose.residual_tests import independence, linear_share, quantile, whiteness
-from servosight.diagnose.samples import samples_of
+from servosight.diagnose.samples import held_out_samples
 from servosight.diagnose.trial import Judged, training_mask
 from servosight.models.design import Limits, design
 from servosight.models.excitation import Excitation
@@ -102,7 +102,7 @@ def test_whiteness_is_a_chi_square(gaps: bool) -> None:
         times = np.arange(0.0, 20.0, 1.0 / RATE_HZ)
         if gaps:
             times = times[np.random.default_rng(seed).uniform(size=times.size) > 0.2]
-        chances.append(whiteness(samples_of([case(seed=seed, times=times)])).p)
+        chances.append(whiteness(held_out_samples([case(seed=seed, times=times)])).p)
     steps = np.arange(1, 61) / 60
     assert np.max(np.abs(np.sort(chances) - steps)) < 1.63 / np.sqrt(60)
 
@@ -118,7 +118,7 @@ def test_the_autocorrelation_is_the_process_own() -> None:
         recording=replace(recording, angle_deg=coloured),
         training=np.zeros(recording.time_s.size, dtype=bool),
     )
-    found = whiteness(samples_of([one]))
+    found = whiteness(held_out_samples([one]))
     # Bartlett: the standard error of these is below sqrt((1 + 0.64) / (1 - 0.64) / 2400) = 0.044.
     np.testing.assert_allclose(found.value[:4], 0.8 ** np.arange(1, 5), atol=3 * 0.044)
 
@@ -136,7 +136,7 @@ def test_the_band_of_independence_holds_what_it_says() -> None:
             recording=replace(recording, angle_deg=coloured),
             training=np.zeros(recording.time_s.size, dtype=bool),
         )
-        found = independence(samples_of([one]))
+        found = independence(held_out_samples([one]))
         inside.append(np.mean(np.abs(found.value) < quantile(0.95) * found.sigma))
     # Lags of a recording hang together: 40 recordings give about +-0.05.
     assert np.mean(inside) == pytest.approx(0.95, abs=0.06)
@@ -170,7 +170,7 @@ def test_a_load_that_depends_on_position() -> None:
     judged = case(lambda t, y: y**2 / 200.0)
     found = found_in(judged)
     assert "depends on the angle" in found["angle"].sentence
-    bins = profile(samples_of([judged]), "angle")
+    bins = profile(held_out_samples([judged]), "angle")
     assert bins is not None
     np.testing.assert_allclose(bins.median_deg, bins.x**2 / 200.0, atol=0.1)
     # 36 bands of 95 % at most miss a few; bins are wide where the angle seldom is.
@@ -198,7 +198,7 @@ def test_an_error_that_grows_faster_than_the_motion() -> None:
     judged = case(
         lambda t, y: 0.01 * (1.0 + 9.0 * t / 20.0) ** 2 * np.sin(40.0 * t), excitation=rows
     )
-    found = swings(samples_of([judged]), NOISE_DEG)
+    found = swings(held_out_samples([judged]), NOISE_DEG)
     assert found is not None
     assert found.power == pytest.approx(2.0, abs=3.0 * max(found.sigma, 0.05))
     assert "grows faster than the motion" in found_in(judged)["amplitude"].sentence
@@ -218,7 +218,7 @@ def test_reversals_are_picked_out() -> None:
         return out
 
     judged = case(late, excitation=rows)
-    found = turns(samples_of([judged]))
+    found = turns(held_out_samples([judged]))
     assert found is not None
     assert found.after_deg == pytest.approx(-0.4, abs=4.0 * NOISE_DEG)
     said = found_in(judged)
@@ -235,7 +235,7 @@ def test_rests_short_of_the_model() -> None:
     t = np.arange(0.0, 30.0, 0.004)
     rows = Excitation(t, 5.0 * np.sign(np.sin(2.0 * np.pi * 0.5 * t + 1e-9)))
     judged = case(lambda t, y: -0.2 * np.sign(y), excitation=rows)
-    found = rests(samples_of([judged]))
+    found = rests(held_out_samples([judged]))
     assert found is not None
     assert found.short_deg == pytest.approx(-0.2, abs=0.02)
     assert "0.2 deg short of" in found_in(judged)["standstill"].sentence
@@ -295,14 +295,14 @@ def test_only_held_out_samples_are_judged() -> None:
     judged = case()
     spoilt = judged.recording.angle_deg + 5.0 * judged.training
     recording = replace(judged.recording, angle_deg=spoilt)
-    (one,) = samples_of([replace(judged, recording=recording)])
+    (one,) = held_out_samples([replace(judged, recording=recording)])
     assert np.array_equal(one.scored, ~judged.training)
     assert linear_share([one]) < 0.05
     assert whiteness([one]).p > 1e-3
     # A recording that was fitted as a whole does not count beside one that was not.
     seen = replace(judged, training=np.ones_like(judged.training))
     fresh = replace(judged, training=np.zeros_like(judged.training))
-    assert len(samples_of([seen, fresh])) == 1
+    assert len(held_out_samples([seen, fresh])) == 1
 
 
 def test_it_takes_no_time() -> None:

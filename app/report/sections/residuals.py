@@ -18,7 +18,7 @@ from servosight.diagnose.residual_tests import (
     quantile,
     whiteness,
 )
-from servosight.diagnose.samples import samples_of
+from servosight.diagnose.samples import held_out_samples
 
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 SIZE = (3.9, 2.4)
@@ -26,7 +26,7 @@ SIZE = (3.9, 2.4)
 
 def section(story: Story) -> Section | None:
     """None where nothing can be scored."""
-    models = [samples_of(told.judged) for told in story.models]
+    models = [held_out_samples(told.judged) for told in story.models]
     if not models[0]:
         return None
     white = [whiteness(samples) for samples in models]

@@ -20,12 +20,14 @@ LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 MOST_UNSURE = 0.5
 """Lines whose gain is known no better than to this share are not drawn."""
 
+FEWEST_LINES = 5
+
 
 def section(story: Story) -> Section | None:
     """None where the recording is too short for a response."""
     found = [response(told.judged) for told in story.models]
     answers = [one for one in found if one is not None]
-    if not answers or len(answers) < len(found) or answers[0].frequency_hz.size < 3:
+    if not answers or len(answers) < len(found) or _known(answers[0]).sum() < FEWEST_LINES:
         return None
     return Section(
         "response",
@@ -42,8 +44,7 @@ def section(story: Story) -> Section | None:
 
 def _figure(story: Story, answers: list[Response]) -> Markup:
     first = answers[0]
-    known = first.sigma < MOST_UNSURE * np.abs(first.measured)
-    known = known if known.sum() >= 3 else np.ones_like(known)
+    known = _known(first)
     at = first.frequency_hz[known]
     phase, last = _phase(first.measured[known]), answers[-1]
     # Phases differ by whole turns at most: all begin where the measured one does.
@@ -87,6 +88,11 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         f"{100 * float(np.median(np.abs(np.abs(last.model[known]) / gain - 1.0))):.1f} % in median."
     )
     return drawn("response", (8.2, 5.6), alt, paint)
+
+
+def _known(one: Response) -> NDArray[np.bool_]:
+    """The lines whose gain is known well enough to draw."""
+    return np.asarray(one.sigma < MOST_UNSURE * np.abs(one.measured))
 
 
 def _phase(values: NDArray[np.complex128]) -> NDArray[np.float64]:

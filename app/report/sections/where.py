@@ -19,7 +19,7 @@ from servosight.diagnose.evidence import EXPLAINED
 from servosight.diagnose.findings import lead
 from servosight.diagnose.profiles import Quantity, profile
 from servosight.diagnose.residual_tests import quantile
-from servosight.diagnose.samples import Samples, samples_of
+from servosight.diagnose.samples import Samples, all_samples
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import shares
 
@@ -75,7 +75,7 @@ def doing(what: str) -> str:
 
 def _figures(story: Story) -> list[Markup]:
     """The error against what the motion is made of; what hardly varies is left out."""
-    models = [samples_of(told.judged) for told in story.models]
+    models = [all_samples(told.judged) for told in story.models]
     found = [
         _panel(story, models, name, across, "median error [deg]", _profiled(name))
         for name, across in QUANTITIES
