@@ -16,7 +16,6 @@ from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
 from servosight.app.report.sections.experiment import section as experiment
 from servosight.app.report.sections.ladder import section as ladder
-from servosight.app.report.sections.law import section as law
 from servosight.app.report.sections.method import section as method
 from servosight.app.report.sections.parameters import section as parameters
 from servosight.app.report.sections.picture import section as picture
@@ -31,7 +30,6 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     picture,
     angle,
     ladder,
-    law,
     where,
     candidates,
     experiment,
