@@ -41,7 +41,8 @@ class Response:
     (complex: of real and imaginary part together). ``coherence`` is the share of the measured power
     that follows the command linearly, ``model_coherence`` the same for the simulated angle: less
     than 1 by leakage, and by what is not linear in the model. ``power_deg2`` is the mean square of
-    the command at each line. ``averages`` is the number of independent spectra.
+    the command at each line. ``averages`` is the number of independent spectra. ``periodic``: at
+    the lines of a periodic command, where the coherence is that from period to period.
     """
 
     recording: str
@@ -53,6 +54,7 @@ class Response:
     model_coherence: Array
     power_deg2: Array
     averages: float
+    periodic: bool
 
     @property
     def misfit_deg2(self) -> Array:
@@ -105,7 +107,7 @@ def _welch(one: Judged) -> Response | None:
     scale = 2.0 / (length * float(np.sum(window**2)))
     frequency = np.arange(2, length // 2) / (length * step)
     averages = _OVERLAP_WORTH * len(spectra)
-    return _of(recording.name, frequency, (command, angle, model), scale, averages)
+    return _of(recording.name, frequency, (command, angle, model), scale, averages, False)
 
 
 def _of(
@@ -114,6 +116,7 @@ def _of(
     spectra: tuple[Complex, Complex, Complex],
     scale: float,
     averages: float,
+    periodic: bool,
 ) -> Response:
     """From spectra of command, angle and model (segments, lines) to responses at excited lines."""
     command, angle, model = spectra
@@ -135,6 +138,7 @@ def _of(
         model_coherence,
         scale * power,
         averages,
+        periodic,
     )
 
 
@@ -186,4 +190,4 @@ def _at_lines(one: Judged, grid: Grid) -> Response | None:
         return None
     command, angle, model = np.array(spectra).transpose(1, 0, 2)
     frequency = lines / grid.period_s
-    return _of(recording.name, frequency, (command, angle, model), 0.5, float(len(spectra)))
+    return _of(recording.name, frequency, (command, angle, model), 0.5, float(len(spectra)), True)

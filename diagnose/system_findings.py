@@ -96,7 +96,7 @@ def _distortion(case: Case) -> Iterator[Finding]:
         levels = [kind.rms_deg for kind in (found.odd, found.even) if kind.found]
         size = float(np.sqrt(np.sum(np.square(levels))))
         share = float(np.clip((size / max(case.rms_deg, 1e-300)) ** 2, 0.0, 1.0))
-        yield Finding("distortion", found.sentence, size, share, level.chance)
+        yield case.finding("distortion", found.sentence, share, level.chance)
 
 
 def _distorted(one: Judged) -> Distortion | None:

@@ -18,7 +18,7 @@ from servosight.diagnose.residual_tests import (
     quantile,
     whiteness,
 )
-from servosight.diagnose.samples import held_out_samples
+from servosight.diagnose.samples import all_samples, held_out_samples
 
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 SIZE = (3.9, 2.4)
@@ -42,11 +42,9 @@ def section(story: Story) -> Section | None:
                     "white": first.p >= CHANCE,
                     "command_p": second.p,
                     "white_p": first.p,
-                    "linear": 100.0 * linear_share(samples),
+                    "linear": 100.0 * linear_share(all_samples(told.judged)),
                 }
-                for told, first, second, samples in zip(
-                    story.models, white, apart, models, strict=True
-                )
+                for told, first, second in zip(story.models, white, apart, strict=True)
             ],
             "figures": [
                 _figure(story, "command", apart, "correlation with the command before"),

@@ -35,6 +35,7 @@ def section(story: Story) -> Section | None:
         {
             "figure": _figure(story, answers),
             "recording": answers[0].recording,
+            "periodic": answers[0].periodic,
             "many": len(story.recordings) > 1,
             "models": [told.name for told in story.models],
             "said": [one.sentence for one in story.result.findings if one.test == "frequency"],
@@ -56,12 +57,13 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         gains.fill_between(
             at, np.maximum(gain - wide, 1e-3), gain + wide, color=MEASURED, alpha=0.15, linewidth=0
         )
-        gains.plot(at, gain, color=MEASURED, linewidth=1.1, label="measured")
+        dots = "." if first.periodic else ""
+        gains.plot(at, gain, marker=dots, color=MEASURED, linewidth=1.1, label="measured")
         around = np.degrees(wide / gain)
         phases.fill_between(
             at, phase - around, phase + around, color=MEASURED, alpha=0.15, linewidth=0
         )
-        phases.plot(at, phase, color=MEASURED, linewidth=1.1)
+        phases.plot(at, phase, marker=dots, color=MEASURED, linewidth=1.1)
         coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=1.1)
         for told, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
             style = {"color": colour, "linewidth": 1.3}

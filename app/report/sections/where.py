@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
 from servosight.app.report.numbers import rounded
@@ -143,6 +143,8 @@ def _panel(
         limits = axes.get_ylim()
         axes.axhspan(low, story.noise_deg, color=NOISE, alpha=0.6, linewidth=0, zorder=0)
         axes.set_ylim(limits)
+        if axes.get_xscale() == "linear":
+            axes.xaxis.set_major_locator(MaxNLocator(6))
         axes.set_xlabel(across)
         axes.set_ylabel(upward)
 
