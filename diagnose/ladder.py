@@ -6,17 +6,23 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.evidence import TIE, Bar, criterion, evidence
+from servosight.diagnose.evidence import EXPLAINED, TIE, Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
-FITTED = 8
-"""After the first step, this many of the most promising candidates are fitted."""
+SCREENED = 10
+"""After the first step, this many of the most promising candidates are tried."""
+FITTED = 6
+"""Of those tried, this many of the best are fitted,"""
+LEADERS = 3
+"""and this many to the end."""
 PARTNERS = 2
 """Pairs: each of the best single candidates with the effects that promise most behind it,"""
 PAIRS = 12
 """and the pairs that promise most behind the model at hand;"""
 FINALISTS = 6
 """all are sketched, and the best fitted to the end."""
+REFINED = 0.03
+"""An effect that contains another which explains must lower the held-out error by this share."""
 MAX_RUNGS = 6
 FAR = 3.0
 """Beyond this factor of the floor, pairs are tried also where one effect earns its place,"""
@@ -57,16 +63,28 @@ class Climber:
 
     def rank(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
         """Each of ``names`` added to ``base`` alone; best first."""
-        trials = []
+        sketches = []
         for i, name in enumerate(names):
             self.progress(f"{label}: trying {name}", i, len(names))
-            trials.append(self.laboratory.extended(base, name))
+            sketches.append(self.laboratory.sketched(base, name))
+        sketches.sort(key=self._criterion, reverse=True)
+        trials = sketches[FITTED:]
+        for i, sketch in enumerate(sketches[:FITTED]):
+            name = _news(sketch, base)
+            self.progress(f"{label}: fitting {name}", i, FITTED)
+            trials.append(self.laboratory.extended(base, name, sketch))
         self.progress(f"{label}: tried all", len(names), len(names))
-        return self._sorted(trials, base)
+        return self._led(trials, base)
+
+    def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first, with those that lead fitted to the end."""
+        ranked = sorted(trials, key=self._criterion, reverse=True)
+        ranked[:LEADERS] = [self.laboratory.finished(trial) for trial in ranked[:LEADERS]]
+        return self._sorted(ranked, base)
 
     def rank_promising(self, base: Trial, label: str) -> list[Trial]:
         """The candidates that promise most behind ``base``, fitted; best first."""
-        return self.rank(base, label, self._promising(base, FITTED))
+        return self.rank(base, label, self._promising(base, SCREENED))
 
     def first_step(self) -> Climb:
         """The linear model and the candidates for the first addition, none of them added."""
@@ -95,8 +113,14 @@ class Climber:
         return Climb(tuple(rungs), first.singles)
 
     def _far(self, trial: Trial, linear: Trial) -> bool:
+        """True where a model leaves so much that its first effect may be the wrong one."""
         beyond = trial.held_out_rmse_deg > FAR * self.bar.floor_deg
-        return beyond and self.bar.closed(trial, linear) < MOST
+        if not beyond or self.bar.closed(trial, linear) >= MOST:
+            return False
+        return bool(self.laboratory.validate) or self._unexplained_whole(trial)
+
+    def _unexplained_whole(self, trial: Trial) -> bool:
+        return self.laboratory.whole_rmse_deg(trial) > EXPLAINED * self.bar.floor_deg
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """A rung for the best single candidate if it earns its place."""
@@ -120,8 +144,13 @@ class Climber:
             alone = by_name[first]
             sketches.append((self.laboratory.sketched(alone, second), alone))
         sketches.sort(key=lambda pair: -self._criterion(pair[0]))
-        trials = [(self.laboratory.finished(both), alone) for both, alone in sketches[:FINALISTS]]
+        trials = [
+            (self.laboratory.extended(alone, _news(both, alone), both), alone)
+            for both, alone in sketches[:FINALISTS]
+        ]
         self.progress("tried pairs", len(pairs), len(pairs))
+        trials.sort(key=lambda pair: -self._criterion(pair[0]))
+        trials = [(self.laboratory.finished(both), alone) for both, alone in trials[:LEADERS]]
         trial, alone = max(trials, key=lambda pair: self._criterion(pair[0]))
         tried = self._tried(base) ** 2
         rivals = [base, alone, ranked[0]]
@@ -158,7 +187,7 @@ class Climber:
         for name in trial.effects if len(trial.effects) > 1 else ():
             self.progress(f"trying without {name}", 0, 1)
             smaller = self.laboratory.reduced(trial, name)
-            if not self.bar.earns(trial, smaller, 1):
+            if not self._needed(trial, smaller):
                 yield Rung(smaller, removed=name)
                 yield from self._settle(smaller)
                 return
@@ -168,6 +197,18 @@ class Climber:
             if _news(swapped, smaller) != name and gain > 0.0 and lower:
                 yield Rung(swapped, _news(swapped, smaller), name)
                 return
+
+    def _needed(self, trial: Trial, smaller: Trial) -> bool:
+        """True where ``trial`` earns its place, and the smaller model cannot do as well.
+
+        Where the held-out samples hold what the others do not show, a model fitted without them
+        fails there for want of data only: so it may see them before it is given up.
+        """
+        if not self.bar.earns(trial, smaller, 1):
+            return False
+        if self.laboratory.validate or self.bar.explained(smaller):
+            return True
+        return self._unexplained_whole(smaller)
 
     def _sorted(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
         """Best first; an effect goes behind one that it contains unless it is clearly better."""
@@ -183,9 +224,12 @@ class Climber:
                     ranked.insert(ranked.index(simple) + 1, trial)
         return ranked
 
-    def _clearly_better(self, trial: Trial, other: Trial) -> bool:
-        gain = evidence(trial, other, self.bar.tolerance_deg)
-        return gain >= TIE and trial.held_out_rmse_deg < other.held_out_rmse_deg
+    def _clearly_better(self, trial: Trial, simple: Trial) -> bool:
+        """In evidence and on held-out data; by a little more where the simple one explains."""
+        gain = evidence(trial, simple, self.bar.tolerance_deg)
+        least = REFINED if self.bar.explained(simple) else 0.0
+        lower = trial.held_out_rmse_deg < (1.0 - least) * simple.held_out_rmse_deg
+        return gain >= TIE and lower
 
     def _criterion(self, trial: Trial) -> float:
         return criterion(trial, self.bar.tolerance_deg)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from servosight.diagnose.screen import Screen
 from servosight.identify.estimator import drive
-from servosight.identify.fit import Fit, fit_effects, polish
+from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
 from servosight.identify.starts import effect_starts, linear_start
@@ -23,13 +24,30 @@ Mask = NDArray[np.bool_]
 
 BLOCK_S = 1.0
 HELD_OUT_EVERY = 3
-SKETCH_BUDGET = 250
+TRIAL_BUDGET = 150
+"""Simulations after which a fit is looked at; those that lead go on to the end."""
 
 
 def training_mask(recording: Recording) -> Mask:
-    """True for the samples to fit on: every third block of one second is held out."""
+    """True for the samples to fit on: every third block of one second is held out.
+
+    Which third is settled by the motion alone: the one whose absence costs the training samples
+    least of the range, so that a model is judged within what it has seen. The first block always
+    trains: without it the initial state is anybody's guess.
+    """
     block = np.floor((recording.time_s - recording.time_s[0]) / BLOCK_S).astype(int)
-    return np.asarray(block % HELD_OUT_EVERY != HELD_OUT_EVERY - 1)
+    masks = [block % HELD_OUT_EVERY != third for third in reversed(range(1, HELD_OUT_EVERY))]
+    usable = [mask for mask in masks if mask.any() and not mask.all()] or masks[:1]
+    return np.asarray(min(usable, key=functools.partial(_unseen, recording)))
+
+
+def _unseen(recording: Recording, mask: Mask) -> float:
+    """How far angle, speed and acceleration go beyond those of the samples under the mask."""
+    speed = np.gradient(recording.angle_deg, recording.time_s)
+    away = recording.angle_deg - np.median(recording.angle_deg)
+    motion = np.abs(np.stack([away, speed, np.gradient(speed, recording.time_s)]))
+    largest = motion.max(axis=1)
+    return float(np.sum(1.0 - motion[:, mask].max(axis=1) / np.maximum(largest, 1e-12)))
 
 
 @dataclass(frozen=True)
@@ -123,13 +141,20 @@ class Laboratory:
         kept = [own for own in base.effects if own not in self.catalogue[name].contains]
         return self.problem((*kept, name))
 
-    def extended(self, base: Trial, name: str) -> Trial:
-        """``base`` with one effect more, all parameters fitted anew."""
-        return self.judge(fit_effects(self.with_effect(base, name), base.fit))
-
     def sketched(self, base: Trial, name: str) -> Trial:
         """``base`` with one effect more, fitted roughly: enough to see where it leads."""
-        return self.judge(fit_effects(self.with_effect(base, name), base.fit, SKETCH_BUDGET))
+        return self.judge(sketch_effects(self.with_effect(base, name), base.fit))
+
+    def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
+        """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
+        fit = None if sketch is None else sketch.fit
+        return self.judge(fit_effects(self.with_effect(base, name), base.fit, fit, TRIAL_BUDGET))
+
+    def finished(self, trial: Trial) -> Trial:
+        """A trial whose budget was spent, fitted to the end."""
+        if not trial.fit.spent:
+            return trial
+        return self.judge(polish(trial.fit.problem, [trial.fit.outcome.point]))
 
     def screen(self, base: Trial, names: Sequence[str]) -> Screen:
         """What each of ``names`` would change in the error of ``base``, to first order."""
@@ -144,10 +169,6 @@ class Laboratory:
             owners += [name] * len(starts)
         return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)
 
-    def finished(self, sketch: Trial) -> Trial:
-        """A sketch, fitted to the end."""
-        return self.judge(polish(sketch.fit.problem, [sketch.fit.outcome.point]))
-
     def reduced(self, base: Trial, without: str) -> Trial:
         """``base`` with one effect fewer, fitted anew from where the rest stood."""
         problem = self.problem([name for name in base.effects if name != without])
@@ -160,6 +181,11 @@ class Laboratory:
         )
         start = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
         return self.judge(polish(problem, [start]))
+
+    def whole_rmse_deg(self, trial: Trial) -> float:
+        """Rms error [deg] of a model fitted anew to all samples, the held-out ones among them."""
+        problem = Problem.of(self.recordings, self.catalogue, trial.effects)
+        return polish(problem, [trial.fit.outcome.point]).rmse_deg
 
     def judge(self, fit: Fit) -> Trial:
         """Simulate every recording at the fitted point."""

@@ -6,6 +6,7 @@ import functools
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,30 +22,42 @@ from servosight.identify.starts import effect_starts, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.effect import Effect
-from servosight.models.recording import Recording
+from servosight.models.recording import Recording, views
 
 Array = NDArray[np.float64]
 
 TOLERANCE_SHARE = 5e-4
 """Default tolerance as a share of the moved range: no model is right to the last digit."""
 POLISH_BUDGET = 4_000
+SKETCH_BUDGET = 60
 SEARCH_BUDGET = 6_000
 POLISHED_STARTS = 3
-HEAT_GENERATIONS = 5
+HEAT_GENERATIONS = 3
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A problem solved: the point, its residuals' Jacobian and how the search ended."""
+    """A problem solved: the point and how the search ended."""
 
     problem: Problem
     outcome: Outcome
-    jacobian: Array
+
+    @property
+    def spent(self) -> bool:
+        """True where the fit ended for want of budget."""
+        return self.outcome.stopped.startswith("budget")
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Of the residuals at the point, (scored, coordinates)."""
+        point = self.outcome.point
+        return difference_quotient(self.problem, point, coordinate_scale(self.problem, point))
 
     @property
     def rmse_deg(self) -> float:
         """Rms of the weighted residuals of the scored samples [deg]."""
-        return float(np.sqrt(2.0 * self.outcome.cost / self.jacobian.shape[0]))
+        scored = sum(int(mask.sum()) for mask in self.problem.masks)
+        return float(np.sqrt(2.0 * self.outcome.cost / scored))
 
 
 @dataclass(frozen=True)
@@ -106,9 +119,7 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
         heats = [drive(descent, problem.residuals, heat) for descent in descents]
         best = min(range(len(heats)), key=lambda i: heats[i].cost)
         descents = [descents[best].resumed()]
-    outcome = drive(descents[0], problem.residuals, budget)
-    jacobian = difference_quotient(problem, outcome.point, coordinate_scale(problem, outcome.point))
-    return Fit(problem, outcome, jacobian)
+    return Fit(problem, drive(descents[0], problem.residuals, budget))
 
 
 def coordinate_scale(problem: Problem, point: Array) -> Array:
@@ -136,19 +147,36 @@ def difference_quotient(problem: Problem, point: Array, scale: Array) -> Array:
     return np.asarray(((answers[:count] - answers[count:]) / width[:, None]).T)
 
 
-def fit_effects(problem: Problem, base: Fit | None = None, budget: int = POLISH_BUDGET) -> Fit:
+def fit_effects(
+    problem: Problem,
+    base: Fit | None = None,
+    sketch: Fit | None = None,
+    budget: int = POLISH_BUDGET,
+) -> Fit:
     """Fit the problem's effects from their physical starts behind a fit without some of them.
 
-    A small ``budget`` of evaluations makes a sketch that :func:`polish` may finish.
+    A ``sketch`` of the same problem is one start more.
     """
     if base is None:
         linear = Problem(problem.recordings, problem.plant, (), problem.masks)
         base = polish(linear, [linear_start(linear)])
     if not problem.effects:
         return base
+    starts = _starts(problem, base)[:POLISHED_STARTS]
+    if sketch is not None:
+        starts = np.vstack([sketch.outcome.point, starts[1:]])
+    return polish(problem, starts, budget)
+
+
+def sketch_effects(problem: Problem, base: Fit) -> Fit:
+    """A rough fit behind ``base``, from the best start: enough to see where it leads."""
+    return polish(problem, _starts(problem, base)[:1], SKETCH_BUDGET)
+
+
+def _starts(problem: Problem, base: Fit) -> Array:
+    """Physical starts (starts, coordinates), the one with the lowest cost first."""
     starts = np.array(effect_starts(problem, base.problem, base.outcome.point))
-    order = np.argsort(half_squares(problem.residuals(starts)))
-    return polish(problem, starts[order[:POLISHED_STARTS]], budget)
+    return np.asarray(starts[np.argsort(half_squares(problem.residuals(starts)))])
 
 
 def identify(
@@ -160,12 +188,12 @@ def identify(
     seed: int = 0,
     tolerance: float | None = None,
 ) -> Identification:
-    """Fit the linear core and ``effects`` to recordings jointly.
+    """Fit the linear core and ``effects`` to recordings jointly, a horn's angle among them.
 
     ``method`` is a key of :data:`METHODS`. Every method is polished by Gauss-Newton.
     """
     began = time.perf_counter()
-    problem = Problem.of(recordings, catalogue, effects)
+    problem = Problem.of(views(recordings), catalogue, effects)
     fit, history = METHODS[method](problem, seed)
     table, warnings = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
     biases = own_estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost, "bias")

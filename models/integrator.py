@@ -363,7 +363,7 @@ def _row(row_values, times, values, linear, samples, step, out):
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, samples, step, out):
-    """Simulate each row of ``rows`` (batch, parameters) into ``out`` (batch, samples)."""
+def simulate_rows(rows, times, values, linear, samples, steps, out):
+    """Simulate ``rows`` (batch, parameters) at ``steps`` (batch,) into ``out`` (batch, samples)."""
     for b in prange(rows.shape[0]):
-        _row(rows[b], times, values, linear, samples, step, out[b])
+        _row(rows[b], times, values, linear, samples, steps[b], out[b])

@@ -69,14 +69,13 @@ class Plant:
         """Angles [deg] for a batch of rows.
 
         ``rows`` (batch, parameters) or (parameters,); returns (batch, samples) or (samples,).
-        ``step_s`` bounds the step (default: a fifth of the smallest T in the batch). Rows whose
-        steps run out give NaN.
+        ``step_s`` bounds the step (default: a fifth of each row's T). Rows whose steps run out give
+        NaN.
         """
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
-        if step_s is None:
-            step_s = float(np.clip(STEP_SHARE * batch[:, 1].min(), *STEP_BOUNDS_S))
+        steps = _steps_s(batch[:, 1]) if step_s is None else np.full(len(batch), step_s)
         out = np.empty((batch.shape[0], stimulus.samples_s.size))
         self.run(
             np.ascontiguousarray(batch),
@@ -84,12 +83,18 @@ class Plant:
             stimulus.command_deg,
             stimulus.linear,
             stimulus.samples_s,
-            step_s,
+            steps,
             out,
         )
         if stimulus.weights.size > 1:
             out = out.reshape(batch.shape[0], -1, stimulus.weights.size) @ stimulus.weights
         return out if np.ndim(rows) == 2 else out[0]
+
+
+def _steps_s(T_s: Array) -> Array:
+    """Default steps [s] for time constants: on a ladder, so that neighbours in T share one."""
+    rungs = np.floor(4.0 * np.log2(STEP_SHARE * T_s)) / 4.0
+    return np.asarray(np.clip(2.0**rungs, *STEP_BOUNDS_S))
 
 
 @functools.lru_cache(maxsize=8)

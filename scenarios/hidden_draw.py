@@ -27,7 +27,8 @@ NOISE_DEG = (0.01, 0.3)
 RATES_HZ = (30.0, 60.0, 120.0, 240.0)
 SIZE = (0.1, 1.5)
 """An effect's distance from neutral, as a share of what scenarios/draws.py draws."""
-SENDERS_HZ = (100.0, 250.0, 500.0)
+SENDERS_HZ = (50.0, 100.0, 250.0)
+DURATION_S = (6.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def propose(row_name: str, seed: int, attempt: int) -> Setup:
         truth,
         servo,
         effects,
-        mixture(rng, float(rng.uniform(12.0, 20.0)), float(rng.uniform(12.0, 35.0))),
+        mixture(rng, float(rng.uniform(*DURATION_S)), float(rng.uniform(12.0, 35.0))),
         Camera(rate_hz=rate_hz, exposure_s=float(rng.uniform(0.0, 0.3)) / rate_hz),
         bool(rng.uniform() < 0.67),
         float(rng.uniform()),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from servosight.diagnose.diagnose import Diagnosis, diagnose
-from servosight.identify.fit import Fit, fit_effects, polish
+from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
 from servosight.identify.problem import Problem
 from servosight.identify.starts import linear_start
 from servosight.models.recording import Recording
@@ -98,43 +98,71 @@ class Fits:
 
     def __init__(self, recording: Recording) -> None:
         self.recording = replace(recording, sigma_deg=None)
-        self.known: dict[str, float] = {}
+        self._sketches: dict[tuple[str, ...], Fit] = {}
         self._fits: dict[tuple[str, ...], Fit] = {}
+
+    @property
+    def known(self) -> dict[str, float]:
+        """Rms error of each set that was fitted [deg], its effects joined by "+"."""
+        every = {**self._sketches, **self._fits}
+        return {"+".join(effects): fit.rmse_deg for effects, fit in every.items()}
 
     def misfit_deg(self, effects: Iterable[str]) -> float:
         """Rms error of the best fit [deg]."""
-        ordered = tuple(name for name in catalogue() if name in set(effects))
-        fit = self._fit(ordered)
-        self.known["+".join(ordered)] = fit.rmse_deg
-        return fit.rmse_deg
+        return self.fit(_ordered(effects)).rmse_deg
 
-    def _fit(self, effects: tuple[str, ...]) -> Fit:
+    def rough_deg(self, effects: Iterable[str]) -> float:
+        """Rms error of a rough fit [deg], to see whether a better one is worth its time."""
+        return self._sketch(_ordered(effects)).rmse_deg
+
+    def fit(self, effects: tuple[str, ...]) -> Fit:
         """Starts stand behind the best fit that lacks one of the effects."""
         if effects not in self._fits:
-            problem = Problem.of([self.recording], catalogue(), effects)
-            if effects:
-                smaller = itertools.combinations(effects, len(effects) - 1)
-                base = min(map(self._fit, smaller), key=lambda fit: fit.outcome.cost)
-                self._fits[effects] = fit_effects(problem, base)
-            else:
-                self._fits[effects] = polish(problem, [linear_start(problem)])
+            problem = self._problem(effects)
+            self._fits[effects] = (
+                fit_effects(problem, self._behind(effects), self._sketches.get(effects))
+                if effects
+                else polish(problem, [linear_start(problem)])
+            )
         return self._fits[effects]
+
+    def _sketch(self, effects: tuple[str, ...]) -> Fit:
+        if effects not in self._sketches:
+            problem = self._problem(effects)
+            self._sketches[effects] = sketch_effects(problem, self._behind(effects))
+        return self._sketches[effects]
+
+    def _behind(self, effects: tuple[str, ...]) -> Fit:
+        smaller = itertools.combinations(effects, len(effects) - 1)
+        fitted = [self._fits[each] for each in smaller if each in self._fits] or [self.fit(())]
+        return min(fitted, key=lambda fit: fit.outcome.cost)
+
+    def _problem(self, effects: tuple[str, ...]) -> Problem:
+        return Problem.of([self.recording], catalogue(), effects)
 
 
 def rivals(names: Sequence[str], fits: Fits) -> list[tuple[str, ...]]:
-    """Sets of effects that could be taken for ``names``, no larger than it.
+    """The sets of effects, no larger than ``names``, that come nearest to it.
 
-    All single ones; for a pair also each pair that shares one of its effects, and all pairs among
-    the best few single ones. Of what is outside the catalogue, all single ones.
+    Looked at roughly: all single ones; for a pair also each pair that shares one of its effects,
+    and all pairs among the best few single ones. Of what is outside the catalogue, all single ones.
     """
     every = list(catalogue())
-    sets: list[tuple[str, ...]] = [(name,) for name in every if (name,) != tuple(names)]
-    if len(names) == 2:
-        leading = sorted(every, key=lambda name: fits.misfit_deg((name,)))[:LEADING]
-        sharing = (pair for pair in itertools.combinations(every, 2) if set(pair) & set(names))
-        pairs = {*sharing, *itertools.combinations(leading, 2)}
-        sets += sorted(pair for pair in pairs if set(pair) != set(names))
-    return sets
+    alone: list[tuple[str, ...]] = [(name,) for name in every if (name,) != tuple(names)]
+    best = sorted(alone, key=fits.rough_deg)[:LEADING]
+    if len(names) < 2:
+        return best
+    for each in {*best, *((name,) for name in names)}:
+        fits.misfit_deg(each)
+    sharing = (pair for pair in itertools.combinations(every, 2) if set(pair) & set(names))
+    pairs = {*sharing, *itertools.combinations([name for (name,) in best], 2)}
+    others = [pair for pair in sorted(pairs) if set(pair) != set(names)]
+    return [*best, *sorted(others, key=fits.rough_deg)[:LEADING]]
+
+
+def _ordered(effects: Iterable[str]) -> tuple[str, ...]:
+    wanted = set(effects)
+    return tuple(name for name in catalogue() if name in wanted)
 
 
 def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:

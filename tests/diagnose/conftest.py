@@ -23,7 +23,7 @@ def twin() -> Twin:
 
     @cache
     def record(
-        *effects: str, seed: int = 1, with_sigma: bool = True, duration_s: float = 12.0
+        *effects: str, seed: int = 1, with_sigma: bool = True, duration_s: float = 8.0
     ) -> tuple[Recording, dict[str, float]]:
         if effects:
             scenarios = [hidden_effect(effect, seed) for effect in effects]
