@@ -50,7 +50,7 @@ def json_text(value: Any) -> str:
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuse files that could not be written, before the work begins."""
-    for name in ("output", "report", "json", "next_command"):
+    for name in ("output", "report", "json", "next_command", "draft", "overlay", "sheet"):
         place = getattr(args, name, None)
         if place is not None and place != STANDARD_OUTPUT:
             check_target(Path(place))

@@ -12,6 +12,7 @@ from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, evidence
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.findings import Finding, findings
 from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
+from servosight.diagnose.law import Law, find_law
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
 from servosight.identify.fit import TOLERANCE_SHARE, floor_deg, parameters_json
@@ -93,6 +94,7 @@ class Diagnosis:
     proposal: Proposal | None
     seconds: float
     actuator: Actuator
+    law: Law | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The form that INTERFACES fixes."""
@@ -109,6 +111,7 @@ class Diagnosis:
             "alternatives": [list(effects) for effects in self.alternatives],
             "next_experiment": self.next_experiment,
             "proposal": None if self.proposal is None else self.proposal.to_json(),
+            "law": None if self.law is None else self.law.to_json(),
             "seconds": self.seconds,
         }
 
@@ -144,6 +147,7 @@ def diagnose(
     steps = tuple(_step(rung, bar) for rung in climb.rungs)
     candidates = _candidates(climb, linear, noise, allowed)
     rivals = _rivals(laboratory, climb, noise, bar, auto)
+    law = _law(laboratory, linear, last, bar, noise, progress) if auto else None
     proposal = propose(rivals, laboratory, noise, limits) if len(rivals) > 1 else None
     return Diagnosis(
         noise,
@@ -160,6 +164,7 @@ def diagnose(
         proposal,
         time.perf_counter() - began,
         _actuator(steps[-1], recordings),
+        law,
     )
 
 
@@ -174,6 +179,17 @@ def _step(rung: Rung, bar: Bar) -> Step:
         own_estimates(*arguments, "bias"),
         tuple(warnings),
     )
+
+
+def _law(
+    laboratory: Laboratory, linear: Trial, last: Trial, bar: Bar, noise: float, progress: Progress
+) -> Law | None:
+    """What the ladder left, as a law; None where it left nothing or nothing lawful."""
+    if bar.explained(last):
+        return None
+    progress("looking for a law of what remains", 0, 1)
+    bases = [linear, last] if last.effects else [linear]
+    return find_law(laboratory, bases, bar, noise)
 
 
 def _verdict(linear: Trial, last: Trial, bar: Bar) -> Verdict:

@@ -41,6 +41,7 @@ FITTED = 3
 FINISHED = 2
 """the best of them are fitted to the end."""
 SKETCH_BUDGET = 120
+FINISH_BUDGET = 500
 MIN_GAIN = 0.1
 """A term must lower the held-out rmse by this share,"""
 MIN_CLOSED = 0.5
@@ -157,7 +158,7 @@ def find_law(
     """
     found: list[tuple[Trial, Trial]] = []
     for base in bases:
-        found.append((base, _extended(laboratory, base, bar, noise_deg)))
+        found.append((base, extended(laboratory, base, bar, noise_deg)))
         if bar.explained(found[-1][1]):
             break
     base, after = max(found, key=lambda pair: criterion(pair[1], bar.tolerance_deg))
@@ -176,7 +177,7 @@ def missing_torque(trial: Trial, count: int, noise_deg: float) -> tuple[Missing,
     return tuple(found)
 
 
-def _extended(laboratory: Laboratory, base: Trial, bar: Bar, noise_deg: float) -> Trial:
+def extended(laboratory: Laboratory, base: Trial, bar: Bar, noise_deg: float) -> Trial:
     """Terms added to one model, one after the other, as long as they earn their place."""
     own = laboratory.catalogue if base.effects else {}
     forms = {name: form for name, form in FORMS.items() if name not in own}
@@ -309,7 +310,8 @@ def _best(bench: Laboratory, base: Trial, leads: Sequence[Lead], bar: Bar) -> Tr
         better = int(np.argmin(half_squares(problem.residuals(starts))))
         sketches.append(polish(problem, [starts[better]], SKETCH_BUDGET))
     sketches.sort(key=lambda fit: fit.outcome.cost)
-    trials = [bench.judge(polish(fit.problem, [fit.outcome.point])) for fit in sketches[:FINISHED]]
+    fits = [polish(f.problem, [f.outcome.point], FINISH_BUDGET) for f in sketches[:FINISHED]]
+    trials = [bench.judge(fit) for fit in fits]
     return max(trials, key=lambda trial: criterion(trial, bar.tolerance_deg), default=None)
 
 

@@ -19,6 +19,9 @@ from servosight.app.arguments import (
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from servosight.diagnose.diagnose import Diagnosis
     from servosight.models.design import Limits
     from servosight.models.recording import Recording
 
@@ -55,6 +58,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="DEG,DEG/S",
         type=limit_pair,
         help="largest angle and rate of that command (default: what the recordings have used)",
+    )
+    parser.add_argument(
+        "--draft",
+        metavar="EFFECT.py",
+        type=Path,
+        help="write a law of what no effect accounts for, as a plugin file to read and name",
     )
     add_seed(parser)  # kept for scripts: the climb has no chance in it
     add_model_output(parser)
@@ -95,6 +104,7 @@ def run(args: argparse.Namespace) -> None:
         else:
             result.proposal.excitation.save(args.next_command)
             out.print(f"{args.next_command}: {result.proposal.design.words}")
+    _draft(args, result, out)
     if args.report is not None:
         from servosight.app.report import write_report
 
@@ -102,6 +112,24 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))
+
+
+def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
+    """Say what law was found; write it to the file that was asked for."""
+    from servosight.models.atomic import write_text
+
+    if result.law is not None:
+        out.print(result.law.sentence)
+        if args.draft is None:
+            out.print("To read it as an effect and name it: add --draft EFFECT.py")
+        else:
+            write_text(args.draft, result.law.draft())
+            out.print(f"{args.draft}: read it, name it, and add --plugin {args.draft}")
+    elif args.draft is not None:
+        why = "no law was found for what remains" if args.auto else "only --auto looks for a law"
+        if args.auto and result.verdict != "unexplained":
+            why = "nothing is left to explain"
+        out.print(f"{args.draft}: not written, {why}")
 
 
 def _limits(args: argparse.Namespace, recordings: list[Recording]) -> Limits | None:

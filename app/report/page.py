@@ -16,6 +16,7 @@ from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
 from servosight.app.report.sections.experiment import section as experiment
 from servosight.app.report.sections.ladder import section as ladder
+from servosight.app.report.sections.law import section as law
 from servosight.app.report.sections.method import section as method
 from servosight.app.report.sections.parameters import section as parameters
 from servosight.app.report.sections.picture import section as picture
@@ -30,6 +31,7 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     picture,
     angle,
     ladder,
+    law,
     where,
     candidates,
     experiment,
