@@ -40,6 +40,30 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise unwritable(path, error) from None
 
 
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """A place to write a file piece by piece, which becomes ``path`` when the block ends.
+
+    After an error, or an interruption, nothing is left and ``path`` is as it was. The place has the
+    ending of ``path``.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        handle, name = tempfile.mkstemp(
+            dir=target.parent, prefix=f".{target.stem[:100]}.", suffix=target.suffix
+        )
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            temporary.chmod(_mode(target))
+            os.replace(temporary, target)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise unwritable(path, error) from None
+
+
 def check_target(path: Path) -> None:
     """Refuse a place that cannot be written, before the work whose result shall go there."""
     target = Path(os.path.realpath(path))

@@ -190,8 +190,11 @@ def _first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
 
 
 @njit
-def _row(row_values, times, values, linear, samples, step, out):
-    """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out."""
+def _row(row_values, times, values, linear, samples, horn, step, out):
+    """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out.
+
+    With ``horn`` the angle is that of the horn, which shaft and linkage lie behind.
+    """
     p = unpack(row_values)
     on = flags(p)
     T, xi, gain, bias = p[1], p[2], p[0], p[3]
@@ -341,13 +344,13 @@ def _row(row_values, times, values, linear, samples, step, out):
             # What falls into this step.
             while n < len(samples) and samples[n] <= t + gone + h + _TINY:
                 tau = min(max(samples[n] - t - gone, 0.0), h)
-                if shaft:
+                if shaft and not horn:
                     angle = quintic(tau, h, z[0], z[1], r0[1], z1[0], z1[1], r1[1])
                 else:
                     angle = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
                     if loop_memory:
                         angle = reducer_angle(p, on, angle, z)
-                out[n] = output_chain(p, on, angle, memory)
+                out[n] = angle if horn else output_chain(p, on, angle, memory)
                 n += 1
             x = x1
             z = keep_memory(p, on, x[0], z1) if loop_memory else z1
@@ -363,7 +366,7 @@ def _row(row_values, times, values, linear, samples, step, out):
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, samples, steps, out):
+def simulate_rows(rows, times, values, linear, samples, horn, steps, out):
     """Simulate ``rows`` (batch, parameters) at ``steps`` (batch,) into ``out`` (batch, samples)."""
     for b in prange(rows.shape[0]):
-        _row(rows[b], times, values, linear, samples, steps[b], out[b])
+        _row(rows[b], times, values, linear, samples, horn, steps[b], out[b])

@@ -27,7 +27,7 @@ class Stimulus:
 
     ``time_s`` (rows,) rising, ``command_deg`` (rows,), ``linear`` True where rows are joined by
     lines; ``samples_s`` (samples * nodes,) rising; ``weights`` (nodes,) average the nodes of one
-    sample's exposure.
+    sample's exposure. ``horn`` True where the horn's angle is wanted: before shaft and linkage.
     """
 
     time_s: Array
@@ -35,6 +35,7 @@ class Stimulus:
     linear: bool
     samples_s: Array
     weights: Array
+    horn: bool = False
 
     @classmethod
     def of(cls, recording: Recording) -> Stimulus:
@@ -46,6 +47,7 @@ class Stimulus:
             recording.hold == "linear",
             samples,
             weights,
+            recording.side == "horn",
         )
 
 
@@ -83,6 +85,7 @@ class Plant:
             stimulus.command_deg,
             stimulus.linear,
             stimulus.samples_s,
+            stimulus.horn,
             steps,
             out,
         )

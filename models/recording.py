@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,6 +12,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Hold = Literal["zero", "linear"]
+Side = Literal["surface", "horn"]
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A second angle of the same run: ``time_s`` mid-exposure, ``angle_deg``, its ``sigma_deg``.
+
+    All (samples,); the angle from a zero of its own.
+    """
+
+    time_s: Array
+    angle_deg: Array
+    sigma_deg: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -23,6 +37,8 @@ class Recording:
     ``sigma_deg`` (samples,) its standard deviation where known. ``exposure_s`` is the time over
     which one sample averages the angle. ``relative_gain`` and ``relative_load`` are the gain of the
     position loop and the load on the surface relative to those that a model's parameters refer to.
+    ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
+    ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them.
     """
 
     name: str
@@ -38,6 +54,8 @@ class Recording:
     path: Path | None = None
     video: Path | None = None
     details: dict[str, Any] = field(default_factory=dict)
+    horn: Stream | None = None
+    side: Side = "surface"
 
     @property
     def duration_s(self) -> float:
@@ -48,3 +66,29 @@ class Recording:
     def moved_range_deg(self) -> float:
         """Largest minus smallest measured angle [deg]."""
         return float(np.ptp(self.angle_deg))
+
+
+def views(recordings: Sequence[Recording]) -> list[Recording]:
+    """Each recording, and behind it its horn's as one of its own, where there is one.
+
+    One run seen on either side of the linkage is two recordings of one servo: the physical
+    parameters are shared, the zero of the angle is not.
+    """
+    return [view for recording in recordings for view in _views(recording)]
+
+
+def _views(recording: Recording) -> list[Recording]:
+    horn = recording.horn
+    if horn is None:
+        return [recording]
+    seen = replace(
+        recording,
+        name=f"{recording.name} (horn)",
+        time_s=horn.time_s,
+        angle_deg=horn.angle_deg,
+        sigma_deg=horn.sigma_deg,
+        video=None,
+        horn=None,
+        side="horn",
+    )
+    return [replace(recording, horn=None), seen]

@@ -15,13 +15,13 @@ from servosight.models import series as check
 from servosight.models.atomic import new_folder, write_text
 from servosight.models.csv_io import Sheet, read_sheet, table_text
 from servosight.models.errors import InputError
-from servosight.models.recording import Recording
+from servosight.models.recording import Recording, Stream
 from servosight.models.series import DEGREES, SECONDS, Series
 from servosight.models.settings import FORMAT, Settings, read_settings
 
 Array = NDArray[np.float64]
 
-FILES = ("recording.toml", "command.csv", "angle.csv")
+FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv")
 """What ``save_recording`` writes."""
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings by which a video is told from a table that cannot be read."""
@@ -44,6 +44,11 @@ class RecordingFolder:
         return self.path / "angle.csv"
 
     @property
+    def horn(self) -> Path:
+        """Where the horn's angle stands, where there is one."""
+        return self.path / "horn.csv"
+
+    @property
     def needs_tracking(self) -> bool:
         """True where there is a video and no angle yet."""
         return self.video is not None and not self.angle.exists()
@@ -58,6 +63,27 @@ class Streams:
     time: Series
     angle: Series
     sigma: Series | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no recording can be."""
+        for column in (self.command_time, self.command, self.time, self.angle, self.sigma):
+            if column is not None:
+                check.check_finite(column)
+        for time in (self.command_time, self.time):
+            check.check_time(time)
+        check.check_enough(self.angle)
+        if not self.command.raw.size:
+            raise InputError(
+                f"{self.command.path}: column {self.command.name} has no rows, expected a changing "
+                f"command; write one row for each new value"
+            )
+        check.check_rate(self.time)
+        for column in (self.command, self.angle, self.sigma):
+            if column is not None:
+                check.check_angle(column)
+        if self.sigma is not None:
+            check.check_sigma(self.sigma)
+        check.check_together(self.command_time, self.command, self.time, self.angle)
 
 
 def inspect_folder(path: Path) -> RecordingFolder:
@@ -88,25 +114,23 @@ def load_recording(
     place = Path(path)
     if place.is_dir():
         folder = inspect_folder(place)
-        settings, video = folder.settings, folder.video
+        settings, video, horn_file = folder.settings, folder.video, folder.horn
         command_sheet, angle_sheet = _sheets(folder)
     else:
-        settings, video = Settings(), None
+        settings, video, horn_file = Settings(), None, None
         command_sheet = angle_sheet = _single(place)
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
     )
     scale = settings.unit_scale
-    streams = Streams(
-        _time(command_sheet),
-        _command(command_sheet, scale, pulse),
-        _time(angle_sheet),
-        _angle(angle_sheet, "angle", scale),
-        _angle(angle_sheet, "sigma", abs(scale)) if _has_sigma(angle_sheet) else None,
-    )
+    command = _time(command_sheet), _command(command_sheet, scale, pulse)
+    streams = Streams(*command, *_angles(angle_sheet, scale))
+    horn = None
+    if horn_file is not None and horn_file.exists():
+        horn = Streams(*command, *_angles(read_sheet(horn_file), scale))
     name = place.resolve().name if place.is_dir() else place.stem
-    return recording_of(name, streams, settings, path=place, video=video)
+    return recording_of(name, streams, settings, path=place, video=video, horn=horn)
 
 
 def recording_of(
@@ -116,27 +140,10 @@ def recording_of(
     *,
     path: Path | None = None,
     video: Path | None = None,
+    horn: Streams | None = None,
 ) -> Recording:
-    """Check the streams and join them into a recording; InputError names what is wrong where."""
+    """Join the streams into a recording; InputError where the exposure cannot be."""
     s = streams
-    for column in (s.command_time, s.command, s.time, s.angle, s.sigma):
-        if column is not None:
-            check.check_finite(column)
-    for time in (s.command_time, s.time):
-        check.check_time(time)
-    check.check_enough(s.angle)
-    if not s.command.raw.size:
-        raise InputError(
-            f"{s.command.path}: column {s.command.name} has no rows, expected a changing command; "
-            f"write one row for each new value"
-        )
-    check.check_rate(s.time)
-    for column in (s.command, s.angle, s.sigma):
-        if column is not None:
-            check.check_angle(column)
-    if s.sigma is not None:
-        check.check_sigma(s.sigma)
-    check.check_together(s.command_time, s.command, s.time, s.angle)
     _check_exposure(s.time, settings, path)
     return Recording(
         name=name,
@@ -152,7 +159,12 @@ def recording_of(
         path=path,
         video=video,
         details=dict(settings.details),
+        horn=None if horn is None else _stream(horn),
     )
+
+
+def _stream(s: Streams) -> Stream:
+    return Stream(s.time.values, s.angle.values, None if s.sigma is None else s.sigma.values)
 
 
 def save_recording(
@@ -178,12 +190,12 @@ def save_recording(
     with new_folder(folder, FILES) as fresh:
         write_text(fresh / "recording.toml", tomli_w.dumps(table))
         write_text(fresh / "command.csv", command)
-        write_angle(
-            fresh / "angle.csv",
-            recording.time_s,
-            recording.angle_deg / scale,
-            None if recording.sigma_deg is None else recording.sigma_deg / abs(scale),
-        )
+        surface = Stream(recording.time_s, recording.angle_deg, recording.sigma_deg)
+        for file, stream in (("angle.csv", surface), ("horn.csv", recording.horn)):
+            if stream is None:
+                continue
+            sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
+            write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
 
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:
@@ -259,6 +271,12 @@ def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Arr
 def _time(sheet: Sheet) -> Series:
     unit, raw = _pick(sheet, "time", tuple(SECONDS))
     return series_of(sheet, f"time_{unit}", raw / SECONDS[unit], raw)
+
+
+def _angles(sheet: Sheet, scale: float) -> tuple[Series, Series, Series | None]:
+    """Time, angle and, where it has one, sigma of a sheet."""
+    sigma = _angle(sheet, "sigma", abs(scale)) if _has_sigma(sheet) else None
+    return _time(sheet), _angle(sheet, "angle", scale), sigma
 
 
 def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:
