@@ -11,6 +11,7 @@ from servosight.scenarios.toml_table import read_table, require
 from servosight.sim.render_sight import folds
 from servosight.sim.scene import View
 from servosight.sim.video_codec import NAMES
+from servosight.sim.video_indicator import SHOWS
 from servosight.sim.video_settings import VideoSettings
 
 MAX_TILT_DEG = 60.0
@@ -18,7 +19,7 @@ MAX_SIDE_PX = 4096
 MAX_SHARE = 0.7
 
 
-TABLES = ("optics", "lens", "light", "cover", "shake", "codec")
+TABLES = ("optics", "lens", "light", "cover", "shake", "indicator", "codec")
 """Fields of :class:`VideoSettings` that a scenario declares; docs/camera.md lists their keys."""
 
 
@@ -131,6 +132,12 @@ def check_filming(filming: VideoSettings, camera: Camera, source: str) -> None:
         (0.0 <= shake.shift_px <= 50.0, "shake.shift_px", shake.shift_px, "0 to 50 pixels"),
         (0.0 <= shake.roll_deg <= 10.0, "shake.roll_deg", shake.roll_deg, "0 to 10 degrees"),
         (0.3 < shake.highest_hz <= 100.0, "shake.highest_hz", shake.highest_hz, "0.3 to 100 Hz"),
+        (
+            filming.indicator.shows in SHOWS,
+            "indicator.shows",
+            filming.indicator.shows,
+            f"one of {', '.join(SHOWS)}",
+        ),
         (codec.name in NAMES, "codec.name", codec.name, f"one of {', '.join(NAMES)}"),
         (1 <= codec.quality <= 100, "codec.quality", codec.quality, "1 to 100"),
         (0 <= codec.crf <= 51, "codec.crf", codec.crf, "0 to 51"),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.camera import Camera
 from servosight.sim.render_compose import TRIPOD, Pose
 from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
+from servosight.sim.video_indicator import share
 from servosight.sim.video_settings import VideoSettings
 
 Array = NDArray[np.float64]
@@ -94,6 +95,7 @@ def plan(
     exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
     delays = row_delays(camera)
     scale = View.of(camera).scale
+    lit = chosen.indicator.lit(trajectory.time_s, trajectory.command_deg, led_on_s)
 
     def lamp(from_s: Array, to_s: Array) -> Array:
         return chosen.light.mean(from_s - first, to_s - first, 0.0, last - first)
@@ -120,9 +122,7 @@ def plan(
             bright = lamp(time_s - blink, time_s + blink)[:, None]
             weights = bright * shares(time_s, opens, opens + exposure)
             weights /= weights.sum(axis=0)
-        led = np.zeros(camera.height)
-        if led_on_s is not None:
-            led = np.clip((opens + exposure - led_on_s) / exposure, 0.0, 1.0)
+        led = share(lit, opens, opens + exposure)
         poses = _poses(trajectory, chosen, time_s, surface, seed)
         yield Shot(index, poses, weights, lamp(opens, opens + exposure), led)
 

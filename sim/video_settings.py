@@ -11,6 +11,7 @@ from servosight.sim.optics_lens import Lens
 from servosight.sim.render import ROOM_PX
 from servosight.sim.scene_cover import Cover
 from servosight.sim.video_codec import Codec
+from servosight.sim.video_indicator import Indicator
 from servosight.sim.video_light import Light
 from servosight.sim.video_shake import Shake
 
@@ -30,6 +31,7 @@ class VideoSettings:
     light: Light = field(default_factory=Light)
     cover: Cover = field(default_factory=Cover)
     shake: Shake = field(default_factory=Shake)
+    indicator: Indicator = field(default_factory=Indicator)
     codec: Codec = field(default_factory=Codec)
     texture_seed: int = 1
     workers: int = 2
