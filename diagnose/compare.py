@@ -17,7 +17,7 @@ from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import Problem
 from servosight.models.actuator import Actuator
 from servosight.models.effect import Effect
-from servosight.models.recording import Recording
+from servosight.models.recording import Recording, views
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,7 @@ def compare(
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
     recording and are found on it.
     """
+    recordings = views(recordings)
     judged = tuple(_judge(actuator, recording, catalogue) for recording in recordings)
     noise = joint_noise_deg(tuple(recordings))
     floor = floor_deg(recordings, noise, tolerance)

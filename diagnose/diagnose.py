@@ -21,7 +21,7 @@ from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.design import Limits
 from servosight.models.effect import Effect
-from servosight.models.recording import Recording
+from servosight.models.recording import Recording, views
 
 Verdict = Literal["no_effect_missing", "explained", "unexplained"]
 
@@ -133,6 +133,7 @@ def diagnose(
     experiment (default: what the recordings' commands have used).
     """
     began = time.perf_counter()
+    recordings, validate = views(recordings), views(validate)
     every = (*recordings, *validate)
     noise = joint_noise_deg(every)
     allowed = tolerance

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from servosight.diagnose import motion_findings, system_findings
+from servosight.diagnose import motion_findings, side_findings, system_findings
 from servosight.diagnose.evidence import EXPLAINED
 from servosight.diagnose.finding import Case, Finding
 from servosight.diagnose.trial import Judged
@@ -37,7 +37,7 @@ def findings(judged: Sequence[Judged], floor_deg: float, noise_deg: float) -> tu
         return ()
     found = [
         one
-        for test in (*motion_findings.TESTS, *system_findings.TESTS)
+        for test in (*side_findings.TESTS, *motion_findings.TESTS, *system_findings.TESTS)
         for one in test(case)
         if one.p < CHANCE and one.size_deg >= MATTERS * floor_deg and one.share >= LEAST_SHARE
     ]

@@ -125,10 +125,10 @@ def load_recording(
     )
     scale = settings.unit_scale
     command = _time(command_sheet), _command(command_sheet, scale, pulse)
-    streams = Streams(*command, *_angles(angle_sheet, scale))
+    streams = _streams(command, angle_sheet, scale)
     horn = None
     if horn_file is not None and horn_file.exists():
-        horn = Streams(*command, *_angles(read_sheet(horn_file), scale))
+        horn = _streams(command, read_sheet(horn_file), scale)
     name = place.resolve().name if place.is_dir() else place.stem
     return recording_of(name, streams, settings, path=place, video=video, horn=horn)
 
@@ -273,10 +273,10 @@ def _time(sheet: Sheet) -> Series:
     return series_of(sheet, f"time_{unit}", raw / SECONDS[unit], raw)
 
 
-def _angles(sheet: Sheet, scale: float) -> tuple[Series, Series, Series | None]:
-    """Time, angle and, where it has one, sigma of a sheet."""
+def _streams(command: tuple[Series, Series], sheet: Sheet, scale: float) -> Streams:
+    """The command and what a sheet holds of time, angle and sigma."""
     sigma = _angle(sheet, "sigma", abs(scale)) if _has_sigma(sheet) else None
-    return _time(sheet), _angle(sheet, "angle", scale), sigma
+    return Streams(*command, _time(sheet), _angle(sheet, "angle", scale), sigma)
 
 
 def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:

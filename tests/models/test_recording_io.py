@@ -484,3 +484,29 @@ def test_a_link_is_written_through(tmp_path: Path) -> None:
     write_text(tmp_path / "link", "1")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "file").read_text() == "1"
+
+
+def test_a_horn_beside_the_angle(tmp_path: Path) -> None:
+    """Rows and times of its own; kept when saved; absent where there is no file."""
+    place = folder(tmp_path)
+    assert load_recording(place).horn is None
+    rows = [f"{0.02 * i:.6g},{math.sin(0.6 * i):.6f},0.01" for i in range(60)]
+    written(place / "horn.csv", ["time_s,angle_deg,sigma_deg", *rows])
+
+    recording = load_recording(place)
+
+    assert recording.horn is not None
+    assert recording.horn.angle_deg.shape == (60,)
+    assert recording.horn.time_s[3] == 0.06
+    assert recording.horn.sigma_deg is not None
+    save_recording(recording, tmp_path / "again")
+    again = load_recording(tmp_path / "again").horn
+    assert again is not None
+    np.testing.assert_array_equal(again.angle_deg, recording.horn.angle_deg)
+
+
+def test_a_horn_that_is_none(tmp_path: Path) -> None:
+    place = folder(tmp_path)
+    written(place / "horn.csv", ["time_s,angle_deg", "0,1", "0.01,x"])
+    with pytest.raises(InputError, match=r"horn\.csv.*expected"):
+        load_recording(place)
