@@ -25,7 +25,8 @@ TRUE_ANGLE = "truth_angle.csv"
 """Mean angles over the exposures without noise, for tests that score a tracker."""
 TRUE_FRAMES = "truth_frames.csv"
 """What is true of each frame of a video; docs/camera.md lists the columns."""
-OURS = (*FILES, VIDEO, "frames.csv", "track.toml", TRUTH, TRUE_ANGLE, TRUE_FRAMES)
+DRAWN = ("track_overlay.mp4", "track_sheet.png")
+OURS = (*FILES, VIDEO, "frames.csv", "track.toml", *DRAWN, TRUTH, TRUE_ANGLE, TRUE_FRAMES)
 KNOWN = ("rate_hz", "exposure_s", "readout_s", "width", "height")
 
 Progress = Callable[[int, int], None]

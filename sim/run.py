@@ -68,7 +68,7 @@ def run(
     row = np.searchsorted(excitation.time_s, grid + 1e-9, side="right") - 1
     return Trajectory(
         grid,
-        on_grid([twin.motor]),
+        on_grid([twin.sensor]),
         behind,
         np.asarray(excitation.command_deg)[np.maximum(row, 0)],
         excitation,

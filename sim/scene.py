@@ -145,7 +145,7 @@ def _fin_meshes(seed: int) -> list[pyrender.Mesh]:
 def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
     x, y = SHAFT_MM
     sheet = texture.Sheet(x - CRANK_MM - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
-    paint = texture.plain(sheet, (182, 184, 186), seed)
+    paint = texture.horn(sheet, SHAFT_MM, CRANK_MM, seed)
     return [
         extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), ARM_TOP_MM, -6.0, 0.5, sheet, paint),
         extrude(disc(x, y, 4.6), ARM_TOP_MM + 0.8, -7.0, 0.5, sheet, paint),

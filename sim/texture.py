@@ -250,6 +250,19 @@ def turned_metal(sheet: Sheet, seed: int) -> Picture:
     return pen.finish()
 
 
+def horn(sheet: Sheet, shaft: Point, length_mm: float, seed: int) -> Picture:
+    """A servo's horn that points left from its shaft: a row of holes, numbers, spray paint."""
+    rng = np.random.default_rng([seed, 7])
+    x, y = shaft
+    pen = Pen(sheet, paper((182, 184, 186), 3.0 * noise(sheet, rng, 0.4, 0.4)))
+    _speckle(pen, rng, (x - length_mm - 3.0, y - 3.2, x - 5.0, y + 3.2), 60)
+    for n, reach in enumerate((0.45, 0.62, 0.79)):
+        pen.disc((x - reach * length_mm, y), 0.8, (34, 35, 38))
+        pen.text((x - reach * length_mm, y - 2.2), str(n + 1), 1.6, (30, 30, 32))
+    pen.text((x - 0.6 * length_mm, y + 2.2), "MG-20 25T", 1.7, (150, 30, 26))
+    return pen.finish()
+
+
 def plain(sheet: Sheet, colour: Colour, seed: int) -> Picture:
     """A moulded or painted part of one colour."""
     rng = np.random.default_rng([seed, 5])

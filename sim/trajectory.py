@@ -19,8 +19,9 @@ GRID_S = 1e-4
 class Trajectory:
     """Angles [deg] on a uniform grid ``time_s`` (n,), counter-clockwise positive.
 
-    ``motor_deg`` (n,) is the horn, ``surface_deg`` (n,) the surface, ``command_deg`` (n,) the
-    command as sent, held; ``excitation`` has the sender's own rows.
+    ``motor_deg`` (n,) is the horn, which turns with the servo's output shaft and its potentiometer,
+    ``surface_deg`` (n,) the surface, ``command_deg`` (n,) the command as sent, held;
+    ``excitation`` has the sender's own rows.
     """
 
     time_s: Array
