@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.diagnose.samples import Samples, all_samples, held_out_samples
 from servosight.diagnose.trial import Judged
+from servosight.models.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,6 @@ class Case:
     error depends on, not make it up. ``held_out`` are those that the fit has not seen.
     """
 
-    judged: tuple[Judged, ...]
     samples: tuple[Samples, ...]
     held_out: tuple[Samples, ...]
     rms_deg: float
@@ -52,9 +52,22 @@ class Case:
         samples = tuple(all_samples(judged))
         errors = [one.error_deg for one in samples] or [np.zeros(1)]
         rms = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
-        return cls(
-            tuple(judged), samples, tuple(held_out_samples(judged)), rms, noise_deg, floor_deg
-        )
+        return cls(samples, tuple(held_out_samples(judged)), rms, noise_deg, floor_deg)
+
+    @property
+    def judged(self) -> list[Judged]:
+        """The recordings under test."""
+        return [one.judged for one in self.samples]
+
+    def share_of(self, recording: Recording, square_deg2: float) -> float:
+        """Share of the whole squared error, for a mean square over one recording."""
+        every = sum(one.time_s.size for one in self.samples)
+        part = square_deg2 * recording.time_s.size / every
+        return float(np.clip(part / max(self.rms_deg**2, 1e-300), 0.0, 1.0))
+
+    def on(self, recording: Recording) -> str:
+        """Which recording a sentence speaks of, where there are several."""
+        return f"On {recording.name}: " if len(self.samples) > 1 else ""
 
     def finding(self, test: str, sentence: str, share: float, p: float) -> Finding:
         """A finding on so large a share of the squared error."""

@@ -45,7 +45,7 @@ class Response:
     the lines of a periodic command, where the coherence is that from period to period.
     """
 
-    recording: str
+    recording: Recording
     frequency_hz: Array
     measured: Complex
     model: Complex
@@ -107,11 +107,11 @@ def _welch(one: Judged) -> Response | None:
     scale = 2.0 / (length * float(np.sum(window**2)))
     frequency = np.arange(2, length // 2) / (length * step)
     averages = _OVERLAP_WORTH * len(spectra)
-    return _of(recording.name, frequency, (command, angle, model), scale, averages, False)
+    return _of(recording, frequency, (command, angle, model), scale, averages, False)
 
 
 def _of(
-    name: str,
+    recording: Recording,
     frequency_hz: Array,
     spectra: tuple[Complex, Complex, Complex],
     scale: float,
@@ -129,7 +129,7 @@ def _of(
     left = (1.0 - coherence) * np.mean(np.abs(angle) ** 2, axis=0)
     sigma = np.sqrt(left / (power * max(averages - 1.0, 1.0)))
     return Response(
-        name,
+        recording,
         frequency_hz[kept],
         measured,
         simulated,
@@ -190,4 +190,4 @@ def _at_lines(one: Judged, grid: Grid) -> Response | None:
         return None
     command, angle, model = np.array(spectra).transpose(1, 0, 2)
     frequency = lines / grid.period_s
-    return _of(recording.name, frequency, (command, angle, model), 0.5, float(len(spectra)), True)
+    return _of(recording, frequency, (command, angle, model), 0.5, float(len(spectra)), True)

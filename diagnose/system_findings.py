@@ -66,13 +66,12 @@ def _frequency(case: Case) -> Iterator[Finding]:
     if found is None:
         return
     peak = int(np.argmax(found.misfit_deg2))
-    square = float(found.misfit_deg2.sum())
-    share = float(np.clip(square / max(case.rms_deg**2, 1e-300), 0.0, 1.0))
+    where = case.on(found.recording)
     yield case.finding(
         "frequency",
-        f"Near {found.frequency_hz[peak]:.2g} Hz the servo answers with {_gain_words(found, peak)} "
-        f"than the model.",
-        share,
+        f"{where}{'near' if where else 'Near'} {found.frequency_hz[peak]:.2g} Hz the servo answers "
+        f"with {_gain_words(found, peak)} than the model.",
+        case.share_of(found.recording, float(found.misfit_deg2.sum())),
         float(min(1.0, found.p[peak] * found.p.size)),
     )
 
@@ -94,9 +93,9 @@ def _distortion(case: Case) -> Iterator[Finding]:
             continue
         level = min((found.odd, found.even), key=lambda kind: kind.chance)
         levels = [kind.rms_deg for kind in (found.odd, found.even) if kind.found]
-        size = float(np.sqrt(np.sum(np.square(levels))))
-        share = float(np.clip((size / max(case.rms_deg, 1e-300)) ** 2, 0.0, 1.0))
-        yield case.finding("distortion", found.sentence, share, level.chance)
+        share = case.share_of(one.recording, float(np.sum(np.square(levels))))
+        words = case.on(one.recording) + found.sentence
+        yield case.finding("distortion", words, share, level.chance)
 
 
 def _distorted(one: Judged) -> Distortion | None:

@@ -281,6 +281,21 @@ def test_distortion_is_shown_where_the_command_tells_it() -> None:
     assert "distortion" not in found_in(case(excitation=rows))
 
 
+def test_several_recordings_are_named_and_weighed() -> None:
+    """A late answer beside a calm recording: its square counts for its share of the samples."""
+    late = case(lambda t, y: np.interp(t - 0.01, t, y) - y)
+    rows = design("multisine", Limits(15.0, None, 18.0), seed=2).excitation
+    calm = case(excitation=rows)
+    both = findings([late, calm], NOISE_DEG, NOISE_DEG)
+    found = {one.test: one for one in both}["frequency"]
+    assert found.sentence.startswith("On made: near ")
+    alone = response([late])
+    assert alone is not None
+    counts = [one.recording.time_s.size for one in (late, calm)]
+    part = np.sqrt(np.sum(alone.misfit_deg2) * counts[0] / sum(counts))
+    assert found.size_deg == pytest.approx(part, rel=1e-6)
+
+
 def test_uneven_and_missing_samples() -> None:
     """Frames that come when they like, a fifth lost and a gap of 3 s: the same findings."""
     rng = np.random.default_rng(5)

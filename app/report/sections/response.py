@@ -13,6 +13,7 @@ from servosight.app.report.numbers import rounded
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.frequency import Response, response
+from servosight.diagnose.samples import all_samples
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""
@@ -25,7 +26,7 @@ FEWEST_LINES = 5
 
 def section(story: Story) -> Section | None:
     """None where the recording is too short for a response."""
-    found = [response(told.judged) for told in story.models]
+    found = [response([one.judged for one in all_samples(told.judged)]) for told in story.models]
     answers = [one for one in found if one is not None]
     if not answers or len(answers) < len(found) or _known(answers[0]).sum() < FEWEST_LINES:
         return None
@@ -34,7 +35,7 @@ def section(story: Story) -> Section | None:
         "Over frequency",
         {
             "figure": _figure(story, answers),
-            "recording": answers[0].recording,
+            "recording": answers[0].recording.name,
             "periodic": answers[0].periodic,
             "many": len(story.recordings) > 1,
             "models": [told.name for told in story.models],
