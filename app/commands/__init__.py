@@ -9,6 +9,7 @@ from types import ModuleType
 
 from servosight.app.commands import (
     add,
+    calibrate,
     compare,
     demo,
     diagnose,
@@ -25,6 +26,7 @@ COMMANDS: dict[str, ModuleType] = {
     "simulate": simulate,
     "import": import_log,
     "track": track,
+    "calibrate": calibrate,
     "identify": identify,
     "compare": compare,
     "diagnose": diagnose,

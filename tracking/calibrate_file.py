@@ -1,0 +1,108 @@
+"""camera.toml: what a calibration told, in and out."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.atomic import write_text
+from servosight.models.errors import InputError
+from servosight.tracking.calibrate_view import Camera
+from servosight.tracking.plane import Lens
+
+if TYPE_CHECKING:
+    from servosight.tracking.calibrate import Calibration
+
+FORMAT = 1
+
+
+def write_camera(path: Path, calibration: Calibration) -> None:
+    """Write camera.toml, whole or not at all."""
+    import tomli_w
+
+    table: dict[str, Any] = {
+        "format": FORMAT,
+        "width": calibration.size_px[0],
+        "height": calibration.size_px[1],
+        "rms_px": calibration.rms_px,
+        "quality": calibration.quality,
+    }
+    lens, onto = calibration.camera.lens, calibration.camera.onto
+    if lens is not None:
+        table["lens"] = {
+            "focal_px": list(lens.focal_px),
+            "principal_px": list(lens.principal_px),
+            "distortion": list(lens.distortion),
+        }
+    if onto is not None:
+        table["plane"] = {"onto": [[float(v) for v in row] for row in onto]}
+    table["view"] = [{"name": n, "rms_px": e} for n, e in calibration.errors_px.items()]
+    write_text(path, tomli_w.dumps(table))
+
+
+def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:
+    """Read camera.toml; ``size_px`` (width, height) is that of the video it is meant for."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}); expected a file that `servosight "
+            "calibrate` wrote, check the name."
+        ) from None
+    except ValueError as error:
+        raise InputError(
+            f"{path}: is no TOML ({error}); expected a file that `servosight calibrate` wrote."
+        ) from None
+    known = (table.get("width"), table.get("height"))
+    if size_px is not None and None not in known and known != size_px:
+        raise InputError(
+            f"{path}: keys width and height say {known[0]} x {known[1]} px and the video has "
+            f"{size_px[0]} x {size_px[1]}; expected a calibration at the video's own size, "
+            "calibrate again."
+        )
+    return camera_of(table, str(path))
+
+
+def camera_of(table: Mapping[str, Any], source: str) -> Camera:
+    """The camera of a table with ``lens`` and ``plane``, as in camera.toml or recording.toml."""
+    lens, onto = None, None
+    if "lens" in table:
+        focal = _numbers(table, source, "lens", "focal_px", (2,))
+        centre = _numbers(table, source, "lens", "principal_px", (2,))
+        k1, k2, p1, p2, k3 = _numbers(table, source, "lens", "distortion", (5,))
+        if min(focal) <= 0.0:
+            raise InputError(f"{source}: key lens.focal_px is not above 0; expected pixels.")
+        lens = Lens((focal[0], focal[1]), (centre[0], centre[1]), (k1, k2, p1, p2, k3))
+    if "plane" in table:
+        onto = _numbers(table, source, "plane", "onto", (3, 3))
+        if abs(float(np.linalg.det(onto))) < 1e-15:
+            raise InputError(
+                f"{source}: key plane.onto maps the picture to a line; expected the matrix that "
+                "`servosight calibrate` wrote."
+            )
+    if lens is None and onto is None:
+        raise InputError(
+            f"{source}: has neither a table lens nor a table plane; expected what `servosight "
+            "calibrate` writes."
+        )
+    return Camera(lens, onto)
+
+
+def _numbers(
+    table: Mapping[str, Any], source: str, part: str, key: str, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    try:
+        values = np.array(table[part][key], np.float64)
+    except (KeyError, TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise InputError(
+            f"{source}: key {part}.{key} is not {' x '.join(map(str, shape))} numbers; expected "
+            "those that `servosight calibrate` writes."
+        )
+    return values
