@@ -121,12 +121,37 @@ def lower_term(theta: float, w: float, stiffness: float, damping: float, angle: 
     return min(stiffness * (theta - angle) + damping * w, 0.0)
 
 
-def stop_resolution(T: float, w: float, stiffness: float, damping: float, angle: float) -> float:
-    """Longest step [s] that follows the swing against the spring."""
-    return max(min(0.3 * T / math.sqrt(1.0 + stiffness), 0.3 * T * T / (damping + 1e-12)), 0.01 * T)
+def upper_resolution(
+    T: float,
+    theta: float,
+    w: float,
+    acceleration: float,
+    stiffness: float,
+    damping: float,
+    angle: float,
+) -> float:
+    """Longest step [s]: half the way to the spring, and what follows the swing against it."""
+    swing = min(0.1 * T / math.sqrt(1.0 + stiffness), 0.1 * T * T / (damping + 1e-12))
+    apart = 0.5 * max(angle - theta, 0.0)
+    return max(swing, 0.005 * T, apart / (w + math.sqrt(acceleration * apart) + 1e-12))
 
 
-def _stop(name: str, side: str, term: Any) -> Effect:
+def lower_resolution(
+    T: float,
+    theta: float,
+    w: float,
+    acceleration: float,
+    stiffness: float,
+    damping: float,
+    angle: float,
+) -> float:
+    """Longest step [s]: half the way to the spring, and what follows the swing against it."""
+    swing = min(0.1 * T / math.sqrt(1.0 + stiffness), 0.1 * T * T / (damping + 1e-12))
+    apart = 0.5 * max(theta - angle, 0.0)
+    return max(swing, 0.005 * T, apart / (w + math.sqrt(acceleration * apart) + 1e-12))
+
+
+def _stop(name: str, side: str, term: Any, resolution: Any) -> Effect:
     return load(
         name,
         f"load = stiffness (theta - angle) + damping w {side} angle, never pulling; else 0",
@@ -136,7 +161,7 @@ def _stop(name: str, side: str, term: Any) -> Effect:
             Parameter("angle", "deg", -720.0, 720.0, None, "angle at which it is touched"),
         ),
         term=term,
-        resolution=stop_resolution,
+        resolution=resolution,
     )
 
 
@@ -157,14 +182,14 @@ def _beyond(motion: Motion, side: float, angle: float) -> Array:
 
 
 UPPER_STOP = Form(
-    _stop("upper_stop", "above", upper_term),
+    _stop("upper_stop", "above", upper_term, upper_resolution),
     "beyond an angle, on the positive side",
     _stops,
     lambda motion, angle: _beyond(motion, 1.0, angle),
     _touched,
 )
 LOWER_STOP = Form(
-    _stop("lower_stop", "below", lower_term),
+    _stop("lower_stop", "below", lower_term, lower_resolution),
     "beyond an angle, on the negative side",
     _stops,
     lambda motion, angle: _beyond(motion, -1.0, angle),

@@ -1,0 +1,69 @@
+"""How much of what nobody catalogued a sparse law explains: python benchmarks/unexplained.py.
+
+Draws of the hidden-effect benchmark's row "outside" (its noise makes the linear model's misfit 3 to
+30 times the noise), a law on top of the linear model for each, one line a draw and a summary.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from servosight.diagnose.evidence import Bar
+from servosight.diagnose.law import MIN_CLOSED, extended
+from servosight.diagnose.trial import Laboratory
+from servosight.identify.fit import TOLERANCE_SHARE, floor_deg
+from servosight.identify.noise import joint_noise_deg
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+from servosight.scenarios.hidden_draw import noise_for, propose
+from servosight.scenarios.hidden_trial import Fits
+
+DRAWS = 39
+"""Three of each kind."""
+ATTEMPTS = 100
+
+
+def drawn(seed: int) -> tuple[str, Recording] | None:
+    """What is hidden, and its recording; None where no draw has the strength."""
+    for attempt in range(ATTEMPTS):
+        setup = propose("outside", seed, attempt)
+        noise = noise_for(setup, Fits(setup.record(0.0)).misfit_deg(()))
+        if noise is not None:
+            return next(iter(setup.effects)), setup.record(noise)
+    return None
+
+
+def main() -> None:
+    """Print a line for each draw, then how many laws close how much."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--draws", type=int, default=DRAWS)
+    shares = []
+    print("| hidden | before [deg] | after [deg] | floor [deg] | closed | terms | CPU [s] |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for seed in range(parser.parse_args().draws):
+        found = drawn(seed)
+        if found is None:
+            continue
+        name, recording = found
+        noise = joint_noise_deg((recording,))
+        tolerance = TOLERANCE_SHARE * recording.moved_range_deg
+        bar = Bar(floor_deg((recording,), noise, tolerance), tolerance)
+        laboratory = Laboratory((recording,), (), catalogue())
+        linear = laboratory.linear()
+        began = time.process_time()
+        law = extended(laboratory, linear, bar, noise)
+        before, after = linear.held_out_rmse_deg, law.held_out_rmse_deg
+        shares.append((before - after) / (before - bar.floor_deg))
+        print(
+            f"| {name} | {before:.3f} | {after:.3f} | {bar.floor_deg:.3f} | {shares[-1]:.2f} "
+            f"| {', '.join(law.effects) or 'none'} | {time.process_time() - began:.1f} |",
+            flush=True,
+        )
+    for least in (MIN_CLOSED, 0.8, 0.9):
+        count = sum(share >= least for share in shares)
+        print(f"\nat least {least:.0%} closed: {count} of {len(shares)}")
+
+
+if __name__ == "__main__":
+    main()
