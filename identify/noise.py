@@ -192,12 +192,13 @@ def _shapes(recording: Recording) -> Array:
     span = float(recording.time_s[-1]) - first
     since = np.arange(0.0, span + 2.0 * _GRID_S, max(_GRID_S, span / _LONGEST_GRID))
     change = np.diff(_command(recording, first + since), prepend=recording.command_deg[0])
-    spectrum = np.fft.rfft(change, 2 * since.size)
+    padded = 1 << (2 * since.size - 1).bit_length()  # lengths with large factors are slow
+    spectrum = np.fft.rfft(change, padded)
     measured = recording.angle_deg - recording.angle_deg.mean()
     shapes, left = [], []
     for lag in _LAGS_S:
         answer = 1.0 - (1.0 + since / lag) * np.exp(-since / lag)
-        lagged = np.fft.irfft(spectrum * np.fft.rfft(answer, 2 * since.size))[: since.size]
+        lagged = np.fft.irfft(spectrum * np.fft.rfft(answer, padded))[: since.size]
         shape = np.interp(recording.time_s - first, since, lagged)
         shape -= shape.mean()
         shape *= (shape @ measured) / max(float(shape @ shape), 1e-300)

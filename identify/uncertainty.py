@@ -208,7 +208,8 @@ def _inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
     if columns.size == 0:
         return result
     norms = norms[columns]
-    _, singular, right = np.linalg.svd(jacobian[:, columns] / norms, full_matrices=False)
+    triangle = np.linalg.qr(jacobian[:, columns] / norms, mode="r")  # far smaller than J, as exact
+    _, singular, right = np.linalg.svd(triangle)
     keep = singular**2 > _FLAT * singular[0] ** 2
     inverse = (right[keep].T / singular[keep] ** 2) @ right[keep] / np.outer(norms, norms)
     # A coordinate with a part in a flat direction is undetermined.
