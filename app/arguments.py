@@ -106,9 +106,9 @@ def limit_pair(text: str) -> tuple[float, float]:
     return angle, rate
 
 
-def box(text: str) -> tuple[float, float, float, float]:
-    """``X,Y,W,H``."""
-    x, y, width, height = _numbers(text, 4, "X,Y,W,H such as 300,200,120,60")
+def box(text: str) -> tuple[int, int, int, int]:
+    """``X,Y,W,H``, in whole pixels."""
+    x, y, width, height = (round(v) for v in _numbers(text, 4, "X,Y,W,H such as 300,200,120,60"))
     return x, y, width, height
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from servosight.app.output import progress
+from servosight.app.output import Report, progress
 
 if TYPE_CHECKING:
     from servosight.models.recording import Recording
@@ -22,7 +24,8 @@ DOUBT = 1.5
 
 
 def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
-    """All recordings in order, with the command line's scale for pulse widths."""
+    """All recordings in order, each horn's behind its surface's, with the given pulse widths."""
+    from servosight.models.recording import views
     from servosight.models.recording_io import inspect_folder, load_recording
 
     recordings = []
@@ -36,7 +39,7 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
         hint = unit_hint(recording)
         if hint is not None:
             print(f"note: {path}: {hint}", file=sys.stderr)
-    return recordings
+    return views(recordings)
 
 
 def unit_hint(recording: Recording) -> str | None:
@@ -53,17 +56,31 @@ def unit_hint(recording: Recording) -> str | None:
     return None
 
 
+@dataclass(frozen=True)
+class Part:
+    """What the user points at: pivot and box on the first frame [px], each found where None."""
+
+    pivot: tuple[float, float] | None = None
+    template: tuple[int, int, int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The surface and, where one is wanted, the part beside it, such as the horn."""
+
+    surface: Part = Part()
+    second: Part | None = None
+
+
 def track_folder(
     folder: RecordingFolder,
     output: Path | None = None,
     *,
-    pivot: tuple[float, float] | None = None,
-    template: tuple[float, float, float, float] | None = None,
+    parts: Parts = Parts(),
     method: Literal["match", "refine"] = "refine",
-) -> Track:
+) -> list[Track]:
     """Track a recording's video and write its ``angle.csv``, on the command's clock.
 
-    Frames that measured nothing are left out: a wide sigma would count as noise of the rest.
     Where the surface lies in the picture goes beside it, into track.toml.
     """
     from servosight.app.geometry import Geometry
@@ -75,40 +92,87 @@ def track_folder(
             f"name the video file itself"
         )
     settings = folder.settings
-    result = track_video(
+    place = output or folder.angle
+    tracks = track_video(
         folder.video,
-        pivot=pivot,
-        template=template,
+        place,
+        parts=parts,
         method=method,
+        offset_s=settings.video_offset_s,
+        scale=settings.unit_scale,
         frame_table=folder.frames,
         exposure_s=settings.exposure_s,
         readout_s=settings.readout_s,
     )
-    time_s = result.time_s + settings.video_offset_s
-    place = output or folder.angle
-    write_track(place, result, time_s=time_s, scale=settings.unit_scale)
     if place == folder.angle:
-        Geometry.of(result, folder.video).save(folder.path)
-    return result
+        Geometry.of(tracks[0], folder.video).save(folder.path)
+    return tracks
 
 
-def track_video(video: Path, **options: Any) -> Track:
-    """Track a video with a line of progress."""
+def track_video(
+    video: Path,
+    output: Path,
+    *,
+    parts: Parts = Parts(),
+    method: Literal["match", "refine"] = "refine",
+    offset_s: float = 0.0,
+    scale: float = 1.0,
+    **timing: Any,
+) -> list[Track]:
+    """Track a video, write ``output`` and, for a second part, horn.csv beside it.
+
+    ``offset_s`` is added to the video's times; ``scale`` is the recording's unit_scale.
+    """
     from servosight.tracking.track import track
 
-    with progress(f"tracking {video}") as show:
-        return track(video, progress=lambda frames: show("frames", frames), **options)
+    found: list[Track] = []
+    for part in (parts.surface, parts.second):
+        if part is None:
+            continue
+        title = f"tracking {video}" if not found else f"tracking {video}, second part"
+        with progress(title) as show:
+            found.append(
+                track(
+                    video,
+                    pivot=part.pivot,
+                    template=part.template,
+                    method=method,
+                    beside=found[0] if found else None,
+                    progress=_paced(show),
+                    **timing,
+                )
+            )
+    # Both are measured before either is written: they belong together.
+    for name, one in zip((output.name, "horn.csv"), found, strict=False):
+        _write_track(output.with_name(name), one, offset_s, scale)
+    return found
 
 
-def write_track(path: Path, track: Track, *, time_s: Any = None, scale: float = 1.0) -> None:
+def _paced(show: Report) -> Callable[[int, int], None]:
+    """A bar with frames a second, counted from the first frame that was measured."""
+    began = time.perf_counter()
+
+    def report(done: int, total: int) -> None:
+        nonlocal began
+        if done == 1:
+            began = time.perf_counter()
+        pace = (done - 1) / max(time.perf_counter() - began, 1e-9)
+        show(f"{pace:.0f} frames/s", done, total)
+
+    return report
+
+
+def _write_track(path: Path, track: Track, offset_s: float, scale: float) -> None:
     """Write ``time_s,angle_deg,sigma_deg`` of the frames that measured the angle.
 
-    ``scale`` is the recording's unit_scale.
+    The others are left out: a wide sigma would count as noise of the rest.
     """
     from servosight.models.recording_io import write_angle
 
-    times = track.time_s if time_s is None else time_s
     rows = track.measured
     write_angle(
-        path, times[rows], track.angle_deg[rows] / scale, track.sigma_deg[rows] / abs(scale)
+        path,
+        track.time_s[rows] + offset_s,
+        track.angle_deg[rows] / scale,
+        track.sigma_deg[rows] / abs(scale),
     )

@@ -175,8 +175,8 @@ def _guesses(shown: Sequence[Pattern], mid_s: Array, time_s: Array, offset_s: fl
             for offset in _offsets(pattern, time_s, offset_s, frame_s)
         ]
     )
-    table = table[table.std(1) > 0]
-    return np.asarray(np.unique(np.round(table, 3), axis=0))
+    table = np.unique(np.round(table, 3), axis=0)
+    return np.asarray(table[table.std(1) > 0])
 
 
 def _offsets(pattern: Pattern, time_s: Array, offset_s: float, step_s: float) -> Array:

@@ -16,6 +16,7 @@ from servosight.tracking.fit import Fit
 from servosight.tracking.follow import Stage, follow
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
+from servosight.tracking.parts import same_view, without
 from servosight.tracking.plane import Plane
 from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
@@ -36,7 +37,7 @@ from servosight.tracking.video import (
     tick_s,
 )
 
-Progress = Callable[[int], None]
+Progress = Callable[[int, int], None]
 
 _AHEAD = 4
 
@@ -51,6 +52,7 @@ def track(
     exposure_s: float = 0.0,
     readout_s: float = 0.0,
     camera: Camera | None = None,
+    beside: Track | None = None,
     progress: Progress | None = None,
 ) -> Track:
     """Measure the angle of the moving part in every frame of a video.
@@ -60,7 +62,8 @@ def track(
     before the file's own presentation times (start of the first row's exposure, to which half of
     ``exposure_s`` and of ``readout_s``, the time from the first row to the last, are added).
     ``camera`` is what a calibration tells; the view is found from the swing where it does not.
-    ``progress`` is called with the number of frames done. Raises ``InputError``.
+    ``beside`` is a part of the same video that is tracked already: another one is looked for.
+    ``progress`` is called with the numbers of frames done and of all. Raises ``InputError``.
     """
     for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
         if not (np.isfinite(value) and 0.0 <= value < 10.0):
@@ -78,7 +81,9 @@ def track(
         return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
 
     images = [frame.image for frame in calm_frames(video)]
-    view = view_of(images, camera)
+    view = view_of(images, camera) if beside is None else same_view(beside)
+    if beside is not None and template is None:
+        images = without(images, beside)
     flat = flattened(view.plane, images[0].shape)
     surface = _acquired(video, [flat(image) for image in images], view.plane, pivot, template)
     refine = Refine.of(surface, images[0].shape)
@@ -100,7 +105,7 @@ def track(
         exposures.append(seen.exposure)
         repeated.append(seen.repeated)
         if progress is not None:
-            progress(seen.frame.index + 1)
+            progress(seen.frame.index + 1, count)
     if all(fit is None for fit in fits):
         raise InputError(
             f"{video}: the surface was found in none of {len(fits)} frames; expected it in most of "

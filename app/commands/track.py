@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servosight.app.arguments import box, point
 from servosight.app.output import check_outputs, console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from servosight.tracking.track import Track
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,33 +32,77 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="angle.csv", type=Path, help="default: into the recording"
     )
+    second = parser.add_argument_group("a second part, such as the horn; into horn.csv beside")
+    second.add_argument("--second", action="store_true", help="look for one that moves, too")
+    second.add_argument(
+        "--second-template", metavar="X,Y,W,H", type=box, help="box around it, first frame [px]"
+    )
+    second.add_argument("--second-pivot", metavar="X,Y", type=point, help="what it turns about")
+    drawn = parser.add_argument_group("pictures of the result")
+    drawn.add_argument(
+        "--draw",
+        action="store_true",
+        help="both, as track_overlay.mp4 and track_sheet.png beside angle.csv",
+    )
+    drawn.add_argument(
+        "--overlay", metavar="FILE.mp4", type=Path, help="the video with what was found drawn in"
+    )
+    drawn.add_argument(
+        "--sheet", metavar="FILE.png", type=Path, help="the frames with the largest uncertainty"
+    )
 
 
 def run(args: argparse.Namespace) -> None:
-    """Track and write ``time_s,angle_deg,sigma_deg``."""
-    import numpy as np
-
-    from servosight.app.sources import track_folder, track_video, write_track
+    """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
+    from servosight.app.sources import Part, Parts, track_folder, track_video
     from servosight.models.recording_io import inspect_folder
 
     check_outputs(args)
-    options = {"pivot": args.pivot, "template": args.template, "method": args.method}
-    if args.source.is_dir():
-        folder = inspect_folder(args.source)
-        output = args.output or folder.angle
-        track = track_folder(folder, output, **options)
+    parts = Parts(
+        Part(args.pivot, args.template),
+        Part(args.second_pivot, args.second_template)
+        if args.second or args.second_template or args.second_pivot
+        else None,
+    )
+    folder = inspect_folder(args.source) if args.source.is_dir() else None
+    output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
+    if folder is not None:
+        tracks = track_folder(folder, output, parts=parts, method=args.method)
     else:
-        output = args.output or args.source.with_name("angle.csv")
-        track = track_video(args.source, **options)
-        write_track(output, track)
+        tracks = track_video(args.source, output, parts=parts, method=args.method)
     out = console(args)
+    for place, track in zip((output, output.with_name("horn.csv")), tracks, strict=False):
+        _tell(out, place, track)
+    _draw(args, output, tracks, out)
+
+
+def _tell(out: Console, place: Path, track: Track) -> None:
+    import numpy as np
+
     x, y = track.pivot_px
     out.print(
-        f"{output}: {track.frames} frames, moved {np.ptp(track.angle_deg):.4g} deg, sigma "
+        f"{place}: {track.frames} frames, moved {np.ptp(track.angle_deg):.4g} deg, sigma "
         f"{np.median(track.sigma_deg):.2g} deg, pivot {x:.2f},{y:.2f} px"
     )
     missing = track.frames - int(np.sum(track.measured))
     if missing:
         out.print(
-            f"note: {missing} frames left out: the surface was not found, or the picture repeated"
+            f"note: {missing} frames left out: the part was not found, or the picture repeated"
         )
+
+
+def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: Console) -> None:
+    from servosight.app.output import progress
+
+    overlay = args.overlay or (output.with_name("track_overlay.mp4") if args.draw else None)
+    sheet = args.sheet or (output.with_name("track_sheet.png") if args.draw else None)
+    if overlay is None and sheet is None:
+        return
+    from servosight.tracking.draw import write_overlay, write_sheet
+
+    for place, write in ((overlay, write_overlay), (sheet, write_sheet)):
+        if place is None:
+            continue
+        with progress(f"drawing {place}") as show:
+            write(place, tracks, lambda done, count: show("frames", done, count))
+        out.print(f"{place}: drawn")

@@ -1,0 +1,122 @@
+"""Two parts at once: a horn beside the fin, each with its own pivot and its own motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from servosight.app.main import main
+from servosight.models.recording_io import load_recording
+from servosight.tracking.parts import swept, without
+from servosight.tracking.result import Track
+from servosight.tracking.track import track
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 120.0
+FINER = 3
+PIVOT_PX = (70.0, 258.0)
+LENGTH_PX, HALF_PX = 85, 13
+FIN_DEG = 9 * np.sin(np.arange(120) / 9)
+HORN_DEG = 14 * np.sin(np.arange(120) / 9 + 0.3)
+
+
+def with_horn(pictures: list[NDArray[np.uint8]]) -> None:
+    """Draw a speckled bar that turns about ``PIVOT_PX``, at three times the size, in place."""
+    rng = np.random.default_rng(5)
+    height, width = pictures[0].shape
+    size = (width * FINER, height * FINER)
+    print_ = 128 + 40 * cv2.GaussianBlur(rng.standard_normal((size[1], size[0])), (0, 0), 4) * 12
+    pivot = (np.array(PIVOT_PX) + 0.5) * FINER - 0.5
+    cover = np.zeros((size[1], size[0]), np.float32)
+    x, y = np.round(pivot).astype(int)
+    half, length = HALF_PX * FINER, LENGTH_PX * FINER
+    cv2.rectangle(cover, (x - half, y - half), (x + length, y + half), 1.0, -1)
+    for picture, angle in zip(pictures, HORN_DEG, strict=True):
+        turn = cv2.getRotationMatrix2D(pivot.tolist(), float(angle), 1.0)
+        alpha, shown = (
+            cv2.resize(
+                cv2.warpAffine(layer, turn, size, flags=cv2.INTER_LANCZOS4),
+                (width, height),
+                interpolation=cv2.INTER_AREA,
+            )
+            for layer in (cover, (print_ * cover).astype(np.float32))
+        )
+        noise = 2.0 * rng.standard_normal(picture.shape)
+        mixed = picture * (1.0 - alpha) + shown + noise * (alpha > 0.5)
+        picture[:] = np.clip(np.round(mixed), 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def video(
+    drawn: Callable[..., Path],
+    scene: Callable[..., Any],
+    write: Callable[..., Path],
+    pictures_of: Callable[[Path], list[Any]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Path:
+    pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
+    with_horn(pictures)
+    place = tmp_path_factory.mktemp("parts") / "video.mkv"
+    return write(place, pictures, np.arange(len(pictures)) / RATE_HZ)
+
+
+@pytest.fixture(scope="module")
+def fin(video: Path) -> Track:
+    return track(video)
+
+
+def error_deg(found: Track, truth: Array) -> float:
+    """Rms of the angle against the truth, less the median: the first frame's own error."""
+    error = found.angle_deg - (truth - truth[0])
+    return float(np.std(error - np.median(error)))
+
+
+def test_the_larger_part_is_found_first_and_painted_over(
+    video: Path, fin: Track, pictures_of: Callable[[Path], list[Any]]
+) -> None:
+    assert error_deg(fin, FIN_DEG) < 0.005
+    images = pictures_of(video)[::20]
+    painted = without(images, fin)
+    barred = swept(fin, images[0].shape)
+    change = np.abs(np.diff(np.array(painted, np.int16), axis=0))
+    assert change[:, barred].max() == 0
+    np.testing.assert_array_equal(painted[0][~barred], images[0][~barred])
+
+
+def test_a_second_part_is_found_by_itself(video: Path, fin: Track) -> None:
+    """A bar of 98 x 26 px, a quarter of the fin's information or less: bound 0.02 deg."""
+    horn = track(video, beside=fin)
+    assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 0.2
+    assert error_deg(horn, HORN_DEG) < 0.02
+    np.testing.assert_array_equal(horn.time_s, fin.time_s)
+
+
+def test_command_line_writes_and_reads_both(
+    video: Path, fin: Track, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The user points at the second part; horn.csv stands beside angle.csv, and is read."""
+    place = tmp_path / "rec"
+    place.mkdir()
+    (place / "video.mkv").write_bytes(video.read_bytes())
+    rows = "".join(f"{n / RATE_HZ:.6f},{a:.4f}\n" for n, a in enumerate(FIN_DEG))
+    (place / "command.csv").write_text("time_s,command_deg\n" + rows)
+    box = "60,236,100,44"
+    pivot = ",".join(map(str, PIVOT_PX))
+    words = ["track", str(place), "--second-template", box, "--second-pivot", pivot, "--draw"]
+    assert main(words) == 0
+    told = capsys.readouterr().out
+    for name in ("angle.csv", "horn.csv", "track_overlay.mp4", "track_sheet.png"):
+        assert name in told
+        assert (place / name).stat().st_size > 1000
+    recording = load_recording(place)
+    assert recording.horn is not None
+    seen = replace(fin, angle_deg=recording.horn.angle_deg)
+    assert error_deg(seen, HORN_DEG) < 0.02
