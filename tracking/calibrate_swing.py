@@ -30,7 +30,7 @@ _LEAST_MATCHES = 15
 _LEAST_FRAMES = 4
 _GATE_PX = 1.5
 _ROUNDS = 30
-_SURE = 2.5
+_SURE = 5.0  # sigma: features lean as a whole, too, by some of it
 _LEAST_WEIGHT = 6.0
 _OWN = 6  # unknowns beside the angles: shape of the plane 4, pivot 2
 

@@ -14,7 +14,7 @@ from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.polar import Array
 from servosight.tracking.surface import turned
 
-Method = Literal["match", "refine"]
+Method = Literal["match", "refine", "marker"]
 Box = tuple[int, int, int, int]
 
 _STALE = 3.0
