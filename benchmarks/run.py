@@ -1,25 +1,35 @@
 """Speed: candidates a second, a linear fit and a whole diagnosis, beside named peers.
 
-Writes docs/benchmarks.md. Peers run in the same process on the same record: scipy.signal.lsim and
-control.forced_response for the linear simulation, scipy.optimize.least_squares with lsim for the
-linear fit. No peer is known to us for the nonlinear simulation and the diagnosis.
+Writes docs/measured/speed.md. Peers run in the same process on the same record, SysIdentPy in an
+environment of its own (it wants an older numpy). All times are CPU time over all cores: other work
+on the machine hardly changes them.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import platform
+import shutil
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+import cma
 import control
 import numpy as np
+import pandas as pd
+import pyswarms
+from nfoursid.nfoursid import NFourSID
 from numpy.typing import NDArray
 from scipy import optimize, signal
+from sysid import LINEAR, Hand, by_sysid
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.fit import identify
@@ -27,24 +37,37 @@ from servosight.models.atomic import write_text
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
+from servosight.models.recording_io import save_recording
 from servosight.models.registry import catalogue
+from servosight.scenarios.draws import DRAWS
 
 Array = NDArray[np.float64]
 
-PAGE = Path(__file__).parent.parent / "docs" / "benchmarks.md"
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parent / "docs" / "measured" / "speed.md"
+UV = shutil.which("uv") or str(HERE.parent / ".venv-uv" / "bin" / "uv")
 TRUE = {"k": 1.0, "T": 0.02, "xi": 0.6}
 ROWS_HZ, NOISE_DEG = 240.0, 0.03
 CANDIDATES = 64
-LEAST_S = 1.0
+LEAST_S = 0.5
 REPEATS = 5
+SEARCH_LOW = np.array([0.2, np.log(0.002), np.log(0.1), -2.0])
+SEARCH_HIGH = np.array([3.0, np.log(0.2), np.log(3.0), 2.0])
+PARTICLES, ROUNDS = 30, 100
 
 ONE = {"backlash.gap": 1.5}
 THREE = {**ONE, "coulomb_friction.level": 0.8, "rate_limit.rate": 250.0}
+EVERY = {
+    f"{effect}.{name}": 0.5 * sum(span)
+    for effect, draw in DRAWS.items()
+    for name, span in draw.parameters.items()
+}
+"""Every effect that the twin can hide, each at the middle of what it draws."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a table: what ran, seconds for one, and the peer that ratios refer to."""
+    """One line of a table: what ran, CPU seconds for one, and what came of it."""
 
     what: str
     seconds: float
@@ -77,13 +100,13 @@ def rows(settings: Mapping[str, float], count: int, spread: float = 0.2) -> Arra
     return batch
 
 
-def seconds(work: Callable[[], object]) -> float:
-    """Median time of one call, after one that nobody measures; each round lasts long enough."""
+def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Median CPU time of one call, after one that nobody measures; rounds last long enough."""
     work()
     times = []
-    for _ in range(REPEATS):
-        calls, began = 0, time.perf_counter()
-        while (gone := time.perf_counter() - began) < LEAST_S / REPEATS:
+    for _ in range(repeats):
+        calls, began = 0, time.process_time()
+        while (gone := time.process_time() - began) < LEAST_S / REPEATS or not calls:
             work()
             calls += 1
         times.append(gone / calls)
@@ -108,10 +131,15 @@ def simulations(recording: Recording) -> list[Line]:
     """Seconds for one candidate: ours in a batch, peers one after the other."""
     stimulus = Stimulus.of(recording)
     lines = []
-    for what, settings in (("linear", {}), ("1 effect", ONE), ("3 effects", THREE)):
+    for what, settings in (
+        ("linear", {}),
+        ("1 effect", ONE),
+        ("3 effects", THREE),
+        (f"{len(DRAWS)} effects", EVERY),
+    ):
         batch = rows(settings, CANDIDATES)
         spent = seconds(lambda batch=batch: plant().simulate(batch, stimulus))  # type: ignore[misc]
-        note = " + ".join(name.partition(".")[0] for name in settings)
+        note = " + ".join(name.partition(".")[0] for name in settings if len(settings) < 9)
         lines.append(Line(f"servosight, {what}", spent / CANDIDATES, note))
     ours = plant().simulate(rows({}, 1, spread=0.0)[0], stimulus)
     T, xi = TRUE["T"], TRUE["xi"]
@@ -126,26 +154,130 @@ def simulations(recording: Recording) -> list[Line]:
 
 
 def fits(recording: Recording) -> list[Line]:
-    """Seconds for one linear fit from a start that knows nothing of the truth."""
+    """Seconds for one linear fit from starts and bounds that know nothing of the truth."""
 
-    def ours() -> tuple[float, float, float]:
-        found = identify([recording], [], catalogue=catalogue(), method="gradient").actuator
-        return found.value("k"), found.value("T"), found.value("xi")
+    def ours() -> float:
+        return identify([recording], [], catalogue=catalogue(), method="gradient").rmse_deg
 
-    def peer() -> tuple[float, float, float]:
-        def residuals(point: Array) -> Array:
-            k, log_T, log_xi, bias = point
-            angle = by_lsim(recording, k, float(np.exp(log_T)), float(np.exp(log_xi)))
-            return np.asarray(recording.angle_deg - bias - angle)
+    lines = [_fit("servosight identify --method gradient", ours)]
+    for name, peer in (("scipy signal.lsim", by_lsim), ("control forced_response", by_control)):
+        lines.append(
+            _fit(f"scipy least_squares + {name}", lambda peer=peer: _squares(recording, peer))
+        )  # type: ignore[misc]
+    beside = by_sysid(recording, Hand(LINEAR))
+    note = f"rmse {beside.over_noise * NOISE_DEG:.5f} deg, {beside.rollouts} rollouts"
+    lines.append(Line(f"mujoco.sysid {version('mujoco')}", beside.cpu_s, note))
+    lines.append(_fit(f"cma {version('cma')}, our plant", lambda: _by_cma(recording), 1))
+    lines.append(
+        _fit(f"pyswarms {version('pyswarms')}, our plant", lambda: _by_swarm(recording), 1)
+    )
+    lines.append(
+        _fit(f"nfoursid {version('nfoursid')}, 2 states, 10 rows", lambda: _by_n4sid(recording), 1)
+    )
+    return [*lines, *_by_sysidentpy(recording)]
 
-        start = [1.0, np.log(0.05), np.log(0.7), 0.0]
-        k, log_T, log_xi, _ = optimize.least_squares(residuals, start, method="lm").x
-        return float(k), float(np.exp(log_T)), float(np.exp(log_xi))
 
+def _fit(name: str, work: Callable[[], float], repeats: int = REPEATS) -> Line:
+    return Line(name, seconds(work, repeats), f"rmse {work():.5f} deg")
+
+
+def _rmse(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def _squares(recording: Recording, simulate: Callable[..., Array]) -> float:
+    """Levenberg and Marquardt over a peer's simulation; the rms error [deg]."""
+
+    def residuals(point: Array) -> Array:
+        k, log_T, log_xi, bias = point
+        angle = simulate(recording, k, float(np.exp(log_T)), float(np.exp(log_xi)))
+        return np.asarray(recording.angle_deg - bias - angle)
+
+    start = [1.0, np.log(0.05), np.log(0.7), 0.0]
+    return _rmse(optimize.least_squares(residuals, start, method="lm").fun)
+
+
+def _costs(recording: Recording, points: Array) -> Array:
+    """Mean square error [deg^2] of points (batch, 4) by our plant: the fastest there is here."""
+    batch = np.tile(np.array(plant().layout.neutral_row()), (len(points), 1))
+    batch[:, :4] = points
+    batch[:, 1:3] = np.exp(points[:, 1:3])
+    angles = plant().simulate(batch, Stimulus.of(recording))
+    return np.asarray(np.mean((recording.angle_deg - angles) ** 2, axis=1))
+
+
+def _by_cma(recording: Recording) -> float:
+    start = [1.0, np.log(0.05), np.log(0.7), 0.0]
+    options = {"seed": 1, "verbose": -9, "tolfun": 1e-9}
+    search = cma.CMAEvolutionStrategy(start, 0.5, options)
+    while not search.stop():
+        points = search.ask()
+        search.tell(points, _costs(recording, np.array(points)).tolist())
+    return float(np.sqrt(search.result.fbest))
+
+
+def _by_swarm(recording: Recording) -> float:
+    np.random.seed(1)  # noqa: NPY002, pyswarms takes no other seed
+    weights = {"c1": 1.5, "c2": 1.5, "w": 0.7}
+    bounds = (SEARCH_LOW, SEARCH_HIGH)
+    swarm = pyswarms.single.GlobalBestPSO(PARTICLES, 4, weights, bounds=bounds)
+    best, _ = swarm.optimize(lambda points: _costs(recording, points), ROUNDS, verbose=False)
+    return float(np.sqrt(best))
+
+
+def _sampled(recording: Recording) -> Array:
+    """The command at the samples, for peers that know one clock."""
+    at = np.searchsorted(recording.command_time_s, recording.time_s + 1e-9, side="right") - 1
+    return np.asarray(recording.command_deg[at])
+
+
+def _by_n4sid(recording: Recording) -> float:
+    command = _sampled(recording)
+    frame = pd.DataFrame({"u": command, "y": recording.angle_deg})
+    method = NFourSID(frame, ["y"], ["u"], num_block_rows=10)
+    method.subspace_identification()
+    found, _ = method.system_identification(rank=2)
+    state, angles = np.zeros((2, 1)), np.empty(command.size)
+    for i, u in enumerate(command):
+        angles[i] = (found.c @ state + found.d * u).item()
+        state = found.a @ state + found.b * u
+    return _rmse(recording.angle_deg - angles)
+
+
+def _by_sysidentpy(recording: Recording) -> list[Line]:
+    """Its NARX fits, in a process with its own numpy."""
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "record.csv"
+        np.savetxt(table, np.stack([_sampled(recording), recording.angle_deg], axis=1))
+        command = [UV, "run", "--quiet", "--script", str(HERE / "peers" / "narx.py"), str(table)]
+        environment = {k: v for k, v in os.environ.items() if k != "UV_PROJECT_ENVIRONMENT"}
+        try:
+            said = subprocess.run(
+                command, capture_output=True, text=True, check=True, timeout=300, env=environment
+            )
+        except (OSError, subprocess.SubprocessError) as error:
+            print(f"SysIdentPy is left out: {error}", file=sys.stderr)
+            return []
     return [
-        Line("servosight identify --method gradient", seconds(ours), _values(ours())),
-        Line("scipy least_squares + lsim", seconds(peer), _values(peer())),
+        Line(one["name"], one["seconds"], f"rmse {one['rmse_deg']:.5f} deg")
+        for one in json.loads(said.stdout)
     ]
+
+
+def starts() -> list[Line]:
+    """From the command line to a finished fit, kernel cached: CPU and wall time of a process."""
+    with tempfile.TemporaryDirectory() as folder:
+        save_recording(record({}), Path(folder))
+        lines = []
+        for words in (["--help"], ["identify", folder, "-o", str(Path(folder) / "model.toml")]):
+            began, before = time.perf_counter(), os.times()
+            command = [sys.executable, "-m", "servosight.app.main", *words]
+            subprocess.run(command, capture_output=True, check=True)
+            wall, after = time.perf_counter() - began, os.times()
+            cpu = after.children_user + after.children_system
+            cpu -= before.children_user + before.children_system
+            lines.append(Line(f"servosight {words[0]}", cpu, f"{wall:.2f} s on the wall"))
+    return lines
 
 
 def diagnoses() -> list[Line]:
@@ -153,21 +285,17 @@ def diagnoses() -> list[Line]:
     lines = []
     for what, settings in (("nothing missing", {}), ("backlash missing", ONE)):
         recording = record(settings)
-        began = time.perf_counter()
+        began = time.process_time()
         result = diagnose([recording], catalogue=catalogue(), auto=True)
         named = ", ".join(result.effects) or "nothing"
-        lines.append(Line(what, time.perf_counter() - began, f"{result.verdict}: {named}"))
+        lines.append(Line(what, time.process_time() - began, f"{result.verdict}: {named}"))
     return lines
-
-
-def _values(found: tuple[float, float, float]) -> str:
-    return "k {:.5f}, T {:.6f} s, xi {:.5f}".format(*found)
 
 
 def table(lines: list[Line], base: str, count: bool = False) -> str:
     """Markdown; ratios are times as fast as the first line whose name begins with ``base``."""
     reference = next(line.seconds for line in lines if line.what.startswith(base))
-    head = ["", "a second" if count else "time", f"speed, {base} = 1", ""]
+    head = ["", "a core-second" if count else "CPU time", f"speed, {base} = 1", ""]
     text = [head, ["---"] * 4]
     for line in lines:
         shown = f"{1 / line.seconds:,.0f}" if count else f"{line.seconds:.3g} s"
@@ -179,32 +307,42 @@ def page() -> str:
     """The whole page."""
     recording = record({})
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
-    return f"""# Benchmarks
+    return f"""# Speed, beside peers
 
-Written by `make benchmarks` (`benchmarks/run.py`) on {os.cpu_count()} cores
-({platform.machine()}, no GPU), Python {platform.python_version()}, {packages}. The record is 20 s
-at 120 Hz, its command rows at 240 Hz. Medians of {REPEATS} rounds. Other work on the machine makes
-all times longer, so read the ratios.
+Written by `python benchmarks/run.py` on {os.cpu_count()} cores ({platform.machine()}, no GPU),
+Python {platform.python_version()}, {packages}. The record is 20 s at 120 Hz, its command rows at
+240 Hz, noise {NOISE_DEG} deg. CPU time over all cores, medians of {REPEATS} rounds, one round for
+what takes long. Work of others on the machine lengthens CPU time too (shared cores and caches), if
+less than the clock's: read the ratios.
 
 ## Candidates simulated
 
-servosight simulates {CANDIDATES} candidates in a batch on all cores; the peers have no batch and
-run one after the other on one; their time includes making the system from its coefficients, which a
-fit has to do for every candidate.
+servosight simulates {CANDIDATES} candidates in a batch, which {os.cpu_count()} idle cores do in
+{os.cpu_count()} times the number; the peers have no batch and run one after the other; their time
+includes making the system from its coefficients, which a fit has to do for every candidate.
 
 {table(simulations(recording), "scipy", count=True)}
 
 ## A linear fit
 
-Truth: k 1, T 0.02 s, xi 0.6; noise {NOISE_DEG} deg. The peer frees k, T, xi and the bias;
-servosight frees the initial angle and speed as well, starts from a grid and adds the uncertainty.
+Truth: k 1, T 0.02 s, xi 0.6. All start from T 0.05 s, xi 0.7 or from wide bounds; servosight
+starts from a grid, frees the initial angle and speed as well, estimates noise and uncertainty. cma
+and pyswarms ({PARTICLES} particles, {ROUNDS} rounds) search over servosight's own plant in batches.
+nfoursid and SysIdentPy fit a discrete model to the command at the samples; their error is that of a
+free run.
 
 {table(fits(recording), "scipy")}
+
+## From the command line
+
+A process of its own, compiled kernel in the cache.
+
+{table(starts(), "servosight")}
 
 ## A whole diagnosis
 
 `diagnose --auto` over {len(catalogue())} effects, kernels cached, one run each. The records come
-from the plant equation itself: this measures time, not skill (see accuracy.md).
+from the plant equation itself: this measures time, not skill (see hidden.md).
 
 {table(diagnoses(), "nothing")}
 """
