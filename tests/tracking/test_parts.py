@@ -13,7 +13,11 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.app.main import main
+from servosight.models.camera import Camera
+from servosight.models.excitation import Excitation
 from servosight.models.recording_io import load_recording
+from servosight.sim.trajectory import Trajectory
+from servosight.sim.video import render_video
 from servosight.tracking.parts import swept, without
 from servosight.tracking.result import Track
 from servosight.tracking.track import track
@@ -120,3 +124,31 @@ def test_command_line_writes_and_reads_both(
     assert recording.horn is not None
     seen = replace(fin, angle_deg=recording.horn.angle_deg)
     assert error_deg(seen, HORN_DEG) < 0.02
+
+
+@pytest.mark.slow
+def test_horn_of_the_twins_bench(tmp_path: Path) -> None:
+    """Truth: the horn's mean angle over each exposure, its drawn axis.
+
+    Bound 0.02 deg rms, small beside the play of 1.5 deg; sigma within a factor of two.
+    """
+    time_s = np.arange(0.0, 2.2, 0.0005)
+    late = np.maximum(time_s - 0.1, 0.0)
+    motor = 16 * np.sin(2 * np.pi * 1.1 * late) + 6 * np.sin(2 * np.pi * 3.1 * late)
+    fin_deg, held = np.empty_like(motor), 0.0
+    for n, angle in enumerate(motor):
+        held = min(max(held, angle - 0.75), angle + 0.75)
+        fin_deg[n] = held
+    excitation = Excitation(time_s[[0, 201]], np.array([0.0, 1.0]))
+    twin = Trajectory(time_s, motor, fin_deg, np.where(late > 0, 1.0, 0.0), excitation)
+    camera = Camera(rate_hz=100.0, exposure_s=0.003)
+    truth = render_video(twin, camera, tmp_path / "video.mkv", seed=1)
+
+    surface = track(tmp_path / "video.mkv", exposure_s=0.003)
+    horn = track(tmp_path / "video.mkv", exposure_s=0.003, beside=surface)
+
+    assert error_deg(surface, truth.angle_deg) < 0.002
+    assert np.hypot(*(np.array(horn.pivot_px) - truth.horn_px)) < 0.1
+    error = error_deg(horn, truth.motor_deg)
+    assert error < 0.02
+    assert 0.5 < error / np.median(horn.sigma_deg) < 2.0
