@@ -7,7 +7,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,6 +16,8 @@ from servosight.app.output import Report, progress
 if TYPE_CHECKING:
     from servosight.models.recording import Recording
     from servosight.models.recording_io import RecordingFolder
+    from servosight.tracking.calibrate_view import Camera
+    from servosight.tracking.markers import Family
     from servosight.tracking.track import Track
 
 DEG_PER_RAD = math.degrees(1.0)
@@ -78,11 +80,17 @@ def track_folder(
     *,
     parts: Parts = Parts(),
     method: Literal["match", "refine"] = "refine",
+    camera: Camera | None = None,
+    light_px: tuple[float, float] | None = None,
+    marker: tuple[Family, int | None] | None = None,
 ) -> list[Track]:
     """Track a recording's video and write its ``angle.csv``, on the command's clock.
 
-    Where the surface lies in the picture goes beside it, into track.toml.
+    Where the surface lies in the picture goes beside it, into track.toml. ``camera`` is a
+    calibration, in place of recording.toml's own; ``light_px`` a light that shows the command;
+    ``marker`` one to follow instead of the surface's own print, by family and number.
     """
+    from servosight.app.clock import known_camera, video_offset
     from servosight.app.geometry import Geometry
     from servosight.models.errors import InputError
 
@@ -93,12 +101,21 @@ def track_folder(
         )
     settings = folder.settings
     place = output or folder.angle
+    notes: list[str] = []
+
+    def offset_s(surface: Track) -> float:
+        value, note = video_offset(folder, surface, light_px)
+        notes.append(note)
+        return value
+
     tracks = track_video(
         folder.video,
         place,
         parts=parts,
         method=method,
-        offset_s=settings.video_offset_s,
+        offset_s=offset_s,
+        camera=camera or known_camera(folder),
+        marker=marker,
         scale=settings.unit_scale,
         frame_table=folder.frames,
         exposure_s=settings.exposure_s,
@@ -106,7 +123,7 @@ def track_folder(
     )
     if place == folder.angle:
         Geometry.of(tracks[0], folder.video).save(folder.path)
-    return tracks
+    return [replace(tracks[0], notes=(*tracks[0].notes, *notes)), *tracks[1:]]
 
 
 def track_video(
@@ -115,19 +132,33 @@ def track_video(
     *,
     parts: Parts = Parts(),
     method: Literal["match", "refine"] = "refine",
-    offset_s: float = 0.0,
+    offset_s: Callable[[Track], float] = lambda surface: 0.0,
     scale: float = 1.0,
-    **timing: Any,
+    marker: tuple[Family, int | None] | None = None,
+    **known: Any,
 ) -> list[Track]:
     """Track a video, write ``output`` and, for a second part, horn.csv beside it.
 
-    ``offset_s`` is added to the video's times; ``scale`` is the recording's unit_scale.
+    ``offset_s`` tells from the surface's track what to add to the video's times; ``scale`` is the
+    recording's unit_scale, and ``known`` what ``tracking.track`` takes of times and camera.
     """
+    from servosight.tracking.markers import track_marker
     from servosight.tracking.track import track
 
     found: list[Track] = []
+    if marker is not None:
+        with progress(f"tracking {video}") as show:
+            found.append(
+                track_marker(
+                    video,
+                    *marker,
+                    pivot=parts.surface.pivot,
+                    progress=lambda done: show("frames", done),
+                    **known,
+                )
+            )
     for part in (parts.surface, parts.second):
-        if part is None:
+        if part is None or marker is not None:
             continue
         title = f"tracking {video}" if not found else f"tracking {video}, second part"
         with progress(title) as show:
@@ -139,12 +170,13 @@ def track_video(
                     method=method,
                     beside=found[0] if found else None,
                     progress=_paced(show),
-                    **timing,
+                    **known,
                 )
             )
     # Both are measured before either is written: they belong together.
+    later_s = offset_s(found[0])
     for name, one in zip((output.name, "horn.csv"), found, strict=False):
-        _write_track(output.with_name(name), one, offset_s, scale)
+        _write_track(output.with_name(name), one, later_s, scale)
     return found
 
 

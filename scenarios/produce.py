@@ -45,7 +45,7 @@ def produce(scenario: Scenario, folder: Path, progress: Progress | None = None) 
         trajectory, camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
     )
     with new_folder(folder, OURS) as fresh:
-        save_recording(noisy, fresh, extra={"camera": _camera(scenario)})
+        save_recording(noisy, fresh, extra=_known(scenario))
         truth: dict[str, Any] = {"format": 1, "effects": list(scenario.effects)}
         if scenario.video:
             (fresh / "angle.csv").unlink()
@@ -93,10 +93,13 @@ def _stream(scenario: Scenario, number: int) -> int:
     return int(np.random.SeedSequence([scenario.seed, 2, number]).generate_state(1)[0])
 
 
-def _camera(scenario: Scenario) -> dict[str, Any]:
-    """What recording.toml says of the camera: what its maker's sheet would."""
-    camera = scenario.camera
-    return {name: getattr(camera, name) for name in KNOWN}
+def _known(scenario: Scenario) -> dict[str, Any]:
+    """What recording.toml says of the camera: what its maker's sheet would, and whose clock it has.
+
+    Times in the twin's video count from its first frame, which starts with the command's clock.
+    """
+    camera = {name: getattr(scenario.camera, name) for name in KNOWN}
+    return {"video_offset_s": 0.0, "camera": camera} if scenario.video else {"camera": camera}
 
 
 def _settings(scenario: Scenario) -> dict[str, Any]:

@@ -32,6 +32,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="angle.csv", type=Path, help="default: into the recording"
     )
+    parser.add_argument(
+        "--camera", metavar="camera.toml", type=Path, help="what `servosight calibrate` wrote"
+    )
+    parser.add_argument(
+        "--light",
+        metavar="X,Y",
+        type=point,
+        help="a light that shows the command, found where not given [px]",
+    )
+    parser.add_argument(
+        "--marker", choices=("aruco", "apriltag"), help="follow a marker stuck on the surface"
+    )
+    parser.add_argument(
+        "--id", metavar="N", type=int, help="its number, else the one that moves farthest"
+    )
     second = parser.add_argument_group("a second part, such as the horn; into horn.csv beside")
     second.add_argument("--second", action="store_true", help="look for one that moves, too")
     second.add_argument(
@@ -56,6 +71,7 @@ def run(args: argparse.Namespace) -> None:
     """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
     from servosight.app.sources import Part, Parts, track_folder, track_video
     from servosight.models.recording_io import inspect_folder
+    from servosight.tracking.calibrate_file import read_camera
 
     check_outputs(args)
     parts = Parts(
@@ -64,13 +80,27 @@ def run(args: argparse.Namespace) -> None:
         if args.second or args.second_template or args.second_pivot
         else None,
     )
+    camera = read_camera(args.camera) if args.camera else None
+    marker = (args.marker, args.id) if args.marker else None
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     if folder is not None:
-        tracks = track_folder(folder, output, parts=parts, method=args.method)
+        tracks = track_folder(
+            folder,
+            output,
+            parts=parts,
+            method=args.method,
+            camera=camera,
+            light_px=args.light,
+            marker=marker,
+        )
     else:
-        tracks = track_video(args.source, output, parts=parts, method=args.method)
+        tracks = track_video(
+            args.source, output, parts=parts, method=args.method, camera=camera, marker=marker
+        )
     out = console(args)
+    for note in tracks[0].notes:
+        out.print(f"note: {note}")
     for place, track in zip((output, output.with_name("horn.csv")), tracks, strict=False):
         _tell(out, place, track)
     _draw(args, output, tracks, out)

@@ -19,6 +19,8 @@ from servosight.app.main import main
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.recording_io import load_recording
 from servosight.models.registry import CATALOGUE, catalogue
+from servosight.tracking import clock
+from servosight.tracking.result import Flag, Track
 
 T, XI = 0.05, 0.7
 
@@ -393,20 +395,23 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
     def track(video: Path, **options: Any) -> Any:
         kept.update(options, video=video)
-        options["progress"](300)
+        options["progress"](300, 300)
         time_s = 0.01 * np.arange(300)
         angle = np.array([10 * response(t, 3) + 5 * response(t, 11) for t in time_s])
         measured = ~np.isin(np.arange(300), (150, 151))
-        return SimpleNamespace(
-            time_s=time_s,
-            angle_deg=angle,
-            sigma_deg=np.where(measured, 0.001, 8.0),
-            frames=300,
-            measured=measured,
-            pivot_px=(320.5, 240.25),
-            outline_px=np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
+        return Track(
+            video,
+            "refine",
+            time_s,
+            angle,
+            np.where(measured, 0.001, 8.0),
+            np.where(measured, Flag.NONE, Flag.LOST).astype(np.uint8),
+            (320.5, 240.25),
+            (300, 150, 40, 40),
+            np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
         )
 
+    monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
     monkeypatch.setitem(sys.modules, "servosight.tracking.track", SimpleNamespace(track=track))
     return kept
 

@@ -1,0 +1,96 @@
+"""The offset between a recording's command and its video: from a light in view, else in doubt."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from servosight.models.recording_io import RecordingFolder
+    from servosight.tracking.calibrate_view import Camera
+    from servosight.tracking.track import Track
+
+Array = NDArray[np.float64]
+
+_SURE = 3.0
+
+
+def video_offset(
+    folder: RecordingFolder, track: Track, light_px: tuple[float, float] | None = None
+) -> tuple[float, str]:
+    """What to add to the video's times [s], and a sentence on it; kept in recording.toml as well.
+
+    An offset that recording.toml states holds unless the light contradicts it by more than three
+    sigma.
+    """
+    from servosight.tracking.clock import CONFOUNDED, find_light
+
+    settings = folder.settings
+    stated = "video_offset_s" in settings.details
+    assumed_s = settings.video_offset_s
+    light = find_light(
+        track,
+        *_command(folder.path / "command.csv"),
+        exposure_s=settings.exposure_s,
+        readout_s=settings.readout_s,
+        offset_s=assumed_s,
+        place_px=light_px,
+    )
+    file = folder.path / "recording.toml"
+    if light is None:
+        _write(file, clock_note=f'"{CONFOUNDED}"')
+        return assumed_s, CONFOUNDED
+    x, y = light.place_px
+    seen = (
+        f"a light at {x:.0f},{y:.0f} px that shows the command ({light.shows}) gives an offset of "
+        f"{1e3 * light.offset_s:.3f} ms with a sigma of {1e3 * light.sigma_s:.2g} ms"
+    )
+    if stated and abs(light.offset_s - assumed_s) <= _SURE * light.sigma_s:
+        note = f"{seen}, which agrees with video_offset_s"
+        _write(file, clock_note=f'"{note}"')
+        return assumed_s, note
+    note = f"{seen}, {1e3 * (light.offset_s - assumed_s):+.3f} ms from what was assumed"
+    _write(file, video_offset_s=f"{light.offset_s:.7f}", clock_note=f'"{note}"')
+    return light.offset_s, note
+
+
+def known_camera(folder: RecordingFolder) -> Camera | None:
+    """What recording.toml says in [camera.geometry], by camera.toml's own tables, if anything."""
+    from servosight.tracking.calibrate_file import camera_of
+
+    table = folder.settings.details.get("camera", {}).get("geometry")
+    if table is None:
+        return None
+    return camera_of(table, f"{folder.path / 'recording.toml'}, camera.geometry")
+
+
+def _command(file: Path) -> tuple[Array, Array]:
+    """Times [s] and commands in their own unit: what a light shows of them has none."""
+    from servosight.models.csv_io import read_sheet
+    from servosight.models.series import SECONDS
+
+    sheet = read_sheet(file)
+    names = [
+        next((name for name in sheet.header if name.startswith(what)), what + wanted)
+        for what, wanted in (("time_", "s"), ("command_", "deg"))
+    ]
+    table = sheet.columns(names)
+    return table[:, 0] / SECONDS.get(names[0].removeprefix("time_"), 1.0), table[:, 1]
+
+
+def _write(file: Path, **keys: str) -> None:
+    """Set top-level keys of a TOML file and leave all else as its author wrote it."""
+    from servosight.models.atomic import write_text
+
+    text = file.read_text(encoding="utf-8-sig") if file.is_file() else "format = 1\n"
+    for key, value in keys.items():
+        line = f"{key} = {value}"
+        top = re.search(r"^\s*\[", text, re.MULTILINE)
+        end = top.start() if top else len(text)
+        head, count = re.subn(rf"^{key}\s*=.*$", line, text[:end], flags=re.MULTILINE)
+        text = (head if count else f"{line}\n{head}") + text[end:]
+    write_text(file, text)

@@ -1,0 +1,46 @@
+"""What a recording's notes say of its clock, and the camera that it names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.app.clock import known_camera, video_offset
+from servosight.models.errors import InputError
+from servosight.models.recording_io import inspect_folder
+from servosight.tracking.result import Track
+
+NOTES = "# my rig\nformat = 1\nvideo_offset_s = 0.25 # by hand\n\n[camera]\nexposure_s = 0.002\n"
+
+
+def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path) -> None:
+    (tmp_path / "recording.toml").write_text(NOTES)
+    (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
+    still = np.zeros(60)
+    track = Track(
+        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
+        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
+    )  # fmt: skip
+    for _ in range(2):
+        offset_s, note = video_offset(inspect_folder(tmp_path), track)
+        assert offset_s == 0.25
+        assert "cannot be told from dead time" in note
+    text = (tmp_path / "recording.toml").read_text()
+    assert text.count("clock_note") == 1
+    assert text.endswith(NOTES)
+
+
+def test_a_recording_may_hold_its_cameras_geometry(tmp_path: Path) -> None:
+    assert known_camera(inspect_folder(tmp_path)) is None
+    file = tmp_path / "recording.toml"
+    lens = "focal_px = [800, 801]\nprincipal_px = [320, 240]\ndistortion = [-0.1, 0, 0, 0, 0]\n"
+    file.write_text(f"[camera.geometry.lens]\n{lens}")
+    camera = known_camera(inspect_folder(tmp_path))
+    assert camera is not None
+    assert camera.lens is not None
+    assert camera.lens.focal_px == (800, 801)
+    file.write_text("[camera.geometry]\n")
+    with pytest.raises(InputError, match=r"camera\.geometry: has neither"):
+        known_camera(inspect_folder(tmp_path))
