@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from servosight.identify.first_order import directions
 
-_NOTHING = 1e-6
-"""A change this small beside the residual is rounding, whatever its direction."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -34,16 +33,8 @@ class Screen:
         ``changes`` (changes, samples) are the residual with an effect at one of its starting points
         minus the residual without it.
         """
-        # What the model's own parameters can do for themselves is no gain of an effect.
-        basis, _ = np.linalg.qr(jacobian)
-        left = residual - basis @ (basis.T @ residual)
-        own = changes - (changes @ basis) @ basis.T
-        size = np.linalg.norm(own, axis=1)
-        dead = size <= _NOTHING * np.linalg.norm(residual)
-        unit = -own / np.where(dead, 1.0, size)[:, None]
-        agree = np.where(dead, 0.0, unit @ left)
-        alike = np.where(dead[:, None] | dead, 0.0, unit @ unit.T)
-        return cls(names, np.maximum(agree, 0.0) ** 2, _pair_gains(agree, alike))
+        unit, agree = directions(changes, residual, jacobian)
+        return cls(names, np.maximum(agree, 0.0) ** 2, _pair_gains(agree, unit @ unit.T))
 
     def best(self, count: int) -> list[str]:
         """The effects that promise most, best first."""

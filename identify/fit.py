@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.identify.estimator import Outcome, drive, half_squares
+from servosight.identify.first_order import directions
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.polished import Polished
@@ -174,9 +175,17 @@ def sketch_effects(problem: Problem, base: Fit) -> Fit:
 
 
 def _starts(problem: Problem, base: Fit) -> Array:
-    """Physical starts (starts, coordinates), the one with the lowest cost first."""
+    """Physical starts (starts, coordinates), the one that promises the lowest cost first.
+
+    A guess of a period may be right and its amplitude wrong: so a start counts by what it costs, or
+    by what it would cost once scaled, whichever is less.
+    """
     starts = np.array(effect_starts(problem, base.problem, base.outcome.point))
-    return np.asarray(starts[np.argsort(half_squares(problem.residuals(starts)))])
+    answers = problem.residuals(starts)
+    before = base.problem.residuals(base.outcome.point[None, :])[0]
+    _, reach = directions(answers - before, before, base.jacobian)
+    scaled = base.outcome.cost - 0.5 * np.maximum(reach, 0.0) ** 2
+    return np.asarray(starts[np.argsort(np.minimum(half_squares(answers), scaled))])
 
 
 def identify(
