@@ -1,4 +1,4 @@
-"""Real servos, where SERVOSIGHT_DATA names the logs: what `benchmarks/real.py` shows, a fast part."""
+"""Real servos, where SERVOSIGHT_DATA names the logs: a fast part of `benchmarks/real.py`."""
 
 from __future__ import annotations
 
