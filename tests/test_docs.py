@@ -1,0 +1,114 @@
+"""The words keep to the program: links lead somewhere, commands and files named are there."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from servosight.app.main import parser
+from servosight.models.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#+ +(.+)$", re.MULTILINE)
+FENCE = re.compile(r"^ *```(\w*)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+INDENTED = re.compile(r"^ {4,}(?:\$ )?(servosight .*)$", re.MULTILINE)
+INLINE = re.compile(r"(?<!`)`(servosight [^`]+)`(?!`)")
+FOLDERS = "app|benchmarks|diagnose|docs|identify|models|scenarios|sim|tests|tools|tracking"
+FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
+MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z]\w*)", re.MULTILINE)
+
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+
+
+def slug(heading: str) -> str:
+    """A heading's anchor as GitHub makes it."""
+    plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
+    return re.sub(r"[^\w\- ]", "", plain.strip().lower()).replace(" ", "-")
+
+
+def whole_commands(text: str) -> Iterator[str]:
+    """Lines of the terminal, without what is said behind them."""
+    lines = [match[1] for match in INDENTED.finditer(FENCE.sub("", text))]
+    for match in FENCE.finditer(text):
+        lines += re.findall(r"^ *(?:\$ )?(servosight .*)$", match[2], re.MULTILINE)
+    for line in lines:
+        yield re.split(r"   | +#", line)[0].strip()
+
+
+def subcommands() -> dict[str, argparse.ArgumentParser]:
+    (actions,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
+    return dict(actions.choices)
+
+
+@pages
+def test_links_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for link in LINK.findall(FENCE.sub("", text)):
+        if link.startswith(("https://", "http://")):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (page.parent / name) if name else page
+        assert target.exists(), f"{page.name} links to {link}"
+        if anchor:
+            headings = HEADING.findall(target.read_text(encoding="utf-8"))
+            assert anchor in map(slug, headings), f"{page.name} links to {link}"
+
+
+@pages
+def test_files_named_are_there(page: Path) -> None:
+    for name in FILE.findall(page.read_text(encoding="utf-8")):
+        assert any(ROOT.glob(name.rstrip("/"))), f"{page.name} names {name}"
+
+
+@pages
+def test_targets_of_make_are_there(page: Path) -> None:
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(MAKE.findall(page.read_text(encoding="utf-8"))) <= set(targets)
+
+
+@pages
+def test_commands_and_flags_named_are_there(page: Path) -> None:
+    known = subcommands()
+    text = page.read_text(encoding="utf-8")
+    for words in [*INLINE.findall(text), *whole_commands(text)]:
+        name = words.split()[1]
+        if name.startswith("--") or not name.islower():  # servosight --help, servosight COMMAND
+            continue
+        assert name in known, f"{page.name}: {words}"
+        flags = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", words))
+        assert flags <= set(known[name]._option_string_actions), f"{page.name}: {words}"
+
+
+@pages
+def test_lines_of_the_terminal_are_understood(page: Path) -> None:
+    for words in whole_commands(page.read_text(encoding="utf-8")):
+        if "[" in words or "..." in words:  # a form, not a line to type
+            continue
+        try:
+            parser().parse_args(shlex.split(words)[1:])
+        except (InputError, SystemExit) as error:
+            pytest.fail(f"{page.name}: {words}: {error}")
+
+
+def test_every_page_is_in_the_index() -> None:
+    """A folder that is linked stands for its pages."""
+    index = ROOT / "docs" / "README.md"
+    linked = {(index.parent / link).resolve() for link in LINK.findall(index.read_text("utf-8"))}
+    pages = {page for page in PAGES if page.is_relative_to(ROOT / "docs")} - {index}
+    missing = [page.name for page in pages if not linked & {page, page.parent}]
+    assert missing == [], "a line for each into docs/README.md"
+
+
+def test_every_command_is_in_the_readme() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [name for name in subcommands() if f"servosight {name}" not in text] == []
