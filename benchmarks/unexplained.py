@@ -12,8 +12,9 @@ import time
 from servosight.diagnose.evidence import Bar
 from servosight.diagnose.law import MIN_CLOSED, extended
 from servosight.diagnose.trial import Laboratory
-from servosight.identify.fit import TOLERANCE_SHARE, floor_deg
+from servosight.identify.fit import floor_deg
 from servosight.identify.noise import joint_noise_deg
+from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
 from servosight.scenarios.hidden_draw import noise_for, propose

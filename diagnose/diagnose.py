@@ -15,8 +15,9 @@ from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
 from servosight.diagnose.law import Law, find_law
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
-from servosight.identify.fit import TOLERANCE_SHARE, floor_deg, parameters_json
+from servosight.identify.fit import floor_deg, parameters_json
 from servosight.identify.noise import joint_noise_deg
+from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.design import Limits

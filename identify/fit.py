@@ -18,7 +18,7 @@ from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
-from servosight.identify.problem import Problem
+from servosight.identify.problem import TOLERANCE_SHARE, Problem
 from servosight.identify.starts import effect_starts, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
@@ -27,8 +27,6 @@ from servosight.models.recording import Recording, views
 
 Array = NDArray[np.float64]
 
-TOLERANCE_SHARE = 5e-4
-"""Default tolerance as a share of the moved range: no model is right to the last digit."""
 POLISH_BUDGET = 4_000
 SKETCH_BUDGET = 60
 SEARCH_BUDGET = 6_000

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.fit import TOLERANCE_SHARE, coordinate_scale, difference_quotient
-from servosight.identify.problem import Problem
+from servosight.identify.fit import coordinate_scale, difference_quotient
+from servosight.identify.problem import TOLERANCE_SHARE, Problem
 
 Array = NDArray[np.float64]
 

@@ -22,6 +22,9 @@ from servosight.models.recording import Recording
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+TOLERANCE_SHARE = 5e-4
+"""Default tolerance as a share of the moved range: no model is right to the last digit."""
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -72,8 +75,8 @@ class Problem:
     """Fit ``effects`` (with the linear core) to ``recordings``.
 
     ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
-    passes through all of them. Residuals are (measured - model) / weight with the sample's sigma
-    relative to the recording's rms sigma as weight, so that a cost stays in degrees.
+    passes through all of them. Residuals are (measured - model) * weight, with weights about one,
+    so that a cost stays in degrees.
     """
 
     recordings: tuple[Recording, ...]
@@ -127,8 +130,18 @@ class Problem:
 
     @cached_property
     def weights(self) -> tuple[Array, ...]:
-        """For each recording rms(sigma) / sigma a sample, ones where no sigma is known."""
-        return tuple(_weights(recording) for recording in self.recordings)
+        """For each recording its samples' weights: ones where no sigma is known.
+
+        A sample counts by rms(sigma) / sigma within its recording, and recordings among themselves
+        by their rms sigma, with the tolerance that no model need reach: a horn seen less sharply
+        than the surface must not blur what the surface tells.
+        """
+        within = tuple(_weights(recording) for recording in self.recordings)
+        sizes = np.array([_size_deg(recording) for recording in self.recordings])
+        if not np.all(sizes > 0.0):
+            return within
+        among = np.sqrt(np.mean(sizes**2)) / sizes
+        return tuple(weight * share for weight, share in zip(within, among, strict=True))
 
     def rows(self, points: Array, recording: int) -> Array:
         """Rows of plant parameters (batch, width) for search points (batch, coordinates)."""
@@ -175,6 +188,15 @@ class Problem:
             for coordinate, x in zip(self.coordinates, point, strict=True)
             if coordinate.recording is None
         }
+
+
+def _size_deg(recording: Recording) -> float:
+    """hypot(rms sigma, tolerance) [deg]; 0 where no sigma is known."""
+    sigma = recording.sigma_deg
+    if sigma is None or not np.all(sigma > 0.0):
+        return 0.0
+    tolerance = TOLERANCE_SHARE * recording.moved_range_deg
+    return float(np.sqrt(np.mean(sigma**2) + tolerance**2))
 
 
 def _weights(recording: Recording) -> Array:

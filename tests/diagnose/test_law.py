@@ -13,7 +13,8 @@ from servosight.diagnose.evidence import Bar
 from servosight.diagnose.law import FORMS, Law, find_law
 from servosight.diagnose.torque import Loop
 from servosight.diagnose.trial import Laboratory
-from servosight.identify.fit import TOLERANCE_SHARE, floor_deg
+from servosight.identify.fit import floor_deg
+from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.camera import Camera
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue

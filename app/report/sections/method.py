@@ -11,8 +11,8 @@ from servosight.app.report.story import Story
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import EXPLAINED, MIN_GAIN
 from servosight.diagnose.trial import BLOCK_S, HELD_OUT_EVERY, Judged
-from servosight.identify.fit import TOLERANCE_SHARE
 from servosight.identify.noise import noise_deg
+from servosight.identify.problem import TOLERANCE_SHARE
 
 
 def section(story: Story) -> Section:
