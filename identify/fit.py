@@ -118,7 +118,32 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
         heats = [drive(descent, problem.residuals, heat) for descent in descents]
         best = min(range(len(heats)), key=lambda i: heats[i].cost)
         descents = [descents[best].resumed()]
-    return Fit(problem, drive(descents[0], problem.residuals, budget))
+    fit = Fit(problem, drive(descents[0], problem.residuals, budget))
+    if fit.spent:
+        return fit
+    idle = _idle(problem, fit.outcome)
+    return fit if idle is None else polish(problem, [idle])
+
+
+def _idle(problem: Problem, outcome: Outcome) -> Array | None:
+    """The point with one effect's parameter at its neutral bound, where that costs less.
+
+    Near neutral the cost of play and friction is rugged, and a descent stops short of it.
+    """
+    low, high = problem.bounds
+    trials = []
+    for j, coordinate in enumerate(problem.coordinates):
+        neutral = coordinate.parameter.neutral
+        if neutral is None or outcome.point[j] == (bound := coordinate.to_search(neutral)):
+            continue
+        if bound in (low[j], high[j]):
+            trials.append(outcome.point.copy())
+            trials[-1][j] = bound
+    if not trials:
+        return None
+    costs = half_squares(problem.residuals(np.array(trials)))
+    best = int(np.argmin(costs))
+    return trials[best] if costs[best] < outcome.cost else None
 
 
 def coordinate_scale(problem: Problem, point: Array) -> Array:

@@ -112,7 +112,7 @@ def quantization_steps(traces: Traces, residual_deg: float) -> Guesses:
         return ()
     largest = float(np.abs(traces.command_deg).max())
     step, steps = 1.5 * residual_deg / abs(traces.k), []
-    while step < 10.0 * residual_deg / abs(traces.k) and step < 2.0 * largest:
+    while step < 25.0 * residual_deg / abs(traces.k) and step < 2.0 * largest:
         steps.append(step)
         step += max(0.3 * step * step / largest, 1e-3 * step)
     if not steps:
