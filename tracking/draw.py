@@ -32,9 +32,10 @@ _CELL_PX = 480
 
 def caption(track: Track, index: int) -> str:
     """Angle, sigma and flags of a frame."""
-    flags = [str(flag.name) for flag in Flag if track.flags[index] & flag]
+    flags = ", ".join(str(flag.name) for flag in Flag if track.flags[index] & flag)
     angle, sigma = track.angle_deg[index], track.sigma_deg[index]
-    return f"{angle:+9.4f} deg  sigma {sigma:.2g}  {', '.join(flags).lower().replace('_', ' ')}".rstrip()
+    words = f"{angle:+9.4f} deg  sigma {sigma:.2g}  {flags.lower().replace('_', ' ')}"
+    return words.rstrip()
 
 
 def annotated(image: Image, tracks: Sequence[Track], index: int) -> Colours:

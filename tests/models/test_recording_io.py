@@ -139,7 +139,8 @@ def test_folder_with_settings(tmp_path: Path) -> None:
     place = folder(
         tmp_path,
         toml='format = 1\nservo = "MG90S"\nhold = "linear"\nvideo_offset_s = 0.5\n'
-        "unit_scale = 2.0\nrelative_gain = 4.0\nrelative_load = 0.5\n[camera]\nexposure_s = 0.004\nwidth = 640\n",
+        "unit_scale = 2.0\nrelative_gain = 4.0\nrelative_load = 0.5\n"
+        "[camera]\nexposure_s = 0.004\nwidth = 640\n",
     )
     recording = load_recording(place)
     plain = load_recording(written(tmp_path / "plain.csv", table()))
