@@ -1,4 +1,4 @@
-"""The words keep to the program: links lead somewhere, commands and files named are there."""
+"""The words keep to the program: links lead somewhere, what is named is there."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pytest
 
 from servosight.app.main import parser
 from servosight.models.errors import InputError
+from servosight.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -82,7 +83,7 @@ def test_commands_and_flags_named_are_there(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     for words in [*INLINE.findall(text), *whole_commands(text)]:
         name = words.split()[1]
-        if name.startswith("--") or not name.islower():  # servosight --help, servosight COMMAND
+        if name.startswith("-") or name.isupper():  # servosight --help, servosight COMMAND
             continue
         assert name in known, f"{page.name}: {words}"
         flags = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", words))
@@ -98,6 +99,15 @@ def test_lines_of_the_terminal_are_understood(page: Path) -> None:
             parser().parse_args(shlex.split(words)[1:])
         except (InputError, SystemExit) as error:
             pytest.fail(f"{page.name}: {words}: {error}")
+
+
+@pages
+def test_scenarios_shown_are_read(page: Path, tmp_path: Path) -> None:
+    for language, body in FENCE.findall(page.read_text(encoding="utf-8")):
+        if language == "toml" and "duration_s =" in body:
+            path = tmp_path / "scenario.toml"
+            path.write_text(body, encoding="utf-8")
+            Scenario.load(path)
 
 
 def test_every_page_is_in_the_index() -> None:
