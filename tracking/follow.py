@@ -14,6 +14,7 @@ from servosight.tracking.surface import Image
 from servosight.tracking.video import Frame
 
 _REACH = 2  # neighbours on either side that tell how the surface moves
+_PAST = 3  # frames before it that tell where a frame is
 _DOUBT = 1.5  # what a fit may leave unlike, over what the one before left, and beside it
 _SLACK = 1e-3
 _NEAR_RAD = np.deg2rad(15.0)
@@ -61,7 +62,7 @@ def follow(
     window: list[Seen] = []
     waiting = 0  # frames at the window's end that are not handed on yet
     for frame in source:
-        now = _measure(stage, frame, window[-2:], home_rad, shutter(frame.index))
+        now = _measure(stage, frame, window[-_PAST:], home_rad, shutter(frame.index))
         window.append(now)
         waiting += 1
         if waiting > _REACH:
@@ -81,10 +82,9 @@ def _measure(
     """Try where the motion leads, where it was, near that, and everywhere: the first that holds."""
     last = before[-1] if before else None
     repeated = last is not None and np.array_equal(frame.image, last.frame.image)
-    speed = _speed(before)
     held = last.angle_rad if last is not None else home_rad
-    step = speed * (frame.time_s - last.frame.time_s) if last is not None else 0.0
-    moving = Exposure.of(speed, 0.0, shutter)
+    step, speed, acceleration = _promised(before, frame.time_s)
+    moving = Exposure.of(speed, acceleration, shutter)
     fit = stage.near(frame.image, held + step, moving)
     if fit is None and last is not None:
         fit = stage.near(frame.image, held, STILL)
@@ -106,12 +106,22 @@ def _doubtful(fit: Fit, before: Fit) -> bool:
     return 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
 
 
-def _speed(before: list[Seen]) -> float:
-    """Speed between two frames [rad/s]; 0 where either was lost."""
-    if len(before) < 2 or any(seen.fit is None for seen in before):
-        return 0.0
-    first, second = before
-    return (second.angle_rad - first.angle_rad) / (second.frame.time_s - first.frame.time_s)
+def _promised(before: list[Seen], time_s: float) -> tuple[float, float, float]:
+    """Turn since the last frame [rad], speed [rad/s] and acceleration [rad/s^2] at a time.
+
+    By the parabola through the last three frames, or the line through two; all 0 where one of the
+    last two was lost.
+    """
+    if len(before) < 2 or any(seen.fit is None for seen in before[-2:]):
+        return 0.0, 0.0, 0.0
+    t = [seen.frame.time_s for seen in before]
+    a = [seen.angle_rad for seen in before]
+    slope = (a[-1] - a[-2]) / (t[-1] - t[-2])
+    half = 0.0
+    if len(before) > 2 and before[-3].fit is not None:
+        half = (slope - (a[-2] - a[-3]) / (t[-2] - t[-3])) / (t[-1] - t[-3])
+    now, ago = time_s - t[-1], time_s - t[-2]
+    return (slope + half * ago) * now, slope + half * (now + ago), 2.0 * half
 
 
 def _again(

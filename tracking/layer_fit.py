@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -20,7 +21,7 @@ _PRIOR = 16.0  # (noise over doubt about the cover) squared
 _LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
 _UNLIKE = 1.6  # misfit, in noise variances, beyond which a place shows something else
 _OPAQUE = 0.02
-_DIM = 0.2  # less of the bench's light than this does not tell what it is like
+DIM = 0.2  # less of the bench's light than this does not tell what it is like
 _TOLD = 0.97  # share of what the pixels tell that is worth their time
 
 
@@ -29,15 +30,23 @@ def learn_layers(
     angles_rad: Array,
     exposures: Sequence[Exposure],
     surface: Surface,
+    before: Layers | None = None,
 ) -> Layers:
     """Layers from frames with known angles [rad].
 
-    ``surface`` gives pivot and outline; ``exposures`` say what moved while each frame was taken.
+    ``surface`` gives pivot and outline; ``exposures`` say what moved while each frame was taken;
+    one round is enough from the layers ``before`` of nearly the same angles and pivot.
     """
     shape = images[0].shape
     grid = wide(surface, shape)
     inside, near = cover(surface, grid)
-    light, clear = np.zeros(inside.shape, np.float32), np.where(near, 0.0, 1.0).astype(np.float32)
+    if before is not None and before.coefficients.shape[:2] == inside.shape:
+        light, clear = _values(before.coefficients)
+        rounds = 1
+    else:
+        light = np.zeros(inside.shape, np.float32)
+        clear = np.where(near, 0.0, 1.0).astype(np.float32)
+        rounds = _ROUNDS
     delay = row_delay(shape)
     grids = [places(grid, angle, e, delay) for angle, e in zip(angles_rad, exposures, strict=True)]
     seen = np.stack(
@@ -45,7 +54,7 @@ def learn_layers(
     )
     prior = np.where(inside, 0.0, 1.0).astype(np.float32)
     bench = unlike = np.empty(shape, np.float32)
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         bench, unlike = _bench(images, angles_rad, exposures, grid, light, clear)
         known = np.isfinite(bench)
         usual = float(np.median(bench[known])) if known.any() else 0.0
@@ -86,6 +95,14 @@ def _nearest(picture: Single, place: tuple[Single, Single]) -> Single:
     return np.asarray(cv2.remap(picture, place[0], place[1], cv2.INTER_NEAREST, borderValue=0.0))
 
 
+def _values(coefficients: Single) -> tuple[Single, Single]:
+    """Light and clearness at the cells, (columns, rows) each, from their splines' coefficients."""
+    kernel = np.array([1.0, 4.0, 1.0]) / 6.0
+    along = ndimage.correlate1d(coefficients, kernel, axis=0, mode="mirror")
+    shown = ndimage.correlate1d(along, kernel, axis=1, mode="mirror")
+    return np.ascontiguousarray(shown[:, :, 0]), np.ascontiguousarray(shown[:, :, 1])
+
+
 def _line(
     seen: Single, behind: Single, trust: Mask, prior: Single, inside: Mask
 ) -> tuple[Single, Single]:
@@ -94,18 +111,37 @@ def _line(
     Well inside nothing shines through. Elsewhere the slope leans on ``prior`` where the bench
     varies too little to tell.
     """
-    ok = np.isfinite(seen) & (trust | inside)
-    count = np.maximum(ok.sum(0), 1)
-    s, b = np.where(ok, seen, 0.0), np.where(ok, behind, 0.0)
-    s_mean, b_mean = s.sum(0) / count, b.sum(0) / count
-    ds, db = np.where(ok, s - s_mean, 0.0), np.where(ok, b - b_mean, 0.0)
-    clear = ((ds * db).sum(0) + _PRIOR * prior) / ((db * db).sum(0) + _PRIOR)
+    count, s, b, sb, bb = _sums(seen, behind, trust, inside)
+    some = np.maximum(count, 1.0)
+    clear = (sb - s * b / some + _PRIOR * prior) / (bb - b * b / some + _PRIOR)
     clear = np.where(inside, 0.0, np.clip(clear, 0.0, 1.1))
-    light = s_mean - clear * b_mean
+    light = (s - clear * b) / some
     # What too few frames show is the bench's.
-    unseen = ok.sum(0) < 3
+    unseen = count < 3
     clear[unseen], light[unseen] = 1.0, 0.0
     return light.astype(np.float32), clear.astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sums(seen, behind, trust, inside):  # type: ignore[no-untyped-def]
+    """Number of frames that show a cell, and sums of seen, behind, their product and square."""
+    frames, columns, rows = seen.shape
+    sums = np.zeros((5, columns, rows))
+    for n in range(frames):
+        for m in range(columns):
+            for j in range(rows):
+                s = np.float64(seen[n, m, j])
+                if np.isnan(s) or not (trust[n, m, j] or inside[m, j]):
+                    continue
+                b = np.float64(behind[n, m, j])
+                if np.isnan(b):
+                    b = np.float64(0.0)
+                sums[0, m, j] += 1.0
+                sums[1, m, j] += s
+                sums[2, m, j] += b
+                sums[3, m, j] += s * b
+                sums[4, m, j] += b * b
+    return sums
 
 
 def _bench(
@@ -122,28 +158,45 @@ def _bench(
     """
     shape = images[0].shape
     radius, phi = grid.polar_of(shape)
-    row = ((radius - grid.radius_px) / grid.step_px).astype(np.float32)
-    delay = row_delay(shape)[:, None]
-    cc, cs, ss, shown = np.zeros((4, *shape))
+    row = (radius - grid.radius_px) / grid.step_px
+    delay = row_delay(shape)
+    cc, cs, ss, shown = sums = np.zeros((4, *shape))
     for image, angle, exposure in zip(images, angles_rad, exposures, strict=True):
-        own = exposure.per_delay_rad * delay + exposure.bend_rad * delay**2
-        turn = phi - (angle + own) - grid.middle_rad
-        turn = np.mod(turn + np.pi, 2 * np.pi) - np.pi
-        column = (turn / grid.step_rad + 0.5 * (grid.columns - 1)).astype(np.float32)
-        through = cv2.remap(clear, row, column, cv2.INTER_LINEAR, borderValue=1.0)
-        own_light = cv2.remap(light, row, column, cv2.INTER_LINEAR, borderValue=0.0)
-        through = np.where(through > _DIM, through, 0.0)
-        rest = np.where(through > 0.0, image - own_light, 0.0)
-        shown += through > 0.0
-        cc += through * through
-        cs += through * rest
-        ss += rest * rest
+        turn = angle + exposure.per_delay_rad * delay + exposure.bend_rad * delay**2
+        _uncover(image, row, phi, turn, (grid.middle_rad, grid.step_rad), light, clear, sums)
     enough = cc > _LEAST_CLEAR
     bench = np.where(enough, cs / np.maximum(cc, 1e-9), np.nan)
     unlike = np.where(
         enough, (ss - cs * cs / np.maximum(cc, 1e-9)) / np.maximum(shown - 1, 1), np.inf
     )
     return bench.astype(np.float32), unlike.astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _uncover(image, row, phi, turn, columns_of, light, clear, sums):  # type: ignore[no-untyped-def]
+    """Add what one frame tells of the bench: squares and products of clearness and the rest."""
+    columns, rows = light.shape
+    middle, step = columns_of
+    full = 2.0 * np.pi
+    for y in range(image.shape[0]):
+        for x in range(image.shape[1]):
+            away = phi[y, x] - turn[y] - middle
+            away -= full * np.round(away / full)
+            u, v = away / step + 0.5 * (columns - 1), row[y, x]
+            rest, through = np.float64(image[y, x]), 1.0
+            if 0.0 <= u < columns - 1 and 0.0 <= v < rows - 1:
+                m, j = int(u), int(v)
+                p, q = u - m, v - j
+                through = (1 - p) * ((1 - q) * clear[m, j] + q * clear[m, j + 1])
+                through += p * ((1 - q) * clear[m + 1, j] + q * clear[m + 1, j + 1])
+                if through <= DIM:
+                    continue
+                own = (1 - p) * ((1 - q) * light[m, j] + q * light[m, j + 1])
+                rest -= own + p * ((1 - q) * light[m + 1, j] + q * light[m + 1, j + 1])
+            sums[0, y, x] += through * through
+            sums[1, y, x] += through * rest
+            sums[2, y, x] += rest * rest
+            sums[3, y, x] += 1.0
 
 
 def _shot(rest: Array, level: Array, noise: float) -> float:

@@ -44,10 +44,11 @@ class Layered:
         """Fit from an angle; None if it is no fit."""
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
+        shown = model.about(self.pixels, angle_rad, exposure)
         last: list[Sample] = []
 
         def at(angle: float) -> Sample:
-            last[:] = [model.at(self.pixels, angle, exposure)]
+            last[:] = [shown.at(angle)]
             return last[0]
 
         fit = gauss_newton(at, turn, picture, angle_rad, self.layers.shot)

@@ -23,6 +23,7 @@ from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single, slope
 from servosight.tracking.shutter import Exposure
 
 SEEN_THROUGH = 2
+_MARGIN = 3  # columns that the surface may turn before its pixels are chosen anew
 
 
 @dataclass(frozen=True)
@@ -63,29 +64,67 @@ class Layers:
         slope = np.gradient(self.coefficients, self.grid.step_px, axis=1).astype(np.float32)
         return replace(self, coefficients=np.ascontiguousarray(slope))
 
-    def at(self, pixels: Pixels, angle_rad: float, exposure: Exposure) -> Sample:
-        """What the pixels show with the surface at an angle; the smear is the tables' own."""
+    @cached_property
+    def _wanted(self) -> NDArray[np.uint8]:
+        """The cells in use with the columns beside them that a turn by the margin brings there."""
+        return np.asarray(cv2.dilate(self.used, np.ones((2 * _MARGIN + 1, 1), np.uint8)))
+
+    def about(self, pixels: Pixels, angle_rad: float, exposure: Exposure) -> Shown:
+        """The model of the pixels that tell something with the surface about an angle."""
         part, turn = pixels.covering(self.grid, angle_rad, exposure.slack_rad)
         grid = self.grid
         place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+        motion = exposure.per_delay_rad, exposure.bend_rad
+        delay = pixels.delay[part]
         size = part.stop - part.start
-        chosen, out = np.empty(size, np.intp), np.empty((2, size), np.float32)
+        chosen = np.empty(size + 1, np.intp)
+        where = np.empty((2, size + 1), np.float32)
+        count = _select(
+            self._wanted, pixels.phi_rad[part], pixels.radius_px[part], delay, place, motion,
+            chosen, where,
+        )  # fmt: skip
+        chosen = chosen[:count] + part.start
+        behind = self.bench.reshape(-1).take(pixels.index.take(chosen))
+        return Shown(self, pixels, angle_rad, exposure, chosen, where[:, :count], behind)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The layers at the pixels near to cells in use, for angles about ``angle_rad``.
+
+    ``where`` (2, pixels) is the column and the row of the lattice that each of the ``chosen``
+    pixels shows at that angle, ``behind`` (pixels,) the bench there.
+    """
+
+    layers: Layers
+    pixels: Pixels
+    angle_rad: float
+    exposure: Exposure
+    chosen: NDArray[np.intp]
+    where: Single
+    behind: Single
+
+    def at(self, angle_rad: float) -> Sample:
+        """What the pixels show with the surface at an angle; the smear is the tables' own."""
+        layers = self.layers
+        per_rad = 1.0 / layers.grid.step_rad
+        turned = (angle_rad - self.angle_rad) * per_rad
+        if abs(turned) > _MARGIN - 1:
+            return layers.about(self.pixels, angle_rad, self.exposure).at(angle_rad)
+        chosen, out = np.empty_like(self.chosen), np.empty((2, self.chosen.size), np.float32)
         count = _layered(
-            self.coefficients,
-            self.used,
-            self.bench.reshape(-1),
-            pixels.phi_rad[part],
-            pixels.radius_px[part],
-            pixels.index[part],
-            pixels.delay[part],
-            place,
-            (exposure.per_delay_rad, exposure.bend_rad),
-            exposure.parts_rad,
+            layers.coefficients,
+            layers.used,
+            self.chosen,
+            self.where,
+            self.behind,
+            np.float32(turned),
+            np.float32(per_rad),
+            (self.exposure.parts_rad * per_rad).astype(np.float32),
             chosen,
             out,
         )
-        chosen[:count] += part.start
-        return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[1, :0])
+        return Sample(self.pixels, chosen[:count], out[0, :count], out[1, :count], out[1, :0])
 
 
 def _box(columns: float) -> Array:
@@ -97,49 +136,71 @@ def _box(columns: float) -> Array:
     return np.asarray(box / width)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
-def _layered(  # type: ignore[no-untyped-def]
-    coefficients, used, bench, phi, radius, index, delay, place, motion, parts, chosen, out
-):
-    """Value and slope at the pixels that tell something; returns how many."""
-    columns, rows, _ = coefficients.shape
+_kernel = njit(
+    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"}
+)
+
+
+@_kernel
+def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: ignore[no-untyped-def]
+    """The pixels that show wanted cells, and the columns and rows they show; returns how many."""
+    columns, rows = wanted.shape
     origin, per_rad, first, per_px = place
-    share = np.float32(1.0 / parts.size)
     count = 0
     for i in range(phi.size):
         v = (radius[i] - first) * per_px
-        if v < 1.0 or v >= rows - 2:
+        own = (motion[0] + motion[1] * delay[i]) * delay[i]
+        u = (phi[i] - origin - own) * per_rad
+        inside = (v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)
+        m = min(max(int(u + 0.5), 0), columns - 1)
+        j = min(max(int(v + 0.5), 0), rows - 1)
+        # Written always, kept or written over: a branch that cannot be foretold costs more.
+        chosen[count] = i
+        where[0, count], where[1, count] = u, v
+        count += inside & (wanted[m, j] != 0)
+    return count
+
+
+@_kernel
+def _layered(  # type: ignore[no-untyped-def]
+    coefficients, used, among, where, behind, turned, per_rad, parts, chosen, out
+):
+    """Value and slope at the pixels that tell something; returns how many."""
+    columns, rows, _ = coefficients.shape
+    flat = coefficients.reshape(-1)
+    zero, share = np.float32(0.0), np.float32(1.0 / parts.size)
+    low, high = np.float32(1.0), np.float32(columns - 2.001)
+    count = 0
+    for i in range(among.size):
+        middle, v = where[0, i] - turned, where[1, i]
+        if middle < low or middle > high:
             continue
-        own = motion[0] * delay[i] + motion[1] * delay[i] * delay[i]
-        middle = (phi[i] - origin - own) * per_rad
-        if middle < 1.0 or middle >= columns - 2:
-            continue
-        use, behind = used[int(middle + 0.5), int(v + 0.5)], bench[index[i]]
-        if use == 0 or (use == SEEN_THROUGH and np.isnan(behind)):
-            continue
-        if np.isnan(behind):
-            behind = np.float32(0.0)
         j = int(v)
-        b = weights(np.float32(v - j))
-        light = clear = light_by = clear_by = np.float32(0.0)
+        use, bench = used[int(middle + np.float32(0.5)), int(v + np.float32(0.5))], behind[i]
+        if use == 0 or (use == SEEN_THROUGH and np.isnan(bench)):
+            continue
+        b0, b1, b2, b3 = weights(v - np.float32(j))
+        light = clear = light_by = clear_by = zero
         for part in parts:
-            u = min(max(middle - part * per_rad, 1.0), columns - 2.001)
+            u = min(max(middle - part, low), high)
             m = int(u)
-            t = np.float32(u - m)
+            t = u - np.float32(m)
             a, d = weights(t), slopes(t)
             for k in range(4):
-                c = coefficients[m - 1 + k]
-                across = np.float32(0.0)
-                through = np.float32(0.0)
-                for n in range(4):
-                    across += b[n] * c[j - 1 + n, 0]
-                    through += b[n] * c[j - 1 + n, 1]
+                start = 2 * ((m - 1 + k) * rows + j - 1)
+                c = flat[start : start + 8]
+                across = b0 * c[0] + b1 * c[2] + b2 * c[4] + b3 * c[6]
                 light += a[k] * across
-                clear += a[k] * through
                 light_by += d[k] * across
-                clear_by += d[k] * through
-        chosen[count] = i
-        out[0, count] = (light + clear * behind) * share
-        out[1, count] = -(light_by + clear_by * behind) * share * per_rad
+                if use == SEEN_THROUGH:
+                    through = b0 * c[1] + b1 * c[3] + b2 * c[5] + b3 * c[7]
+                    clear += a[k] * through
+                    clear_by += d[k] * through
+        if use == SEEN_THROUGH:
+            light += clear * bench
+            light_by += clear_by * bench
+        chosen[count] = among[i]
+        out[0, count] = light * share
+        out[1, count] = -light_by * share * per_rad
         count += 1
     return count

@@ -31,17 +31,20 @@ _BLURRED_PX = 2.0  # smear at the tip that a learnt picture may hold
 _KEPT = 0.9
 _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
-_ROUNDS = 1
+_ROUNDS = 4
+_SETTLED_PX = 0.002
+_THINNING = 3  # of so many pixels one is enough for the first pass
 
 
 def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]) -> Stage:
     """The layered stage, or ``refine`` where the layers do not tell the angle better."""
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
+    rough = refine.thinned(_THINNING)
     for stretch in stretches(video, _STRETCHES, _LENGTH):
-        home = refine.anywhere(stretch[0].image, 0.0, np.pi)
+        home = rough.anywhere(stretch[0].image, 0.0, np.pi)
         seen = [
-            s for s in follow(refine, stretch, home, shutter, radius) if s.fit and not s.repeated
+            s for s in follow(rough, stretch, home, shutter, radius) if s.fit and not s.repeated
         ]
         chosen += _slowest(seen, _FROM_EACH)
     chosen = [
@@ -57,7 +60,8 @@ def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]
     before, after = [], []
     for judge in judges:
         fit = stage.near(judge.frame.image, judge.angle_rad, judge.exposure)
-        before.append(judge.fit.sigma_rad if judge.fit else np.inf)
+        inside = refine.near(judge.frame.image, judge.angle_rad, judge.exposure)
+        before.append(inside.sigma_rad if inside else np.inf)
         after.append(fit.sigma_rad if fit else np.inf)
     return stage if np.median(after) < _GAIN * np.median(before) else refine
 
@@ -71,8 +75,8 @@ def _learnt(taught: list[Seen], surface: Surface) -> Layers:
     images = [seen.frame.image for seen in taught]
     angles = np.array([seen.angle_rad for seen in taught])
     exposures = [seen.exposure for seen in taught]
+    layers = learn_layers(images, angles, exposures, surface)
     for _ in range(_ROUNDS):
-        layers = learn_layers(images, angles, exposures, surface)
         fits = _shifted(layers, images, angles, exposures)
         known = np.array([fit is not None for fit in fits])
         angles = np.array([f.angle_rad if f else a for f, a in zip(fits, angles, strict=True)])
@@ -80,7 +84,10 @@ def _learnt(taught: list[Seen], surface: Surface) -> Layers:
         moved, _ = pivot_error(angles[known], shifts[known])
         pivot = surface.pivot_px[0] + moved[0], surface.pivot_px[1] + moved[1]
         surface = replace(surface, grid=replace(surface.grid, pivot_px=pivot))
-    return learn_layers(images, angles, exposures, surface)
+        layers = learn_layers(images, angles, exposures, surface, layers)
+        if np.hypot(*moved) < _SETTLED_PX:
+            break
+    return layers
 
 
 def _shifted(
@@ -91,11 +98,12 @@ def _shifted(
 
     def fit(image: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
         columns = exposure.smear_rad / layers.grid.step_rad
-        shown, slope = layers.smeared(columns), radial.smeared(columns)
+        shown, slope = (
+            model.smeared(columns).about(pixels, angle_rad, exposure) for model in (layers, radial)
+        )
 
         def at(angle: float) -> Sample:
-            along = slope.at(pixels, angle, exposure).value
-            return replace(shown.at(pixels, angle, exposure), per_px=along)
+            return replace(shown.at(angle), per_px=slope.at(angle).value)
 
         return gauss_newton(at, turn_and_shift, image, angle_rad, layers.shot)
 
