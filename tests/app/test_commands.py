@@ -214,7 +214,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def diagnose(recordings: Any, validate: Any = (), **options: Any) -> Any:
         kept.update(options, recordings=recordings, validate=validate)
         values = values_of(options["auto"])
-        return SimpleNamespace(actuator=ACTUATOR, to_json=lambda: values)
+        return SimpleNamespace(actuator=ACTUATOR, law=None, proposal=None, to_json=lambda: values)
 
     def add(actuator: Actuator, effect: str, recordings: Any, **options: Any) -> Any:
         kept.update(options, actuator=actuator, effect=effect, recordings=recordings)
