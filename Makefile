@@ -29,7 +29,12 @@ lint: setup
 
 check: lint test
 
+# The peers that benchmarks compare with, from the lock's own group
+UV ?= $(shell command -v uv || echo .venv-uv/bin/uv)
+PEERS = UV_PROJECT_ENVIRONMENT=.venv $(UV) sync --frozen --quiet --inexact --group benchmarks
+
 benchmarks: setup
+	@$(PEERS)
 	@set -e; for script in $(filter-out benchmarks/hidden.py,$(wildcard benchmarks/[a-z]*.py)); do \
 		[ -e "$$script" ] || { echo "benchmarks/ holds no script yet"; break; }; \
 		echo "== $$script"; $(BIN)/python "$$script"; \
@@ -42,9 +47,8 @@ hidden: setup
 	$(BIN)/python benchmarks/hidden.py --page
 
 # docs/paper.md anew, beside its peers from the lock's benchmarks group; some parts: ARGS="table-1"
-UV ?= $(shell command -v uv || echo .venv-uv/bin/uv)
 paper: setup
-	UV_PROJECT_ENVIRONMENT=.venv $(UV) sync --frozen --quiet --inexact --group benchmarks
+	$(PEERS)
 	$(BIN)/python benchmarks/paper $(ARGS)
 
 clean:

@@ -61,36 +61,14 @@ class Climber:
     bar: Bar
     progress: Progress = silent
 
-    def rank(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
-        """Each of ``names`` added to ``base`` alone; best first."""
-        sketches = []
-        for i, name in enumerate(names):
-            self.progress(f"{label}: trying {name}", i, len(names))
-            sketches.append(self.laboratory.sketched(base, name))
-        sketches.sort(key=self._criterion, reverse=True)
-        trials = sketches[FITTED:]
-        for i, sketch in enumerate(sketches[:FITTED]):
-            name = _news(sketch, base)
-            self.progress(f"{label}: fitting {name}", i, FITTED)
-            trials.append(self.laboratory.extended(base, name, sketch))
-        self.progress(f"{label}: tried all", len(names), len(names))
-        return self._led(trials, base)
-
-    def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
-        """Best first, with those that lead fitted to the end."""
-        ranked = sorted(trials, key=self._criterion, reverse=True)
-        ranked[:LEADERS] = [self.laboratory.finished(trial) for trial in ranked[:LEADERS]]
-        return self._sorted(ranked, base)
-
-    def rank_promising(self, base: Trial, label: str) -> list[Trial]:
-        """The candidates that promise most behind ``base``, fitted; best first."""
-        return self.rank(base, label, self._promising(base, SCREENED))
-
     def first_step(self) -> Climb:
-        """The linear model and the candidates for the first addition, none of them added."""
-        linear = self.laboratory.linear()
-        names = self.laboratory.candidates(linear)
-        return Climb((Rung(linear),), tuple(self.rank(linear, "first effect", names)))
+        """The linear model and all candidates for the first addition, none of them added."""
+        lab = self.laboratory
+        linear = lab.linear()
+        sketches = self._sketches(linear, "first effect", lab.candidates(linear))
+        trials = self._fitted(linear, "first effect", sketches)
+        trials += [lab.judge(sketch.fit) for sketch in sketches[FITTED:]]
+        return Climb((Rung(linear),), tuple(self._led(trials, linear)))
 
     def climb(self) -> Climb:
         """From the linear model up."""
@@ -109,8 +87,37 @@ class Climber:
             rungs += self._settle(rungs[-1].trial)
             if not self.bar.explained(rungs[-1].trial):
                 label = f"effect {len(rungs[-1].trial.effects) + 1}"
-                ranked = self.rank_promising(rungs[-1].trial, label)
+                ranked = self._ranked(rungs[-1].trial, label)
         return Climb(tuple(rungs), first.singles)
+
+    def _ranked(self, base: Trial, label: str) -> list[Trial]:
+        """The candidates that promise most behind ``base``, fitted; best first."""
+        names = self._promising(base, SCREENED)
+        return self._led(self._fitted(base, label, self._sketches(base, label, names)), base)
+
+    def _sketches(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
+        """Each of ``names`` added to ``base`` alone, roughly; best first."""
+        sketches = []
+        for i, name in enumerate(names):
+            self.progress(f"{label}: trying {name}", i, len(names))
+            sketches.append(self.laboratory.sketched(base, name))
+        return sorted(sketches, key=self._criterion, reverse=True)
+
+    def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
+        """The best of the sketches, fitted."""
+        trials = []
+        for i, sketch in enumerate(sketches[:FITTED]):
+            name = _news(sketch, base)
+            self.progress(f"{label}: fitting {name}", i, FITTED)
+            trials.append(self.laboratory.extended(base, name, sketch))
+        self.progress(f"{label}: tried all", FITTED, FITTED)
+        return trials
+
+    def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first, with those that lead fitted to the end."""
+        ranked = sorted(trials, key=self._criterion, reverse=True)
+        ranked[:LEADERS] = [self.laboratory.finished(trial) for trial in ranked[:LEADERS]]
+        return self._sorted(ranked, base)
 
     def _far(self, trial: Trial, linear: Trial) -> bool:
         """True where a model leaves so much that its first effect may be the wrong one."""
@@ -191,7 +198,10 @@ class Climber:
                 yield Rung(smaller, removed=name)
                 yield from self._settle(smaller)
                 return
-            swapped = self.rank_promising(smaller, f"in place of {name}")[0]
+            swaps = self._ranked(smaller, f"in place of {name}")
+            if not swaps:
+                continue
+            swapped = swaps[0]
             gain = evidence(swapped, trial, self.bar.tolerance_deg)
             lower = swapped.held_out_rmse_deg < trial.held_out_rmse_deg
             if _news(swapped, smaller) != name and gain > 0.0 and lower:

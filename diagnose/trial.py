@@ -24,6 +24,7 @@ Mask = NDArray[np.bool_]
 
 BLOCK_S = 1.0
 HELD_OUT_EVERY = 3
+OWN_GENERATIONS = 8
 TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
 
@@ -142,8 +143,12 @@ class Laboratory:
         return self.problem((*kept, name))
 
     def sketched(self, base: Trial, name: str) -> Trial:
-        """``base`` with one effect more, fitted roughly: enough to see where it leads."""
-        return self.judge(sketch_effects(self.with_effect(base, name), base.fit))
+        """``base`` with one effect more, fitted roughly: enough to see where it leads.
+
+        It is judged on the recordings that it was fitted to alone.
+        """
+        fit = sketch_effects(self.with_effect(base, name), base.fit)
+        return Trial(fit.problem.effects, fit, self._seen(fit))
 
     def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
         """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
@@ -189,13 +194,6 @@ class Laboratory:
 
     def judge(self, fit: Fit) -> Trial:
         """Simulate every recording at the fitted point."""
-        point = fit.outcome.point
-        seen = [
-            Judged(recording, angles[0], mask)
-            for recording, angles, mask in zip(
-                self.recordings, fit.problem.predict(point), self.masks, strict=True
-            )
-        ]
         unseen = [
             Judged(
                 recording,
@@ -204,11 +202,18 @@ class Laboratory:
             )
             for recording in self.validate
         ]
-        trial = Trial(fit.problem.effects, fit, (*seen, *unseen))
+        trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *unseen))
         known = self.notebook.get(trial.effects)
         if known is None or trial.fit.outcome.cost < known.fit.outcome.cost:
             self.notebook[trial.effects] = trial
         return trial
+
+    def _seen(self, fit: Fit) -> tuple[Judged, ...]:
+        angles = fit.problem.predict(fit.outcome.point)
+        return tuple(
+            Judged(recording, predicted[0], mask)
+            for recording, predicted, mask in zip(self.recordings, angles, self.masks, strict=True)
+        )
 
 
 def carried_over(
@@ -238,7 +243,7 @@ def predict_fixed(recording: Recording, problem: Problem, physical: Array) -> Ar
     def residuals(points: Array) -> Array:
         return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))
 
-    descent = GaussNewton(own, low[fixed:], high[fixed:], np.ones(3))
+    descent = GaussNewton(own, low[fixed:], high[fixed:], np.ones(3), generations=OWN_GENERATIONS)
     outcome = drive(descent, residuals, 600)
     return np.asarray(problem.predict(np.concatenate([physical, outcome.point]))[0][0])
 
