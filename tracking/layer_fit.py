@@ -19,7 +19,7 @@ from servosight.tracking.surface import Image, Surface, spline_of
 _ROUNDS = 3
 _PRIOR = 16.0  # (noise over doubt about the cover) squared
 _LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
-_UNLIKE = 1.6  # misfit, in noise variances, beyond which a place shows something else
+_UNLIKE = 5.0  # misfit, in noise variances, beyond which a place shows something else
 _OPAQUE = 0.02
 DIM = 0.2  # less of the bench's light than this does not tell what it is like
 _TOLD = 0.97  # share of what the pixels tell that is worth their time
