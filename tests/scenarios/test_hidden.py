@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 
 from servosight.scenarios import hidden_score as score
-from servosight.scenarios.hidden_draw import NOISE_DEG, ROWS, choices, noise_for, propose
+from servosight.scenarios.hidden_draw import (
+    DURATION_S,
+    NOISE_DEG,
+    ROWS,
+    choices,
+    noise_for,
+    propose,
+)
 from servosight.scenarios.hidden_page import page
 from servosight.scenarios.hidden_pictures import pictures
 from servosight.scenarios.hidden_run import Results
@@ -24,7 +31,7 @@ def test_a_trial_is_drawn_from_its_seed_alone(row: str) -> None:
     assert (one.servo, one.effects, one.camera) == (other.servo, other.effects, other.camera)
     assert one.servo != next_one.servo
     assert len(one.effects) == ROWS[row].hidden
-    assert 12.0 <= one.excitation.duration_s <= 20.1
+    assert DURATION_S[0] - 0.1 <= one.excitation.duration_s <= DURATION_S[1] + 0.1
 
 
 def test_every_effect_takes_its_turn() -> None:
