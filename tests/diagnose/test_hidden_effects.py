@@ -42,7 +42,7 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
 
 
 RUGGED = pytest.mark.xfail(
-    reason="stick-slip makes the cost rugged: Stribeck friction is named, but fitted beside the truth"
+    reason="stick-slip makes the cost rugged: Stribeck is named, but fitted beside the truth"
 )
 
 
