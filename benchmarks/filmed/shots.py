@@ -66,11 +66,6 @@ def other(time_s: Array) -> Array:
     return np.asarray(15 * np.sin(2 * np.pi * 2.9 * time_s) + 4 * np.sin(2 * np.pi * 1.1 * time_s))
 
 
-def creep(time_s: Array) -> Array:
-    """4 deg at 1 deg/s to and fro: every place between pixels, hardly any smear."""
-    return np.asarray(2.0 * np.abs(np.mod(time_s / 2.0, 2.0) - 1.0))
-
-
 _LONG = Camera(exposure_s=0.008)
 _ROLLING = Camera(rate_hz=60.0, exposure_s=0.002, readout_s=0.016)
 _OTHER_PRINT = VideoSettings(texture_seed=5)
