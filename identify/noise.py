@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,42 +127,50 @@ def _smoothness(recording: Recording) -> tuple[Array, Mask]:
     lengths = [length for length in _LENGTHS if length <= recording.time_s.size]
     tables = [_blocks(recording, shapes, length) for length in lengths]
     calmest = min(float(np.partition(table.command.ravel(), _FEWEST)[_FEWEST]) for table in tables)
-    found = _cut(tables, calmest)
+    calm = [table.command <= calmest for table in tables]
+    found = _cut(tables, calm)
     for share in _MOVED:
         for _ in range(_PASSES):
-            wider = _cut(tables, max(calmest, share * _spread(*found)))
-            if np.array_equal(wider[1], found[1]):
+            limit_deg = max(calmest, share * _spread(*found))
+            wider = [table.command <= limit_deg for table in tables]
+            if all(np.array_equal(*pair) for pair in zip(wider, calm, strict=True)):
                 break
-            found = wider
+            calm, found = wider, _cut(tables, wider)
         if found[1].sum() >= _ENOUGH:
             break
     return found
 
 
-def _cut(tables: list[_Blocks], limit_deg: float) -> tuple[Array, Mask]:
-    """The cut into blocks with the most coefficients below the limit, by dynamic programming."""
-    calm = [table.command <= limit_deg for table in tables]
-    worth = [flags.sum(axis=1).tolist() for flags in calm]
-    ends = max(len(table.angle) + table.length // _STRIDE for table in tables)
+def _cut(tables: list[_Blocks], calm: list[Mask]) -> tuple[Array, Mask]:
+    """The cut into blocks with the most calm coefficients, by dynamic programming."""
+    spans = [table.length // _STRIDE for table in tables]
+    ends = max(len(flags) + span for flags, span in zip(calm, spans, strict=True))
+    worth = np.full((len(tables), ends + 1), -1)  # by the block's end, -1 where there is none
+    for row, flags, span in zip(worth, calm, spans, strict=True):
+        row[span : span + len(flags)] = flags.sum(axis=1)
     most, last = [0] * (ends + 1), [-1] * (ends + 1)
-    for end in range(1, ends + 1):
-        most[end] = most[end - 1]
-        for i, table in enumerate(tables):
-            start = end - table.length // _STRIDE
-            if 0 <= start < len(worth[i]) and most[start] + worth[i][start] > most[end]:
-                most[end], last[end] = most[start] + worth[i][start], i
-    values, chosen = [], []
+    for end, gains in enumerate(worth.T.tolist()):
+        best, chosen = most[end - 1] if end else 0, -1
+        for i, gain in enumerate(gains):
+            if gain > 0 and (total := most[end - spans[i]] + gain) > best:
+                best, chosen = total, i
+        most[end], last[end] = best, chosen
+    starts: list[list[int]] = [[] for _ in tables]
     end = ends
     while end > 0:
-        if last[end] < 0:
-            end -= 1
-            continue
         i = last[end]
-        end -= tables[i].length // _STRIDE
-        beyond = (0, tables[-1].length - tables[i].length)
-        values.append(np.pad(tables[i].angle[end], beyond))
-        chosen.append(np.pad(calm[i][end], beyond))
-    return np.array(values), np.array(chosen)
+        end -= spans[i] if i >= 0 else 1
+        if i >= 0:
+            starts[i].append(end)
+    longest = tables[-1].length
+    values = [_widened(table.angle[at], longest) for table, at in zip(tables, starts, strict=True)]
+    kept = [_widened(flags[at], longest) for flags, at in zip(calm, starts, strict=True)]
+    return np.vstack(values), np.vstack(kept)
+
+
+def _widened(rows: NDArray[Any], width: int) -> NDArray[Any]:
+    """Rows with zeros behind them."""
+    return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
 
 
 def _blocks(recording: Recording, shapes: Array, length: int) -> _Blocks:
@@ -171,11 +180,13 @@ def _blocks(recording: Recording, shapes: Array, length: int) -> _Blocks:
     time_s = cut(recording.time_s)
     first, last = time_s[:, :1], time_s[:, -1:]
     place = np.round((2.0 * time_s - first - last) / (last - first), 6)
-    place, kind = np.unique(place, axis=0, return_inverse=True)
+    known: dict[bytes, int] = {}  # blocks whose samples are spread alike share a basis
+    kind = [known.setdefault(row.tobytes(), len(known)) for row in place]
+    place = np.frombuffer(b"".join(known)).reshape(-1, length)
     basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(place, length - 1))
-    basis = basis[kind.ravel()]
-    angle = np.einsum("bij,bi->bj", basis, cut(recording.angle_deg))
-    moved = np.max([np.abs(np.einsum("bij,bi->bj", basis, cut(one))) for one in shapes], axis=0)
+    curves = np.stack([cut(one) for one in (recording.angle_deg, *shapes)], axis=1)
+    angle, *answers = np.moveaxis(curves @ basis[kind], 1, 0)
+    moved = np.max(np.abs(answers), axis=0)
     # A motion that reaches some degree reaches those below it, and the mean is always the servo's.
     moved = np.maximum.accumulate(moved[:, ::-1], axis=1)[:, ::-1]
     moved[:, 0] = np.inf
@@ -192,7 +203,7 @@ def _shapes(recording: Recording) -> Array:
     span = float(recording.time_s[-1]) - first
     since = np.arange(0.0, span + 2.0 * _GRID_S, max(_GRID_S, span / _LONGEST_GRID))
     change = np.diff(_command(recording, first + since), prepend=recording.command_deg[0])
-    padded = 1 << (2 * since.size - 1).bit_length()  # lengths with large factors are slow
+    padded = _quick_length(2 * since.size)
     spectrum = np.fft.rfft(change, padded)
     measured = recording.angle_deg - recording.angle_deg.mean()
     shapes, left = [], []
@@ -206,6 +217,12 @@ def _shapes(recording: Recording) -> Array:
         left.append(float(np.sum((measured - shape) ** 2)))
     best = int(np.argmin(left))
     return np.array(shapes[max(best - _NEIGHBOURS, 0) : best + _NEIGHBOURS + 1])
+
+
+def _quick_length(least: int) -> int:
+    """The least length of a transform from ``least`` on that has no large factor: 4 to 8 * 2^n."""
+    unit = 1 << max((least - 1).bit_length() - 3, 0)
+    return unit * -(-least // unit)
 
 
 def _repeats(recording: Recording) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 
 import numpy as np
@@ -78,12 +79,10 @@ def cues(problem: Problem, point: Array) -> Cues:
 
 def traces(problem: Problem, point: Array) -> Traces:
     """The recordings and a fit (a search point of ``problem``), sample by sample, end to end."""
-    from scipy.signal import cont2discrete, lfilter
-
     values = problem.values(point)
     k, T, xi = values["k"], values["T"], values["xi"]
     columns: list[tuple[Array, ...]] = []
-    loops: list[tuple[int, Array, Array]] = []
+    intervals = [float(np.median(np.diff(one.time_s))) for one in problem.recordings]
     for r, (recording, model) in enumerate(
         zip(problem.recordings, problem.predict(point), strict=True)
     ):
@@ -93,18 +92,25 @@ def traces(problem: Problem, point: Array) -> Traces:
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle
         columns.append((command, angle, speed, drive, angle - model[0]))
-        interval = float(np.median(np.diff(recording.time_s)))
-        b, a, _ = cont2discrete(([1.0], [T * T, 2.0 * xi * T, 1.0]), interval, "foh")
-        loops.append((angle.size, b.ravel(), a))
+    edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
+
+    @functools.cache
+    def filters() -> list[tuple[Array, Array]]:
+        from scipy.signal import cont2discrete
+
+        loop = [1.0], [T * T, 2.0 * xi * T, 1.0]
+        found = [cont2discrete(loop, interval, "foh") for interval in intervals]
+        return [(b.ravel(), a) for b, a, _ in found]
 
     def respond(torques: Array) -> Array:
-        edges = np.cumsum([size for size, _, _ in loops])[:-1]
-        parts = zip(loops, np.split(torques, edges, axis=1), strict=True)
-        return np.concatenate([lfilter(b, a, part, axis=1) for (_, b, a), part in parts], axis=1)
+        from scipy.signal import lfilter  # slow to import, and few effects ask
+
+        parts = zip(filters(), np.split(torques, edges, axis=1), strict=True)
+        return np.concatenate([lfilter(b, a, part, axis=1) for (b, a), part in parts], axis=1)
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
     command, angle, speed, drive, residual = joined
-    return Traces(command, angle, speed, drive, residual, interval, k, respond)
+    return Traces(command, angle, speed, drive, residual, intervals[-1], k, respond)
 
 
 def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
@@ -149,6 +155,7 @@ def search_box(problem: Problem, linear: Problem, point: Array) -> tuple[Array, 
     guesses = {
         f"{effect.id}.{parameter.name}": [start[j] for start in effect.starts(size)]
         for effect in problem.plant.layout.effects
+        if effect.id in problem.effects
         for j, parameter in enumerate(effect.parameters)
     }
     for j, c in enumerate(problem.coordinates):

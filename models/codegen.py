@@ -256,10 +256,13 @@ class _Writer:
         )
 
     def queries(self) -> str:
+        varying = [i for i, e in self.at(Place.FRICTION) if not _steady(e)]
         plant = (Place.REDUCER, Place.FEEDBACK, Place.DRIVE, Place.LOAD, Place.BRISTLE)
         effects = list(enumerate(self.layout.effects))
         groups = {
+            "has_command_terms": [i for i, e in self.at(Place.COMMAND) if e.term is not None],
             "has_friction": [self.any_at(Place.FRICTION)],
+            "has_varying_friction": varying,
             "has_memory": [self.any_at(Place.TRANSMISSION)],
             "has_loop_memory": [i for i, e in effects if e.memory],
             "has_switches": [i for i, e in effects if e.switch is not None],
@@ -451,10 +454,23 @@ class _Writer:
         return "\n\n".join(
             [
                 _function("reducer_angle(p, on, theta, z)", self._reducer(), "return felt"),
-                _function("output_chain(p, on, angle, memory)", show, "return angle"),
+                _function(
+                    "output_chain(p, on, angle, memory)",
+                    self.guarded(Place.TRANSMISSION, show),
+                    "return angle",
+                ),
                 _function("memory_commit(p, on, angle, memory)", keep, "return"),
             ]
         )
+
+
+def _steady(friction: Effect) -> bool:
+    """True where a friction term reads nothing of the motion: its size is its parameters' alone."""
+    assert friction.term is not None
+    tree = ast.parse(textwrap.dedent(inspect.getsource(friction.term)))
+    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    motion = list(inspect.signature(friction.term).parameters)[:3]
+    return read.isdisjoint(motion)
 
 
 def _any(names: list[str]) -> str:

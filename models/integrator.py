@@ -1,9 +1,10 @@
 """The plant equation in time: exponential Runge-Kutta steps, split where a switch falls.
 
 One row of parameters, one command, many instants of the output. The linear core is updated
-exactly; what the effects add is a forcing of that core, taken by Cox and Matthews' fourth-order
-scheme. A step ends where friction stops the motion (which then sticks exactly), where a term has a
-kink, where the motion turns round in front of a play, and at every row of the command.
+exactly, under dry friction of one size as well; what else the effects add is a forcing of that
+core, taken by Cox and Matthews' fourth-order scheme. A step ends where friction stops the motion
+(which then sticks exactly), where a term has a kink, where the motion turns round in front of a
+play, and at every row of the command.
 
 This file is compiled into the plant kernel (codegen.py): the terms come from ``terms.py``, of which
 the generated kernel holds the version for a registry of effects. States travel as tuples, in and
@@ -29,6 +30,7 @@ from servosight.models.terms import (
     command_start,
     flags,
     friction_size,
+    has_command_terms,
     has_friction,
     has_loop_memory,
     has_memory,
@@ -37,6 +39,7 @@ from servosight.models.terms import (
     has_shaft,
     has_states,
     has_switches,
+    has_varying_friction,
     keep_memory,
     kinks,
     latency,
@@ -198,6 +201,7 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
     p = unpack(row_values)
     on = flags(p)
     T, xi, gain, bias = p[1], p[2], p[0], p[3]
+    shaped = has_command_terms(on)
     friction = has_friction(on)
     memory_on = has_memory(on)
     loop_memory = has_loop_memory(on)
@@ -205,7 +209,10 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
     paced = has_resolutions(on)
     shaft = has_shaft(on)
     states = has_states(on)
-    plain = not (friction or shaft or has_plant_terms(on))
+    # Forced by the command and by dry friction of one size alone, the core's own update is exact.
+    exact = not (shaft or has_plant_terms(on) or has_varying_friction(on))
+    held = friction_size(p, on, 0.0, 0.0, 0.0) if exact else 0.0
+    eventless = exact and not (friction or memory_on)
     # The core is the motor's own: a far inertia on its spring is forcing.
     near = math.sqrt(1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3])
     T, xi = T * near, xi / near
@@ -245,12 +252,13 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
             if linear:
                 slope = (values[row + 1] - value) / (times[row + 1] - times[row])
                 value += slope * (t - shift - times[row])
-        if not started:
-            command_start(p, on, value, last)
-            started = True
-        value, slope, horizon = command_chain(
-            p, on, value, slope, horizon, last, piece_value, piece_slope
-        )
+        if shaped:
+            if not started:
+                command_start(p, on, value, last)
+                started = True
+            value, slope, horizon = command_chain(
+                p, on, value, slope, horizon, last, piece_value, piece_slope
+            )
         horizon = max(min(horizon, stop - t + step), 2.0 * _TINY)
         budget -= 1
         if budget < 0:
@@ -274,11 +282,15 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
                 if beyond > 0.0:
                     mode = direction
             a0, r0 = 0.0, z
-            if mode != 0 and not plain:
+            if mode != 0 and not exact:
                 a0, r0 = _net(p, on, x[0], x[1], z, now, mode)
+            if eventless:  # straight to the next sample, if that is beyond the step
+                limit = max(limit, samples[n] - t - gone)
             if paced:
                 limit = min(limit, longest_step(p, on, x[0], abs(x[1]), abs(a0), z))
-            h = left / max(math.ceil(left / limit - _EDGE), 1)
+            h = left
+            if left > limit * (1.0 + _EDGE):
+                h = left / math.ceil(left / limit - _EDGE)
             if mode == 0:
                 z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
                 if not states and rise == 0.0:
@@ -292,11 +304,11 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
             else:
                 if abs(h - known) > _TINY:
                     full = core_update(T, xi, h)
-                    if not plain:
+                    if not exact:
                         half = core_update(T, xi, 0.5 * h)
                     known = h
-                if plain:
-                    x1, a0, a1 = _coast(x, h, now, rise, core, full)
+                if exact:
+                    x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
                     z1, r0, r1 = z, z, z
                 else:
                     x1, z1, a1, r1 = _slide(
@@ -324,8 +336,8 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
                     h = tau
                     known = -1.0
                     full = core_update(T, xi, h)
-                    if plain:
-                        x1, a0, a1 = _coast(x, h, now, rise, core, full)
+                    if exact:
+                        x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
                     else:
                         half = core_update(T, xi, 0.5 * h)
                         x1, z1, a1, r1 = _slide(
@@ -359,8 +371,9 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
             if stopped:
                 mode = 0
             gone += h
-        for i in range(N_COMMAND):
-            last[i] = piece_value[i] + piece_slope[i] * gone
+        if shaped:
+            for i in range(N_COMMAND):
+                last[i] = piece_value[i] + piece_slope[i] * gone
         t += gone
     return
 

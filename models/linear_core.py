@@ -82,6 +82,8 @@ def core_update(T, xi, h):  # type: ignore[no-untyped-def]
 @njit
 def quintic(tau, h, x0, v0, a0, x1, v1, a1):  # type: ignore[no-untyped-def]
     """Hermite interpolation at ``tau`` in [0, h]: value, speed and acceleration at both ends."""
+    if tau == h:  # as where a step leads to the sample itself
+        return x1
     s = tau / h
     s2 = s * s
     s3 = s2 * s

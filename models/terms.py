@@ -33,8 +33,18 @@ def flags(p: Row) -> Flags:
     return (False,) * 9
 
 
+def has_command_terms(on: Flags) -> bool:
+    """True where a term reshapes the command."""
+    return False
+
+
 def has_friction(on: Flags) -> bool:
     """True where a friction term acts."""
+    return False
+
+
+def has_varying_friction(on: Flags) -> bool:
+    """True where a friction term acts whose size depends on the motion."""
     return False
 
 

@@ -40,6 +40,10 @@ def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
     return ((0.01,),)
 
 
+def reading(speed: float, drive: float, load: float, level: float) -> float:
+    return level + 0.0 * speed
+
+
 WORDS = dict.fromkeys(
     ("equation", "looks_like", "cause", "confirm", "remedy", "source"), "a test's own"
 )
@@ -49,6 +53,14 @@ SPRING = Effect(
     parameters=(Parameter("cubic", "deg/deg^3", -1.0, 1.0, 0.0),),
     starts=starts,
     term=spring,
+    **WORDS,
+)
+READING = Effect(
+    id="reading",
+    place=Place.FRICTION,
+    parameters=(Parameter("level", "deg", 0.0, 10.0, 0.0),),
+    starts=starts,
+    term=reading,
     **WORDS,
 )
 LAGGED = Effect(
@@ -114,6 +126,28 @@ def test_a_kernel_of_the_users_own_effects_against_scipy() -> None:
     error = np.abs(plant.simulate(row, STIMULUS) - truth).max()
     print(f"{error:.1e} deg")
     assert error < 0.002
+
+
+def test_a_linear_servo_is_exact_where_samples_lie_further_apart_than_the_step() -> None:
+    plant = Plant.of(catalogue())
+    few = replace(STIMULUS, samples_s=STIMULUS.samples_s[::16])
+    row = np.array(plant.layout.neutral_row())
+    row[:6] = 1.0, 0.0078, 0.55, 0.4, 3.0, 50.0
+    # Rows are met to 1e-12 s, at up to 2000 deg/s.
+    fine = plant.simulate(row, few, step_s=1e-5)
+    np.testing.assert_allclose(plant.simulate(row, few), fine, rtol=0.0, atol=1e-8)
+
+
+def test_friction_that_reads_nothing_of_the_motion_gives_what_the_general_scheme_gives() -> None:
+    """Coulomb's law as the catalogue has it, stepped exactly, and as one that reads the speed."""
+    simple = Plant.of(catalogue())
+    general = Plant.of({"reading": READING})
+    angles = []
+    for plant, name in ((simple, "coulomb_friction.level"), (general, "reading.level")):
+        row = np.array(plant.layout.neutral_row())
+        row[:3], row[plant.index(name)] = (1.0, 0.0078, 0.55), 1.2
+        angles.append(plant.simulate(row, STIMULUS))
+    np.testing.assert_allclose(*angles, rtol=0.0, atol=1e-9)
 
 
 def test_two_second_inertias_are_refused() -> None:
