@@ -54,6 +54,7 @@ from servosight.models.terms import (
 
 SLIDING_FREE = 2  # no friction at all; else -1, +1 for the direction of sliding and 0 for stuck
 _TINY = 1e-12
+_GROWTH = 2.0  # of a step over the last one, once the fast pole has died away
 _EDGE = 1e-6  # a switch this close to the end of a step (as a share of it) is at its end
 
 
@@ -193,8 +194,10 @@ def _first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
 
 
 @njit
-def _row(row_values, times, values, linear, samples, horn, step, out):
+def _row(row_values, times, values, linear, samples, horn, step, longest, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out.
+
+    Steps are of ``step`` where something has just changed, and grow to ``longest`` from there on.
 
     With ``horn`` the angle is that of the horn, which shaft and linkage lie behind.
     """
@@ -267,6 +270,7 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
         force = gain * value + bias
         rise = gain * slope
         gone = 0.0
+        reach = step
 
         while horizon - gone > _TINY and n < len(samples):
             budget -= 1
@@ -274,13 +278,14 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
                 out[n:] = np.nan
                 return
             left = horizon - gone
-            limit = step
+            limit = reach
             now = force + gone * rise
             stopped = False
             if mode == 0:
                 beyond, direction, _ = _excess(p, on, x[0], z, now)
                 if beyond > 0.0:
                     mode = direction
+                    limit = step
             a0, r0 = 0.0, z
             if mode != 0 and not exact:
                 a0, r0 = _net(p, on, x[0], x[1], z, now, mode)
@@ -291,6 +296,7 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
             h = left
             if left > limit * (1.0 + _EDGE):
                 h = left / math.ceil(left / limit - _EDGE)
+            reach = max(step, min(_GROWTH * h, longest))
             if mode == 0:
                 z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
                 if not states and rise == 0.0:
@@ -334,6 +340,7 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
                         stopped = False
                 if _EDGE * h < tau < (1.0 - _EDGE) * h:
                     h = tau
+                    reach = step
                     known = -1.0
                     full = core_update(T, xi, h)
                     if exact:
@@ -380,6 +387,9 @@ def _row(row_values, times, values, linear, samples, horn, step, out):
 
 @njit(parallel=True)
 def simulate_rows(rows, times, values, linear, samples, horn, steps, out):
-    """Simulate ``rows`` (batch, parameters) at ``steps`` (batch,) into ``out`` (batch, samples)."""
+    """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples).
+
+    ``steps`` (batch, 2): where something has just changed, and the longest, both [s].
+    """
     for b in prange(rows.shape[0]):
-        _row(rows[b], times, values, linear, samples, horn, steps[b], out[b])
+        _row(rows[b], times, values, linear, samples, horn, steps[b, 0], steps[b, 1], out[b])

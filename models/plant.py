@@ -71,13 +71,16 @@ class Plant:
         """Angles [deg] for a batch of rows.
 
         ``rows`` (batch, parameters) or (parameters,); returns (batch, samples) or (samples,).
-        ``step_s`` bounds the step (default: a fifth of each row's T). Rows whose steps run out give
-        NaN.
+        ``step_s`` bounds the step (default: a fifth of each row's T, or of its slow pole's). Rows
+        whose steps run out give NaN.
         """
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
-        steps = _steps_s(batch[:, 1]) if step_s is None else np.full(len(batch), step_s)
+        if step_s is None:
+            steps = _steps_s(batch[:, 1], batch[:, 2])
+        else:
+            steps = np.full((len(batch), 2), step_s)
         out = np.empty((batch.shape[0], stimulus.samples_s.size))
         self.run(
             np.ascontiguousarray(batch),
@@ -94,9 +97,15 @@ class Plant:
         return out if np.ndim(rows) == 2 else out[0]
 
 
-def _steps_s(T_s: Array) -> Array:
-    """Default steps [s] for time constants: on a ladder, so that neighbours in T share one."""
-    rungs = np.floor(4.0 * np.log2(STEP_SHARE * T_s)) / 4.0
+def _steps_s(T_s: Array, xi: Array) -> Array:
+    """Default steps [s], (batch, 2): for the time constants, and for the slow poles of stiff cores.
+
+    Both stand on a ladder, so that neighbours share one. The core is updated exactly, and once its
+    fast pole has died away what moves is slow.
+    """
+    slow_s = T_s * np.where(xi > 1.0, xi + np.sqrt(np.maximum(xi * xi - 1.0, 0.0)), 1.0)
+    times = np.stack([T_s, slow_s], axis=1)
+    rungs = np.floor(4.0 * np.log2(STEP_SHARE * times)) / 4.0
     return np.asarray(np.clip(2.0**rungs, *STEP_BOUNDS_S))
 
 
