@@ -19,7 +19,7 @@ from servosight.identify.noise import joint_noise_deg
 from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
 from servosight.identify.problem import TOLERANCE_SHARE, Problem
-from servosight.identify.starts import effect_starts, linear_start, search_box
+from servosight.identify.starts import effect_starts, idle_start, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.effect import Effect
@@ -189,7 +189,12 @@ def fit_effects(
     starts = _starts(problem, base)[:POLISHED_STARTS]
     if sketch is not None:
         starts = np.vstack([sketch.outcome.point, starts[1:]])
-    return polish(problem, starts, budget)
+    fit = polish(problem, starts, budget)
+    nested = set(base.problem.effects) <= set(problem.effects)
+    if not nested or fit.outcome.cost <= base.outcome.cost:
+        return fit
+    # All starts led astray: begin where the new effect does nothing, and cannot cost more.
+    return polish(problem, [idle_start(problem, base.problem, base.outcome.point)], budget)
 
 
 def sketch_effects(problem: Problem, base: Fit) -> Fit:

@@ -165,10 +165,15 @@ class Problem:
     def predict(self, points: Array) -> list[Array]:
         """Model angles for each recording, (batch, samples) each, at search points."""
         points = np.atleast_2d(points)
-        return [
-            self.plant.simulate(self.rows(points, r), stimulus)
-            for r, stimulus in enumerate(self.stimuli)
-        ]
+        return [self._simulated(self.rows(points, r), r) for r in range(len(self.recordings))]
+
+    def _simulated(self, rows: Array, recording: int) -> Array:
+        """Each different row once: what belongs to one recording leaves the others as they were."""
+        stimulus = self.stimuli[recording]
+        if len(self.recordings) == 1:
+            return self.plant.simulate(rows, stimulus)
+        different, which = np.unique(rows, axis=0, return_inverse=True)
+        return self.plant.simulate(different, stimulus)[which.ravel()]
 
     def residuals(self, points: Array) -> Array:
         """Weighted residuals of the scored samples, (batch, scored); large where it failed."""

@@ -147,6 +147,17 @@ def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
     return found
 
 
+def idle_start(problem: Problem, base: Problem, point: Array) -> Array:
+    """The search point of ``problem`` at which the effects that the base lacks do nothing."""
+    start = effect_starts(problem, base, point)[0].copy()
+    owned = {coordinate.name for coordinate in base.coordinates}
+    for j, coordinate in enumerate(problem.coordinates):
+        neutral = coordinate.parameter.neutral
+        if coordinate.name not in owned and neutral is not None:
+            start[j] = coordinate.to_search(neutral)
+    return start
+
+
 def search_box(problem: Problem, linear: Problem, point: Array) -> tuple[Array, Array]:
     """Bounds for a population about a linear start: wide, but finite and physical."""
     low, high = (bound.copy() for bound in problem.bounds)

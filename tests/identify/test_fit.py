@@ -1,0 +1,33 @@
+"""Fits behind fits: more freedom never costs more, and recordings share what they share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.identify.fit import fit_effects
+from servosight.identify.problem import Problem
+from servosight.models.registry import catalogue
+
+
+@pytest.mark.parametrize("more", ["stribeck_friction", "backlash", "speed_limit", "cogging"])
+def test_an_effect_more_never_costs_more(more: str, record: Any) -> None:
+    recordings = [record(4.0, coulomb_friction__level=1.0)]
+    base = fit_effects(Problem.of(recordings, catalogue(), ["coulomb_friction"]))
+    effects = [name for name in catalogue() if name in ("coulomb_friction", more)]
+    both = fit_effects(Problem.of(recordings, catalogue(), effects), base)
+    assert both.outcome.cost <= base.outcome.cost
+
+
+def test_joint_predictions_are_those_of_each_recording(record: Any) -> None:
+    recordings = [record(2.0), record(3.0, seed=1, k=0.9)]
+    joint = Problem.of(recordings, catalogue(), ["backlash"])
+    rng = np.random.default_rng(3)
+    points = np.tile(rng.uniform(0.1, 0.5, len(joint.coordinates)), (5, 1))
+    points[1:, -4:] += rng.uniform(size=(4, 4))  # the second recording's own, and one of the first
+    for r, recording in enumerate(recordings):
+        alone = Problem.of([recording], catalogue(), ["backlash"])
+        mine = np.hstack([points[:, : joint.physical], points[:, joint.physical + 3 * r :][:, :3]])
+        np.testing.assert_array_equal(joint.predict(points)[r], alone.predict(mine)[0])
