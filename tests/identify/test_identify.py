@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +27,24 @@ def assert_near(found: dict[str, Estimate], truth: dict[str, float], share: floa
         bound = max(4.0 * (one.sigma or 0.0), share * abs(value))
         print(f"{name}: truth {value:g}, found {one.value:.6g} +- {one.sigma}, bound {bound:.2g}")
         assert abs(one.value - value) <= bound, name
+
+
+def test_a_linear_fit_loads_nothing_of_scipys_signal() -> None:
+    """It takes a second to load, half of what `servosight identify` may take in all."""
+    script = (
+        "import sys, numpy as np\n"
+        "from servosight.identify.fit import identify\n"
+        "from servosight.models.recording import Recording\n"
+        "from servosight.models.registry import catalogue\n"
+        "time_s = np.arange(0.0, 4.0, 0.01)\n"
+        "command = 10.0 * np.sign(np.sin(3.0 * time_s))\n"
+        "angle = command + np.random.default_rng(1).normal(0.0, 1.0, time_s.size)\n"
+        "record = Recording('made', time_s, command, time_s, angle)\n"
+        "identify([record], [], catalogue=catalogue())\n"
+        "assert 'scipy.signal' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("method", ["gradient", "combination"])
