@@ -195,9 +195,9 @@ def _law(
 
 
 def _verdict(linear: Trial, last: Trial, bar: Bar) -> Verdict:
-    if bar.explained(linear):
-        return "no_effect_missing"
-    return "explained" if bar.explained(last) else "unexplained"
+    if not bar.explained(last):
+        return "unexplained"
+    return "explained" if last.effects else "no_effect_missing"
 
 
 def _in_order(climb: Climb) -> tuple[str, ...]:
@@ -243,7 +243,7 @@ def _next_experiment(
     auto: bool,
 ) -> str:
     """One sentence on what to do next."""
-    if bar.explained(linear):
+    if bar.explained(linear) and not last.effects:
         return "Nothing is missing here; to look further, use a larger and faster command."
     best = candidates[0]
     if proposal is not None:

@@ -48,6 +48,10 @@ class Bar:
         """True where the held-out error is at the floor."""
         return trial.held_out_rmse_deg <= EXPLAINED * self.floor_deg
 
+    def settled(self, trial: Trial) -> bool:
+        """True where the error of the fitted samples is at the floor."""
+        return trial.train_rmse_deg <= EXPLAINED * self.floor_deg
+
     def closed(self, trial: Trial, base: Trial) -> float:
         """Share of the squared held-out error above the floor that ``trial`` takes off ``base``."""
         before, after = base.held_out_rmse_deg**2, trial.held_out_rmse_deg**2

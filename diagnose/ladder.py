@@ -15,6 +15,8 @@ FITTED = 6
 """Of those tried, this many of the best are fitted,"""
 LEADERS = 3
 """and this many to the end."""
+SWAPPED = 3
+"""In place of an effect that earned its place, this many others are fitted."""
 PARTNERS = 2
 """Pairs: each of the best single candidates with the effects that promise most behind it,"""
 PAIRS = 12
@@ -66,34 +68,64 @@ class Climber:
         lab = self.laboratory
         linear = lab.linear()
         sketches = self._sketches(linear, "first effect", lab.candidates(linear))
-        trials = self._fitted(linear, "first effect", sketches)
+        trials = self._fitted(linear, "first effect", sketches[:FITTED])
         trials += [lab.judge(sketch.fit) for sketch in sketches[FITTED:]]
         return Climb((Rung(linear),), tuple(self._led(trials, linear)))
 
     def climb(self) -> Climb:
         """From the linear model up."""
         first = self.first_step()
-        rungs = list(first.rungs)
-        ranked: Sequence[Trial] = first.singles
-        while len(rungs) < MAX_RUNGS and not self.bar.explained(rungs[-1].trial):
+        linear = first.rungs[0].trial
+        rungs = self._ascend(list(first.rungs), first.singles)
+        last = rungs[-1].trial
+        if last.effects and not self.bar.explained(last) and not self._crossroads(first):
+            pair = self._pair(linear, first.singles)
+            if pair and self._beats(pair[-1].trial, last):
+                rungs = self._ascend([*first.rungs, *pair, *self._settle(pair[-1].trial)])
+        return Climb(tuple(rungs), first.singles)
+
+    def _ascend(self, rungs: list[Rung], ranked: Sequence[Trial] | None = None) -> list[Rung]:
+        """Rungs on top of ``rungs`` while something earns its place; ``ranked``: known singles."""
+        while len(rungs) < MAX_RUNGS and not self._done(rungs[-1].trial):
             base = rungs[-1].trial
+            if ranked is None:
+                ranked = self._ranked(base, f"effect {len(base.effects) + 1}")
             added = self._single(base, ranked) or []
             reached = added[-1].trial if added else base
-            if self._far(reached, rungs[0].trial) or not reached.effects:
+            if self._far(reached, rungs[0].trial) or not (
+                reached.effects or self.bar.explained(reached)
+            ):
                 added = self._pair(base, ranked) or added
             if not added:
                 break
             rungs += added
             rungs += self._settle(rungs[-1].trial)
-            if not self.bar.explained(rungs[-1].trial):
-                label = f"effect {len(rungs[-1].trial.effects) + 1}"
-                ranked = self._ranked(rungs[-1].trial, label)
-        return Climb(tuple(rungs), first.singles)
+            ranked = None
+        return rungs
 
-    def _ranked(self, base: Trial, label: str) -> list[Trial]:
-        """The candidates that promise most behind ``base``, fitted; best first."""
+    def _done(self, trial: Trial) -> bool:
+        """True where a model reaches the floor on what it has seen as well.
+
+        What is missing may show in a few seconds only, all of which were fitted.
+        """
+        return self.bar.explained(trial) and self.bar.settled(trial)
+
+    def _crossroads(self, first: Climb) -> bool:
+        """True where the first step had to look at pairs as well."""
+        linear = first.rungs[0].trial
+        single = self._single(linear, first.singles)
+        return single is None or self._far(single[-1].trial, linear)
+
+    def _beats(self, trial: Trial, rival: Trial) -> bool:
+        """True where a model is better than one built otherwise, also on held-out data."""
+        lower = trial.held_out_rmse_deg < rival.held_out_rmse_deg
+        return lower and evidence(trial, rival, self.bar.tolerance_deg) > 0.0
+
+    def _ranked(self, base: Trial, label: str, fitted: int = FITTED) -> list[Trial]:
+        """The candidates that promise most behind ``base``, ``fitted`` of them; best first."""
         names = self._promising(base, SCREENED)
-        return self._led(self._fitted(base, label, self._sketches(base, label, names)), base)
+        sketches = self._sketches(base, label, names)[:fitted]
+        return self._led(self._fitted(base, label, sketches), base)
 
     def _sketches(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
         """Each of ``names`` added to ``base`` alone, roughly; best first."""
@@ -104,13 +136,13 @@ class Climber:
         return sorted(sketches, key=self._criterion, reverse=True)
 
     def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
-        """The best of the sketches, fitted."""
+        """The sketches, fitted."""
         trials = []
-        for i, sketch in enumerate(sketches[:FITTED]):
+        for i, sketch in enumerate(sketches):
             name = _news(sketch, base)
-            self.progress(f"{label}: fitting {name}", i, FITTED)
+            self.progress(f"{label}: fitting {name}", i, len(sketches))
             trials.append(self.laboratory.extended(base, name, sketch))
-        self.progress(f"{label}: tried all", FITTED, FITTED)
+        self.progress(f"{label}: tried all", len(sketches), len(sketches))
         return trials
 
     def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
@@ -190,7 +222,12 @@ class Climber:
         return len(self._open(base))
 
     def _settle(self, trial: Trial) -> Iterator[Rung]:
-        """Try to do without each earlier effect, then to swap each for another."""
+        """Try simpler forms, to do without each earlier effect, then to swap each for another."""
+        simpler = next(self._simpler(trial), None)
+        if simpler is not None:
+            yield simpler
+            yield from self._settle(simpler.trial)
+            return
         for name in trial.effects if len(trial.effects) > 1 else ():
             self.progress(f"trying without {name}", 0, 1)
             smaller = self.laboratory.reduced(trial, name)
@@ -198,15 +235,19 @@ class Climber:
                 yield Rung(smaller, removed=name)
                 yield from self._settle(smaller)
                 return
-            swaps = self._ranked(smaller, f"in place of {name}")
-            if not swaps:
-                continue
-            swapped = swaps[0]
-            gain = evidence(swapped, trial, self.bar.tolerance_deg)
-            lower = swapped.held_out_rmse_deg < trial.held_out_rmse_deg
-            if _news(swapped, smaller) != name and gain > 0.0 and lower:
-                yield Rung(swapped, _news(swapped, smaller), name)
+            left = self.laboratory.without(trial, name)
+            swaps = self._ranked(left, f"in place of {name}", SWAPPED)
+            if swaps and _news(swaps[0], left) != name and self._beats(swaps[0], trial):
+                yield Rung(swaps[0], _news(swaps[0], left), name)
                 return
+
+    def _simpler(self, trial: Trial) -> Iterator[Rung]:
+        """Rungs for special cases of an effect that do as well as the whole of it."""
+        for name in trial.effects:
+            for simple in self.laboratory.catalogue[name].contains:
+                special = self.laboratory.swapped(trial, name, simple)
+                if not self._clearly_better(trial, special):
+                    yield Rung(special, simple, name)
 
     def _needed(self, trial: Trial, smaller: Trial) -> bool:
         """True where ``trial`` earns its place, and the smaller model cannot do as well.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.screen import Screen
-from servosight.identify.estimator import drive
+from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
@@ -174,18 +174,27 @@ class Laboratory:
             owners += [name] * len(starts)
         return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)
 
+    def without(self, base: Trial, name: str) -> Trial:
+        """``base`` less one effect, all else as it stood: not fitted."""
+        problem = self.problem([own for own in base.effects if own != name])
+        known = {
+            (c.name, c.recording): x
+            for c, x in zip(base.fit.problem.coordinates, base.fit.outcome.point, strict=True)
+        }
+        point = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
+        cost = float(half_squares(problem.residuals(point[None, :]))[0])
+        fit = Fit(problem, Outcome(point, cost, 1, "not fitted", np.array([cost]), point[None, :]))
+        return Trial(problem.effects, fit, self._seen(fit))
+
     def reduced(self, base: Trial, without: str) -> Trial:
         """``base`` with one effect fewer, fitted anew from where the rest stood."""
-        problem = self.problem([name for name in base.effects if name != without])
-        known = dict(
-            zip(
-                ((c.name, c.recording) for c in base.fit.problem.coordinates),
-                base.fit.outcome.point,
-                strict=True,
-            )
-        )
-        start = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
-        return self.judge(polish(problem, [start]))
+        start = self.without(base, without).fit
+        return self.judge(polish(start.problem, [start.outcome.point]))
+
+    def swapped(self, base: Trial, name: str, other: str) -> Trial:
+        """``base`` with one effect in another's place, fitted anew from where the rest stood."""
+        left = self.without(base, name)
+        return self.judge(fit_effects(self.with_effect(left, other), left.fit))
 
     def whole_rmse_deg(self, trial: Trial) -> float:
         """Rms error [deg] of a model fitted anew to all samples, the held-out ones among them."""

@@ -68,8 +68,10 @@ def unexplained(line: Line) -> bool:
 
 
 def in_group(line: Line) -> bool:
-    """True where the leading candidate and what is confounded with it contain the truth."""
-    return named(line) or set(hidden(line)) <= set(line["group"])
+    """True where the truth was named, or reported as what cannot be told from what was named."""
+    wanted = set(hidden(line))
+    reported = [set(effects) for effects in line["alternatives"]]
+    return named(line) or wanted <= set(line["group"]) or wanted in reported
 
 
 def right(line: Line) -> bool:

@@ -179,6 +179,7 @@ def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:
         "named": list(found.effects),
         "verdict": found.verdict,
         "group": [top.effect, *top.confounded_with],
+        "alternatives": [list(effects) for effects in found.alternatives],
         "noise_found_deg": found.noise_deg,
         "floor_deg": found.floor_deg,
         "over_floor": last.trial.held_out_rmse_deg / found.floor_deg,

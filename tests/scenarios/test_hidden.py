@@ -81,7 +81,8 @@ def line(**changes: Any) -> dict[str, Any]:
     facts |= changes.pop("facts", {})
     return {
         "row": "single", "seed": 1, "facts": facts, "named": ["backlash"], "verdict": "explained",
-        "group": ["backlash"], "noise_found_deg": 0.03, "floor_deg": 0.036, "over_floor": 0.9,
+        "group": ["backlash"], "alternatives": [], "noise_found_deg": 0.03, "floor_deg": 0.036,
+        "over_floor": 0.9,
         "parameters": {"k": [1.0, 1.001, 0.0008], "backlash.gap": [1.0, 1.06, 0.01]},
         "candidates": [["backlash", 0.03, 900.0]], "ladder": [[None, None, 0.3]], "cpu_s": 2.0,
         **changes,
