@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from servosight.models.linear_core import core_update, cubic, cubic_root, quintic
+from servosight.models.linear_core import core_update, cubic, cubic_root, doubled, quintic
 from servosight.models.terms import (
     N_COMMAND,
     N_MEMORY,
@@ -126,6 +126,16 @@ def _weighted(z, h, r0, ra, rb, rc):
 
 
 @njit
+def _updates(T, xi, h, exact):
+    """The core's updates over half of h [s] and over h; exact steps want the second alone."""
+    if exact:
+        full = core_update(T, xi, h)
+        return full, full
+    half = core_update(T, xi, 0.5 * h)
+    return half, doubled(half)
+
+
+@njit
 def _coast(x, h, force, slope, core, full):
     """The exact step of the plain linear core under a force that rises along a line."""
     stiffness, damping = core
@@ -227,8 +237,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
     memory = np.full(N_MEMORY + 1, p[4])
     x = (p[4], p[5])
     z = start_states(p)
-    full = core_update(T, xi, step)
-    half = core_update(T, xi, 0.5 * step)
+    half, full = _updates(T, xi, step, exact)
     known = step  # the step for which full and half hold
     mode = SLIDING_FREE
     if friction:
@@ -309,9 +318,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                 x1, a0, a1 = (x[0], 0.0), 0.0, 0.0
             else:
                 if abs(h - known) > _TINY:
-                    full = core_update(T, xi, h)
-                    if not exact:
-                        half = core_update(T, xi, 0.5 * h)
+                    half, full = _updates(T, xi, h, exact)
                     known = h
                 if exact:
                     x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
@@ -342,11 +349,10 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                     h = tau
                     reach = step
                     known = -1.0
-                    full = core_update(T, xi, h)
+                    half, full = _updates(T, xi, h, exact)
                     if exact:
                         x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
                     else:
-                        half = core_update(T, xi, 0.5 * h)
                         x1, z1, a1, r1 = _slide(
                             p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
                         )

@@ -15,6 +15,7 @@ from numba import njit
 
 _SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
 _TERMS = 14
+_INVERSE = tuple(1.0 / max(n, 1) for n in range(_TERMS + 3))  # no divisions in the series
 
 
 @njit
@@ -23,25 +24,19 @@ def core_update(T, xi, h):  # type: ignore[no-untyped-def]
     a0 = -1.0 / (T * T)
     a1 = -2.0 * xi / T
     if h * (1.0 + 2.0 * xi) < _SERIES * T:
-        # Impulse answer e12 = sum c_n h^n / n!, and its repeated integrals.
+        # Impulse answer e12 = sum c_n p_n, p_n = h^n / n!, its slope and its repeated integrals.
         before, now = 0.0, 1.0
-        power = h
-        e12 = h
-        s_theta = 0.5 * h * h
-        ramp = h * h * h / 6.0
-        quad = h * h * h * h / 24.0
-        e22 = 1.0
+        p0, p1, p2, p3 = 1.0, h, 0.5 * h * h, h * h * h * _INVERSE[6]
+        p4 = 0.25 * h * p3
+        e22, e12, s_theta, ramp, quad = p0, p1, p2, p3, p4
         for n in range(2, _TERMS):
             before, now = now, a1 * now + a0 * before
-            e22 += now * power
-            power *= h / n
-            term = now * power
-            e12 += term
-            term *= h / (n + 1)
-            s_theta += term
-            term *= h / (n + 2)
-            ramp += term
-            quad += term * h / (n + 3)
+            p0, p1, p2, p3, p4 = p1, p2, p3, p4, p4 * h * _INVERSE[n + 3]
+            e22 += now * p0
+            e12 += now * p1
+            s_theta += now * p2
+            ramp += now * p3
+            quad += now * p4
         e11 = 1.0 + a0 * s_theta
     else:
         root = xi * xi - 1.0
@@ -76,6 +71,25 @@ def core_update(T, xi, h):  # type: ignore[no-untyped-def]
         s_theta / h,
         2.0 * quad / (h * h),
         2.0 * ramp / (h * h),
+    )
+
+
+@njit
+def doubled(update):  # type: ignore[no-untyped-def]
+    """The update of a step twice as long: N over it is N over the first half, then the second."""
+    e11, e12, e21, e22, s_theta, s_w, r_theta, r_w, q_theta, q_w = update
+    trace = e11 + e22
+    return (
+        e11 * e11 + e12 * e21,
+        e12 * trace,
+        e21 * trace,
+        e22 * e22 + e12 * e21,
+        s_theta + e11 * s_theta + e12 * s_w,
+        s_w + e21 * s_theta + e22 * s_w,
+        0.5 * (s_theta + r_theta + e11 * r_theta + e12 * r_w),
+        0.5 * (s_w + r_w + e21 * r_theta + e22 * r_w),
+        0.25 * (s_theta + q_theta + e11 * q_theta + e12 * q_w) + 0.5 * r_theta,
+        0.25 * (s_w + q_w + e21 * q_theta + e22 * q_w) + 0.5 * r_w,
     )
 
 
