@@ -169,7 +169,7 @@ class Laboratory:
         changes = []
         for name in names:
             problem = self.with_effect(base, name)
-            starts = np.array(effect_starts(problem, fit.problem, fit.outcome.point))
+            starts = np.array(effect_starts(problem, fit.standpoint))
             changes.append(problem.residuals(starts) - residual)
             owners += [name] * len(starts)
         return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)

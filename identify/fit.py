@@ -19,7 +19,13 @@ from servosight.identify.noise import joint_noise_deg
 from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
 from servosight.identify.problem import TOLERANCE_SHARE, Problem
-from servosight.identify.starts import effect_starts, idle_start, linear_start, search_box
+from servosight.identify.starts import (
+    Standpoint,
+    effect_starts,
+    idle_start,
+    linear_start,
+    search_box,
+)
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.effect import Effect
@@ -51,6 +57,11 @@ class Fit:
         """Of the residuals at the point, (scored, coordinates)."""
         point = self.outcome.point
         return difference_quotient(self.problem, point, coordinate_scale(self.problem, point))
+
+    @cached_property
+    def standpoint(self) -> Standpoint:
+        """From which fits with more effects start."""
+        return Standpoint(self.problem, self.outcome.point)
 
     @property
     def rmse_deg(self) -> float:
@@ -194,7 +205,7 @@ def fit_effects(
     if not nested or fit.outcome.cost <= base.outcome.cost:
         return fit
     # All starts led astray: begin where the new effect does nothing, and cannot cost more.
-    return polish(problem, [idle_start(problem, base.problem, base.outcome.point)], budget)
+    return polish(problem, [idle_start(problem, base.standpoint)], budget)
 
 
 def sketch_effects(problem: Problem, base: Fit) -> Fit:
@@ -208,7 +219,7 @@ def _starts(problem: Problem, base: Fit) -> Array:
     A guess of a period may be right and its amplitude wrong: so a start counts by what it costs, or
     by what it would cost once scaled, whichever is less.
     """
-    starts = np.array(effect_starts(problem, base.problem, base.outcome.point))
+    starts = np.array(effect_starts(problem, base.standpoint))
     answers = problem.residuals(starts)
     before = base.problem.residuals(base.outcome.point[None, :])[0]
     _, reach = directions(answers - before, before, base.jacobian)
@@ -263,9 +274,9 @@ def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
 def _by_population(name: str, problem: Problem, seed: int) -> tuple[Fit, Array]:
     """A population and its descents search the box around the linear fit; the best is polished."""
     linear = Problem(problem.recordings, problem.plant, (), problem.masks)
-    start = linear_start(linear)
-    low, high = search_box(problem, linear, start)
-    seeds = np.array(effect_starts(problem, linear, start))
+    start = Standpoint(linear, linear_start(linear))
+    low, high = search_box(problem, start)
+    seeds = np.array(effect_starts(problem, start))
     population = Population(OPERATORS[name], low, high, seed, seeds)
     estimator = Polished(population, coordinate_scale(problem, seeds[0]))
     search = drive(estimator, problem.residuals, SEARCH_BUDGET)

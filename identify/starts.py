@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import itertools
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servosight.identify.problem import Problem
-from servosight.models.effect import Cues
+from servosight.models.effect import Cues, Effect
 from servosight.models.readings import Traces
 
 Array = NDArray[np.float64]
@@ -113,22 +114,42 @@ def traces(problem: Problem, point: Array) -> Traces:
     return Traces(command, angle, speed, drive, residual, intervals[-1], k, respond)
 
 
-def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
+@dataclass(frozen=True)
+class Standpoint:
+    """A fitted model behind which others start: what it shows is worked out once."""
+
+    problem: Problem
+    point: Array
+    _guesses: dict[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict, compare=False)
+
+    @functools.cached_property
+    def cues(self) -> Cues:
+        """What the model leaves, in sizes and traces."""
+        return cues(self.problem, self.point)
+
+    def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
+        """The effect's own guesses of its parameters."""
+        if effect.id not in self._guesses:
+            self._guesses[effect.id] = effect.starts(self.cues)
+        return self._guesses[effect.id]
+
+
+def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
     """Search points of ``problem``: the base's point, with guesses for effects it lacks.
 
     All combinations of the new effects' guesses, each with T as it is and shorter: a model that
     lacks a limit or friction takes the lag for a long time constant.
     """
-    size = cues(base, point)
-    known = {(c.name, c.recording): x for c, x in zip(base.coordinates, point, strict=True)}
+    coordinates = base.problem.coordinates
+    known = {(c.name, c.recording): x for c, x in zip(coordinates, base.point, strict=True)}
     new = [
         effect
         for effect in problem.plant.layout.effects
-        if effect.id in problem.effects and effect.id not in base.effects
+        if effect.id in problem.effects and effect.id not in base.problem.effects
     ]
     low, high = problem.bounds
     found = []
-    for guesses in itertools.product(*(effect.starts(size) for effect in new)):
+    for guesses in itertools.product(*(base.guesses(effect) for effect in new)):
         guess = {
             f"{effect.id}.{parameter.name}": value
             for effect, values in zip(new, guesses, strict=True)
@@ -147,10 +168,10 @@ def effect_starts(problem: Problem, base: Problem, point: Array) -> list[Array]:
     return found
 
 
-def idle_start(problem: Problem, base: Problem, point: Array) -> Array:
+def idle_start(problem: Problem, base: Standpoint) -> Array:
     """The search point of ``problem`` at which the effects that the base lacks do nothing."""
-    start = effect_starts(problem, base, point)[0].copy()
-    owned = {coordinate.name for coordinate in base.coordinates}
+    start = effect_starts(problem, base)[0].copy()
+    owned = {coordinate.name for coordinate in base.problem.coordinates}
     for j, coordinate in enumerate(problem.coordinates):
         neutral = coordinate.parameter.neutral
         if coordinate.name not in owned and neutral is not None:
@@ -158,13 +179,13 @@ def idle_start(problem: Problem, base: Problem, point: Array) -> Array:
     return start
 
 
-def search_box(problem: Problem, linear: Problem, point: Array) -> tuple[Array, Array]:
+def search_box(problem: Problem, linear: Standpoint) -> tuple[Array, Array]:
     """Bounds for a population about a linear start: wide, but finite and physical."""
     low, high = (bound.copy() for bound in problem.bounds)
-    size = cues(linear, point)
-    at = {(c.name, c.recording): x for c, x in zip(linear.coordinates, point, strict=True)}
+    coordinates = linear.problem.coordinates
+    at = {(c.name, c.recording): x for c, x in zip(coordinates, linear.point, strict=True)}
     guesses = {
-        f"{effect.id}.{parameter.name}": [start[j] for start in effect.starts(size)]
+        f"{effect.id}.{parameter.name}": [start[j] for start in linear.guesses(effect)]
         for effect in problem.plant.layout.effects
         if effect.id in problem.effects
         for j, parameter in enumerate(effect.parameters)
@@ -178,10 +199,10 @@ def search_box(problem: Problem, linear: Problem, point: Array) -> tuple[Array, 
             high[j] = min(high[j], largest)
         else:
             reach = {"k": 0.5 * abs(centre) + 0.1, "T": 1.6, "xi": 1.6}.get(
-                c.name, 0.25 * size.amplitude_deg + 1.0
+                c.name, 0.25 * linear.cues.amplitude_deg + 1.0
             )
             if c.name == "initial_speed":
-                reach = 0.1 * size.speed_deg_s
+                reach = 0.1 * linear.cues.speed_deg_s
             low[j] = max(low[j], centre - reach)
             high[j] = min(high[j], centre + reach)
     return low, high
