@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from servosight.models.errors import InputError
 from servosight.tracking.outline import tightened
-from servosight.tracking.polar import Array, Grid, Mask
+from servosight.tracking.polar import Array, Grid, Mask, Single
 from servosight.tracking.search import search
 from servosight.tracking.surface import Image, Surface, learn, single, spread
 
@@ -82,8 +82,9 @@ def acquire(
         angles = _completed(images, angles, single(images[reference], mask, grid))
     known = np.flatnonzero(np.isfinite(angles))
     some = known[spread(angles[known], _ROUGH_FRAMES)]
+    even = _as_bright(images)
     for learnt in (some, known):
-        mask = surface_mask([images[int(i)] for i in some], angles[some], grid, mask)
+        mask = surface_mask([even[int(i)] for i in some], angles[some], grid, mask)
         if mask.sum() * _COARSE_PX**2 < 200:
             raise InputError(
                 f"{video}: no moving surface of at least 200 px stands out from the bench; "
@@ -95,8 +96,18 @@ def acquire(
         angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
     assert rough is not None
     good = np.flatnonzero(np.isfinite(exact))
-    edge = tightened([shown[int(i)] for i in good], exact[good], rough.pivot_px, rough.outline_px)
+    clear = [even[int(i)] for i in known[good]]
+    edge = tightened(clear, exact[good], rough.pivot_px, rough.outline_px)
     return replace(rough, outline_px=edge)
+
+
+def _as_bright(images: Sequence[Image]) -> list[Single]:
+    """The pictures as bright as the first: a lamp that fades would pass for an edge."""
+    level = [float(np.median(image)) for image in images]
+    return [
+        np.asarray(image, np.float32) * np.float32(level[0] / max(own, 1.0))
+        for image, own in zip(images, level, strict=True)
+    ]
 
 
 def _from_pointing(
@@ -306,13 +317,13 @@ def _on_lattice(mask: NDArray[np.uint8], grid: Grid) -> Mask:
     return np.asarray(picked > 0)
 
 
-def surface_mask(images: Sequence[Image], angles_rad: Array, grid: Grid, first: Mask) -> Mask:
+def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first: Mask) -> Mask:
     """Cells that turn with the surface rather than stay with the bench, about the cells ``first``.
 
     The bench is the median of what each pixel shows while surely nothing covers it. A cell is the
     surface's where the turned-back mean explains the frames better than the bench does.
     """
-    stack = np.stack(images).astype(np.float32)
+    stack = np.stack(images)
     mask = ndimage.binary_dilation(first, iterations=4)
     places = [
         tuple(p.astype(np.float32) for p in grid.points(float(angle))) for angle in angles_rad

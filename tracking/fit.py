@@ -31,6 +31,7 @@ class Fit:
     those that the model covers, ``in_view`` is the share of the surface that they are.
     ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
     ``delay`` is where in the readout the angle is told, as a share of it about the middle row.
+    Grey levels are ``gain`` times the model's plus ``offset``.
     """
 
     angle_rad: float
@@ -44,6 +45,8 @@ class Fit:
     in_view: float = 1.0
     plain_rad: float = 0.0
     delay: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
 
 
 def turn(sample: Sample) -> Single:
@@ -124,6 +127,8 @@ def gauss_newton(
         float(np.sqrt(squares / used)),
         now.chosen.size,
         plain_rad=float(np.sqrt(inverse[2, 2] * weighed / used)),
+        gain=gain,
+        offset=offset,
     )
 
 

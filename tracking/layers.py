@@ -53,16 +53,11 @@ class Layers:
 
     def smeared(self, columns: float) -> Layers:
         """The same layers as a shutter shows them that is open while they turn by ``columns``."""
-        box = _box(columns)
+        box = box_of(columns)
         blurred = ndimage.correlate1d(self.coefficients, box, axis=0, mode="nearest")
         spread = np.ones((2 * (box.size // 2) + 1, 1), np.uint8)
         used = self.used if box.size == 1 else cv2.dilate(self.used, spread)
         return replace(self, coefficients=blurred, used=np.asarray(used))
-
-    def along_radius(self) -> Layers:
-        """Layers that show, in place of grey levels, their change along the radius [1/px]."""
-        slope = np.gradient(self.coefficients, self.grid.step_px, axis=1).astype(np.float32)
-        return replace(self, coefficients=np.ascontiguousarray(slope))
 
     @cached_property
     def _wanted(self) -> NDArray[np.uint8]:
@@ -71,21 +66,9 @@ class Layers:
 
     def about(self, pixels: Pixels, angle_rad: float, exposure: Exposure) -> Shown:
         """The model of the pixels that tell something with the surface about an angle."""
-        part, turn = pixels.covering(self.grid, angle_rad, exposure.slack_rad)
-        grid = self.grid
-        place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-        motion = exposure.per_delay_rad, exposure.bend_rad
-        delay = pixels.delay[part]
-        size = part.stop - part.start
-        chosen = np.empty(size + 1, np.intp)
-        where = np.empty((2, size + 1), np.float32)
-        count = _select(
-            self._wanted, pixels.phi_rad[part], pixels.radius_px[part], delay, place, motion,
-            chosen, where,
-        )  # fmt: skip
-        chosen = chosen[:count] + part.start
+        chosen, where = covered(pixels, self.grid, angle_rad, exposure, self._wanted)
         behind = self.bench.reshape(-1).take(pixels.index.take(chosen))
-        return Shown(self, pixels, angle_rad, exposure, chosen, where[:, :count], behind)
+        return Shown(self, pixels, angle_rad, exposure, chosen, where, behind)
 
 
 @dataclass(frozen=True)
@@ -127,8 +110,32 @@ class Shown:
         return Sample(self.pixels, chosen[:count], out[0, :count], out[1, :count], out[1, :0])
 
 
-def _box(columns: float) -> Array:
-    """A running mean's weights; for its width see ``polar.smeared``."""
+def covered(
+    pixels: Pixels,
+    grid: Grid,
+    angle_rad: float,
+    exposure: Exposure,
+    wanted: NDArray[np.uint8],
+) -> tuple[NDArray[np.intp], Single]:
+    """The pixels that show ``wanted`` cells (columns, rows) of a lattice turned by an angle.
+
+    Their places in the table (pixels,), and the column and row that each shows (2, pixels).
+    """
+    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    motion = exposure.per_delay_rad, exposure.bend_rad
+    size = part.stop - part.start
+    chosen = np.empty(size + 1, np.intp)
+    where = np.empty((2, size + 1), np.float32)
+    count = _select(
+        wanted, pixels.phi_rad[part], pixels.radius_px[part], pixels.delay[part], place, motion,
+        chosen, where,
+    )  # fmt: skip
+    return chosen[:count] + part.start, where[:, :count]
+
+
+def box_of(columns: float) -> Array:
+    """Weights of a running mean over ``columns``; for its width see ``polar.smeared``."""
     width = np.sqrt(1.0 + columns * columns)
     whole = int(np.ceil(0.5 * (width - 1.0)))
     edge = 0.5 * (width - 1.0) - (whole - 1)

@@ -7,32 +7,26 @@ than single ones, so that each frame's speed, and with it its smear and its rows
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from servosight.tracking.fit import Fit, gauss_newton, turn_and_shift
 from servosight.tracking.follow import Seen, Stage, follow
 from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
-from servosight.tracking.layers import Layers
-from servosight.tracking.polar import Array, Pixels, Sample
 from servosight.tracking.refine import Refine
-from servosight.tracking.shutter import Exposure, Shutter
-from servosight.tracking.surface import Image, Surface, pivot_error
+from servosight.tracking.shutter import Shutter
 from servosight.tracking.video import stretches
 
 _STRETCHES = 8
 _LENGTH = 48
 _FROM_EACH = 12
 _LEAST = 12
-_BLURRED_PX = 2.0  # smear at the tip that a learnt picture may hold
+_BLURRED_PX = 14.0  # smear at the tip that learning can undo
+_ENOUGH = 32
 _KEPT = 0.9
 _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
-_ROUNDS = 4
-_SETTLED_PX = 0.002
 _THINNING = 3  # of so many pixels one is enough for the first pass
 
 
@@ -54,9 +48,17 @@ def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]
     ]
     if len(chosen) < _LEAST:
         return refine
-    chosen.sort(key=lambda s: s.angle_rad)
+    chosen = _slowest(chosen, _ENOUGH)
     judges, taught = chosen[::_JUDGES], [s for n, s in enumerate(chosen) if n % _JUDGES]
-    stage = Layered.of(_learnt(taught, refine.surface), refine)
+    layers = learn_layers(
+        [s.frame.image for s in taught],
+        np.array([s.angle_rad for s in taught]),
+        [s.exposure for s in taught],
+        np.array([(s.fit.gain, s.fit.offset) for s in taught if s.fit]),
+        refine.surface,
+        float(np.median([s.fit.noise for s in taught if s.fit])),
+    )
+    stage = Layered.of(layers, refine)
     before, after = [], []
     for judge in judges:
         fit = stage.near(judge.frame.image, judge.angle_rad, judge.exposure)
@@ -64,50 +66,6 @@ def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]
         before.append(inside.sigma_rad if inside else np.inf)
         after.append(fit.sigma_rad if fit else np.inf)
     return stage if np.median(after) < _GAIN * np.median(before) else refine
-
-
-def _learnt(taught: list[Seen], surface: Surface) -> Layers:
-    """The layers of some frames, with angles and pivot made exact on the way.
-
-    Pixels well inside leave the pivot uncertain by some thousandths of a pixel, which the outline
-    tells better: fits with a shift give it as in ``surface.learn``.
-    """
-    images = [seen.frame.image for seen in taught]
-    angles = np.array([seen.angle_rad for seen in taught])
-    exposures = [seen.exposure for seen in taught]
-    layers = learn_layers(images, angles, exposures, surface)
-    for _ in range(_ROUNDS):
-        fits = _shifted(layers, images, angles, exposures)
-        known = np.array([fit is not None for fit in fits])
-        angles = np.array([f.angle_rad if f else a for f, a in zip(fits, angles, strict=True)])
-        shifts = np.array([fit.shift_px if fit else (0.0, 0.0) for fit in fits])
-        moved, _ = pivot_error(angles[known], shifts[known])
-        pivot = surface.pivot_px[0] + moved[0], surface.pivot_px[1] + moved[1]
-        surface = replace(surface, grid=replace(surface.grid, pivot_px=pivot))
-        layers = learn_layers(images, angles, exposures, surface, layers)
-        if np.hypot(*moved) < _SETTLED_PX:
-            break
-    return layers
-
-
-def _shifted(
-    layers: Layers, images: list[Image], angles_rad: Array, exposures: list[Exposure]
-) -> list[Fit | None]:
-    pixels = Pixels.about(layers.grid, images[0].shape)
-    radial = layers.along_radius()
-
-    def fit(image: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
-        columns = exposure.smear_rad / layers.grid.step_rad
-        shown, slope = (
-            model.smeared(columns).about(pixels, angle_rad, exposure) for model in (layers, radial)
-        )
-
-        def at(angle: float) -> Sample:
-            return replace(shown.at(angle), per_px=slope.at(angle).value)
-
-        return gauss_newton(at, turn_and_shift, image, angle_rad, layers.shot)
-
-    return [fit(*one) for one in zip(images, angles_rad.tolist(), exposures, strict=True)]
 
 
 def _slowest(seen: list[Seen], count: int) -> list[Seen]:

@@ -37,7 +37,7 @@ _LEAST_FRAMES = 4
 
 
 def tightened(
-    images: Sequence[Image], angles_rad: Array, pivot_px: tuple[float, float], rough_px: Array
+    images: Sequence[Single], angles_rad: Array, pivot_px: tuple[float, float], rough_px: Array
 ) -> Array:
     """The visible outline (points, 2) as x, y [px] at angle zero, from a rough one about it.
 
@@ -47,10 +47,7 @@ def tightened(
     corner = np.floor(rough_px.min(0)) - _PAD_PX
     size = np.ceil(rough_px.max(0) + _PAD_PX - corner).astype(int) + 1
     maps = [_back(corner, pivot_px, float(angle)) for angle in angles_rad]
-    seen = [
-        _turned_back(image.astype(np.float32), matrix, size)
-        for image, matrix in zip(images, maps, strict=True)
-    ]
+    seen = [_turned_back(image, matrix, size) for image, matrix in zip(images, maps, strict=True)]
     mean = _mean(seen)
     line = _body(rough_px - corner, size)
     thick = 0.6 * _inscribed_px(line, size)
@@ -115,7 +112,7 @@ def _body(rough: Array, size: NDArray[np.int_]) -> Array:
 
 
 def _bench(
-    images: Sequence[Image], maps: Sequence[Array], line: Array, size: NDArray[np.int_]
+    images: Sequence[Single], maps: Sequence[Array], line: Array, size: NDArray[np.int_]
 ) -> Single:
     """Mean picture of what lies still, NaN where the surface or its shadow always covers it."""
     disc = np.ones((2 * _SHADOW_PX + 1, 2 * _SHADOW_PX + 1), np.uint8)

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-_BLOCK_PX = 8
+_BLOCK_PX = 32
 
 
 @dataclass(frozen=True)

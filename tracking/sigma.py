@@ -18,6 +18,7 @@ _NEIGHBOURS = 15  # frames whose residuals tell together how far they hang toget
 _ODD = 1.6  # a frame that hangs together more than these by this factor is odd by itself
 _GAP = 1.5  # frame times
 _NEAR = 7  # frames
+_SPREAD = 1.0 / 36.0  # of the rows' times about that instant, squared, in readouts
 
 
 def flags_of(fit: Fit | None) -> int:
@@ -80,7 +81,7 @@ def _calmed(fits: Sequence[Fit | None]) -> Array:
 def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
     """Doubt from a speed that changes while a picture is taken, in the angle's unit; (frames,).
 
-    ``exposures_s`` with what the readout adds to it. The model follows the acceleration that the
+    The model follows the acceleration that the
     neighbours tell; what is left comes of its change between them, which moves the mean over an
     exposure E by up to ``da E^2 / 24``.
     """
@@ -99,7 +100,8 @@ def at_middle_row(
 
     A fit tells the angle at the instant when the surface's own rows are read, and nearly nothing
     of the speed that was assumed to carry it to the middle row. A quintic spline through all these
-    instants carries it better; what it differs from a cubic one is doubt.
+    instants carries it better; what it differs from a higher one is doubt, and so
+    is a bend that the fit was not told of.
     """
     known = np.array([fit is not None for fit in fits])
     found = [(fit, e) for fit, e in zip(fits, exposures, strict=True) if fit is not None]
@@ -115,7 +117,11 @@ def at_middle_row(
     if len(found) < 8 or np.any(np.diff(own_s) <= 0):
         angle[known] = [fit.angle_rad for fit, _ in found]
         return angle.tolist(), doubt
-    fifth, third = (make_interp_spline(own_s, read, order) for order in (5, 3))
+    fifth, seventh = (make_interp_spline(own_s, read, order) for order in (5, 7))
     angle[known] = fifth(time_s[known])
-    doubt[known] = np.abs(fifth(time_s[known]) - third(time_s[known]))
+    bend = 0.5 * fifth.derivative(2)(own_s) * readout_s**2
+    assumed = np.array([e.bend_rad for _, e in found])
+    doubt[known] = np.hypot(
+        fifth(time_s[known]) - seventh(time_s[known]), _SPREAD * (bend - assumed)
+    )
     return angle.tolist(), doubt

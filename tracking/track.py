@@ -13,7 +13,9 @@ from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
 from servosight.tracking.calibrate_view import Camera, Flattened, flattened, view_of
 from servosight.tracking.fit import Fit
+from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
+from servosight.tracking.layered import Layered
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
 from servosight.tracking.parts import same_view, without
@@ -122,14 +124,23 @@ def track(
     doubt = np.zeros(len(fits))
     if readout_s > 0.0:
         fits, doubt = _at_middle_row(time_s, fits, exposures, readout_s)
+    else:
+        gain = np.array([fit.gain if fit else np.nan for fit in fits])
+        late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
     angle, sigma = columns(fits, flags)
+    if readout_s == 0.0:
+        speed = np.gradient(angle, time_s)
+        unsure = np.abs(np.gradient(np.gradient(speed))) / 6.0
+        angle = angle - speed * late_s
+        doubt = np.hypot(speed * late_doubt_s, unsure * late_s)
     sigma = np.sqrt(
         sigma**2
         + doubt**2
-        + uneven(angle, time_s, np.hypot(exposures_s, readout_s)) ** 2
+        + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
     )
-    x, y = view.plane.to_picture(np.array([surface.pivot_px]))[0]
+    pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
+    x, y = view.plane.to_picture(np.array([pivot_px]))[0]
     return Track(
         video,
         method,

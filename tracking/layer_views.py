@@ -1,0 +1,177 @@
+"""A frame that the layers are learnt from: its pixels on the lattice, and the layers' model there.
+
+The model is linear in the layers, so learning them takes two products: of the layers with what a
+frame shows of them (``shown``), and back (``spread``). Both with the frame's own smear and rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from servosight.tracking.layers import covered
+from servosight.tracking.polar import Grid, Mask, Pixels, Single, slopes, smeared, weights
+from servosight.tracking.shutter import Exposure
+
+_LEAST_SMEAR = 0.3  # columns; less is no smear
+
+
+@dataclass(frozen=True)
+class View:
+    """The pixels of one frame that show wanted cells; (pixels,).
+
+    ``index`` is their place in the flattened picture, ``where`` (2, pixels) the column and row of
+    the lattice that they show, ``phi_rad`` and ``radius_px`` their own place about the pivot.
+    ``smear`` and ``parts`` (stretches,) are its exposure's, in columns.
+    """
+
+    index: NDArray[np.intp]
+    where: Single
+    phi_rad: Single
+    radius_px: Single
+    smear: float
+    parts: Single
+
+    @classmethod
+    def of(
+        cls,
+        pixels: Pixels,
+        grid: Grid,
+        angle_rad: float,
+        exposure: Exposure,
+        wanted: NDArray[np.uint8],
+    ) -> View:
+        """With the surface at an angle; ``wanted`` (columns, rows) marks the cells."""
+        chosen, where = covered(pixels, grid, angle_rad, exposure, wanted)
+        return cls(
+            pixels.index.take(chosen),
+            np.ascontiguousarray(where),
+            pixels.phi_rad.take(chosen).astype(np.float32),
+            pixels.radius_px.take(chosen).astype(np.float32),
+            exposure.smear_rad / grid.step_rad,
+            (exposure.parts_rad / grid.step_rad).astype(np.float32),
+        )
+
+    def within(self, chosen: Mask) -> View:
+        """The ``chosen`` (pixels,) alone."""
+        some = np.flatnonzero(chosen)
+        return replace(
+            self,
+            index=self.index[some],
+            where=np.ascontiguousarray(self.where[:, some]),
+            phi_rad=self.phi_rad[some],
+            radius_px=self.radius_px[some],
+        )
+
+    @property
+    def cell(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Column and row of the nearest cell; (pixels,) each."""
+        column, row = np.rint(self.where).astype(np.intp)
+        return column, row
+
+    def linear(self, layers: Single) -> Single:
+        """Light and clearness (0, 1), their slopes by column (2, 3) and by row (4, 5); (6, pixels).
+
+        ``layers`` (columns, rows, 2) are splines' coefficients.
+        """
+        out = np.zeros((6, self.index.size), np.float32)
+        _linear(self._smeared(layers), self.where, self.parts, out)
+        return out
+
+    def shown(self, layers: Single, behind: Single) -> Single:
+        """Grey levels of the layers before the bench ``behind`` (pixels,); (pixels,)."""
+        out = np.empty(self.index.size, np.float32)
+        _shown(self._smeared(layers), self.where, self.parts, behind, out)
+        return out
+
+    def spread(self, grey: Single, behind: Single, shape: tuple[int, ...]) -> Single:
+        """The transpose of ``shown``: grey levels (pixels,) onto layers of ``shape``."""
+        layers = np.zeros(shape, np.float32)
+        _spread(layers, self.where, self.parts, behind, grey)
+        return self._smeared(layers)
+
+    def _smeared(self, layers: Single) -> Single:
+        if self.smear < _LEAST_SMEAR:
+            return layers
+        return smeared(layers.reshape(len(layers), -1), self.smear).reshape(layers.shape)
+
+
+_kernel = njit(
+    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"}
+)
+
+
+@_kernel
+def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        v = where[1, i]
+        j = int(v)
+        b, e = weights(v - np.float32(j)), slopes(v - np.float32(j))
+        for part in parts:
+            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
+            m = int(u)
+            a, d = weights(u - np.float32(m)), slopes(u - np.float32(m))
+            for k in range(4):
+                start = 2 * ((m - 1 + k) * rows + j - 1)
+                c = flat[start : start + 8]
+                for side in range(2):
+                    across = np.float32(0.0)
+                    along = np.float32(0.0)
+                    for n in range(4):
+                        across += b[n] * c[2 * n + side]
+                        along += e[n] * c[2 * n + side]
+                    out[side, i] += share * a[k] * across
+                    out[2 + side, i] += share * d[k] * across
+                    out[4 + side, i] += share * a[k] * along
+
+
+@_kernel
+def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        v, bench = where[1, i], behind[i]
+        j = int(v)
+        b0, b1, b2, b3 = weights(v - np.float32(j))
+        total = np.float32(0.0)
+        for part in parts:
+            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
+            m = int(u)
+            a = weights(u - np.float32(m))
+            for k in range(4):
+                start = 2 * ((m - 1 + k) * rows + j - 1)
+                c = flat[start : start + 8]
+                light = b0 * c[0] + b1 * c[2] + b2 * c[4] + b3 * c[6]
+                clear = b0 * c[1] + b1 * c[3] + b2 * c[5] + b3 * c[7]
+                total += a[k] * (light + clear * bench)
+        out[i] = total * share
+
+
+@_kernel
+def _spread(layers, where, parts, behind, grey):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        if grey[i] == np.float32(0.0):
+            continue
+        v, bench = where[1, i], behind[i]
+        j = int(v)
+        b = weights(v - np.float32(j))
+        for part in parts:
+            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
+            m = int(u)
+            a = weights(u - np.float32(m))
+            for k in range(4):
+                start = 2 * ((m - 1 + k) * rows + j - 1)
+                own = share * a[k] * grey[i]
+                for n in range(4):
+                    flat[start + 2 * n] += own * b[n]
+                    flat[start + 2 * n + 1] += own * b[n] * bench
