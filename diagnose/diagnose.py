@@ -43,7 +43,7 @@ class Step:
         return self.rung.trial
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes; ``removed`` is added where an effect was taken out."""
+        """Its JSON (docs/json.md); ``removed`` is added where an effect was taken out."""
         entry: dict[str, Any] = {
             "added": self.rung.added,
             "effects": list(self.trial.effects),
@@ -68,7 +68,7 @@ class Candidate:
     confounded_with: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes."""
+        """Its JSON (docs/json.md)."""
         return {
             "effect": self.effect,
             "held_out_rmse_deg": self.held_out_rmse_deg,
@@ -98,7 +98,7 @@ class Diagnosis:
     law: Law | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes."""
+        """Its JSON (docs/json.md)."""
         return {
             "schema": 1,
             "noise_deg": self.noise_deg,

@@ -36,7 +36,7 @@ class Window:
     what: str
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes."""
+        """Its JSON (docs/json.md)."""
         return asdict(self)
 
 

@@ -88,7 +88,7 @@ class Identification:
     history: Array = field(default_factory=lambda: np.empty(0))
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes; ``bias`` is a list where there are several recordings."""
+        """Its JSON (docs/json.md); ``bias`` is a list where there are several recordings."""
         return {
             "schema": 1,
             "parameters": parameters_json(self.actuator.parameters, self.biases),

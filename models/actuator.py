@@ -28,7 +28,7 @@ class Estimate:
     unit: str
 
     def to_json(self) -> dict[str, Any]:
-        """The form that INTERFACES fixes."""
+        """Its JSON (docs/json.md)."""
         return {"value": self.value, "sigma": self.sigma, "unit": self.unit}
 
 
