@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.layers import covered
+from servosight.tracking.layers import before, covered
 from servosight.tracking.polar import Grid, Mask, Pixels, Single, slopes, smeared, weights
 from servosight.tracking.shutter import Exposure
 
@@ -99,9 +99,7 @@ class View:
         return smeared(layers.reshape(len(layers), -1), self.smear).reshape(layers.shape)
 
 
-_kernel = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"}
-)
+_kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 
 
 @_kernel
@@ -136,22 +134,38 @@ def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
     columns, rows, _ = layers.shape
     flat = layers.reshape(-1)
     share = np.float32(1.0 / parts.size)
+    stride = np.uint64(2 * rows)
     for i in range(where.shape[1]):
         v, bench = where[1, i], behind[i]
-        j = int(v)
-        b0, b1, b2, b3 = weights(v - np.float32(j))
+        j = np.int32(v)
+        b = weights(v - np.float32(j))
         total = np.float32(0.0)
         for part in parts:
             u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
-            m = int(u)
+            m = np.int32(u)
             a = weights(u - np.float32(m))
-            for k in range(4):
-                start = 2 * ((m - 1 + k) * rows + j - 1)
-                c = flat[start : start + 8]
-                light = b0 * c[0] + b1 * c[2] + b2 * c[4] + b3 * c[6]
-                clear = b0 * c[1] + b1 * c[3] + b2 * c[5] + b3 * c[7]
-                total += a[k] * (light + clear * bench)
+            at = np.uint64(2 * ((m - 1) * rows + j - 1))
+            total += a[0] * before(flat, at, b, bench)
+            total += a[1] * before(flat, at + stride, b, bench)
+            total += a[2] * before(flat, at + stride + stride, b, bench)
+            total += a[3] * before(flat, at + stride + stride + stride, b, bench)
         out[i] = total * share
+
+
+@_kernel
+def _laid(flat, at, own, b, bench):  # type: ignore[no-untyped-def]
+    """The transpose of ``layers.before``."""
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
+    through = own * bench
+    flat[at] += own * b[0]
+    flat[at + one] += through * b[0]
+    flat[at + two] += own * b[1]
+    flat[at + three] += through * b[1]
+    flat[at + four] += own * b[2]
+    flat[at + five] += through * b[2]
+    flat[at + six] += own * b[3]
+    flat[at + seven] += through * b[3]
 
 
 @_kernel
@@ -159,19 +173,18 @@ def _spread(layers, where, parts, behind, grey):  # type: ignore[no-untyped-def]
     columns, rows, _ = layers.shape
     flat = layers.reshape(-1)
     share = np.float32(1.0 / parts.size)
+    stride = np.uint64(2 * rows)
     for i in range(where.shape[1]):
-        if grey[i] == np.float32(0.0):
-            continue
         v, bench = where[1, i], behind[i]
-        j = int(v)
+        j = np.int32(v)
         b = weights(v - np.float32(j))
+        own = share * grey[i]
         for part in parts:
             u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
-            m = int(u)
+            m = np.int32(u)
             a = weights(u - np.float32(m))
-            for k in range(4):
-                start = 2 * ((m - 1 + k) * rows + j - 1)
-                own = share * a[k] * grey[i]
-                for n in range(4):
-                    flat[start + 2 * n] += own * b[n]
-                    flat[start + 2 * n + 1] += own * b[n] * bench
+            at = np.uint64(2 * ((m - 1) * rows + j - 1))
+            _laid(flat, at, own * a[0], b, bench)
+            _laid(flat, at + stride, own * a[1], b, bench)
+            _laid(flat, at + stride + stride, own * a[2], b, bench)
+            _laid(flat, at + stride + stride + stride, own * a[3], b, bench)

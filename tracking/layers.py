@@ -17,13 +17,12 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import ndimage
 
-from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single, slopes, weights
+from servosight.tracking.polar import Grid, Pixels, Sample, Single, slopes, smeared, weights
 from servosight.tracking.shutter import Exposure
 
 SEEN_THROUGH = 2
-_MARGIN = 3  # columns that the surface may turn before its pixels are chosen anew
+_MARGIN = 2.0  # columns that the surface may turn before its pixels are chosen anew
 
 
 @dataclass(frozen=True)
@@ -53,27 +52,34 @@ class Layers:
 
     def smeared(self, columns: float) -> Layers:
         """The same layers as a shutter shows them that is open while they turn by ``columns``."""
-        box = box_of(columns)
-        blurred = ndimage.correlate1d(self.coefficients, box, axis=0, mode="nearest")
-        spread = np.ones((2 * (box.size // 2) + 1, 1), np.uint8)
-        used = self.used if box.size == 1 else cv2.dilate(self.used, spread)
+        flat = self.coefficients.reshape(len(self.coefficients), -1)
+        blurred = smeared(flat, columns).reshape(self.coefficients.shape)
+        spread = np.ones((2 * int(np.ceil(0.5 * columns)) + 1, 1), np.uint8)
+        used = cv2.dilate(self.used, spread)
         return replace(self, coefficients=blurred, used=np.asarray(used))
-
-    @cached_property
-    def _wanted(self) -> NDArray[np.uint8]:
-        """The cells in use with the columns beside them that a turn by the margin brings there."""
-        return np.asarray(cv2.dilate(self.used, np.ones((2 * _MARGIN + 1, 1), np.uint8)))
 
     def about(self, pixels: Pixels, angle_rad: float, exposure: Exposure) -> Shown:
         """The model of the pixels that tell something with the surface about an angle."""
-        chosen, where = covered(pixels, self.grid, angle_rad, exposure, self._wanted)
+        chosen, where = covered(pixels, self.grid, angle_rad, exposure, self.used)
         behind = self.bench.reshape(-1).take(pixels.index.take(chosen))
-        return Shown(self, pixels, angle_rad, exposure, chosen, where, behind)
+        column, row = (where + np.float32(0.5)).astype(np.intp)
+        # What nothing shines through needs no bench; where it is wanted it must be known.
+        behind[self.used[column, row] != SEEN_THROUGH] = 0.0
+        known = np.flatnonzero(np.isfinite(behind))
+        return Shown(
+            self,
+            pixels,
+            angle_rad,
+            exposure,
+            chosen.take(known),
+            np.ascontiguousarray(where[:, known]),
+            behind.take(known),
+        )
 
 
 @dataclass(frozen=True)
 class Shown:
-    """The layers at the pixels near to cells in use, for angles about ``angle_rad``.
+    """The layers at the pixels that show cells in use, for angles about ``angle_rad``.
 
     ``where`` (2, pixels) is the column and the row of the lattice that each of the ``chosen``
     pixels shows at that angle, ``behind`` (pixels,) the bench there.
@@ -92,22 +98,19 @@ class Shown:
         layers = self.layers
         per_rad = 1.0 / layers.grid.step_rad
         turned = (angle_rad - self.angle_rad) * per_rad
-        if abs(turned) > _MARGIN - 1:
+        if abs(turned) > _MARGIN:
             return layers.about(self.pixels, angle_rad, self.exposure).at(angle_rad)
-        chosen, out = np.empty_like(self.chosen), np.empty((2, self.chosen.size), np.float32)
-        count = _layered(
+        out = np.empty((2, self.chosen.size), np.float32)
+        parts = (self.exposure.parts_rad * per_rad).astype(np.float32)
+        _layered(
             layers.coefficients,
-            layers.used,
-            self.chosen,
             self.where,
             self.behind,
-            np.float32(turned),
+            np.float32(turned) + parts,
             np.float32(per_rad),
-            (self.exposure.parts_rad * per_rad).astype(np.float32),
-            chosen,
             out,
         )
-        return Sample(self.pixels, chosen[:count], out[0, :count], out[1, :count], out[1, :0])
+        return Sample(self.pixels, self.chosen, out[0], out[1], out[1, :0])
 
 
 def covered(
@@ -132,15 +135,6 @@ def covered(
         chosen, where,
     )  # fmt: skip
     return chosen[:count] + part.start, where[:, :count]
-
-
-def box_of(columns: float) -> Array:
-    """Weights of a running mean over ``columns``; for its width see ``polar.smeared``."""
-    width = np.sqrt(1.0 + columns * columns)
-    whole = int(np.ceil(0.5 * (width - 1.0)))
-    edge = 0.5 * (width - 1.0) - (whole - 1)
-    box = np.array([1.0] if whole == 0 else [edge, *np.ones(2 * whole - 1), edge])
-    return np.asarray(box / width)
 
 
 _kernel = njit(
@@ -168,46 +162,43 @@ def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: 
     return count
 
 
-@_kernel
-def _layered(  # type: ignore[no-untyped-def]
-    coefficients, used, among, where, behind, turned, per_rad, parts, chosen, out
-):
-    """Value and slope at the pixels that tell something; returns how many."""
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def before(flat, at, b, bench):  # type: ignore[no-untyped-def]
+    """Light before a bench along four rows from a place in the flattened layers, weighed by ``b``.
+
+    ``at`` is unsigned: a place that could be negative would be looked at twice.
+    """
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
+    light = b[0] * (flat[at] + bench * flat[at + one])
+    light += b[1] * (flat[at + two] + bench * flat[at + three])
+    light += b[2] * (flat[at + four] + bench * flat[at + five])
+    return light + b[3] * (flat[at + six] + bench * flat[at + seven])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _layered(coefficients, where, behind, turned, per_rad, out):  # type: ignore[no-untyped-def]
+    """Value and slope at the pixels, the mean over equal stretches ``turned`` by some columns."""
     columns, rows, _ = coefficients.shape
     flat = coefficients.reshape(-1)
-    zero, share = np.float32(0.0), np.float32(1.0 / parts.size)
+    share = np.float32(1.0 / turned.size)
     low, high = np.float32(1.0), np.float32(columns - 2.001)
-    count = 0
-    for i in range(among.size):
-        middle, v = where[0, i] - turned, where[1, i]
-        if middle < low or middle > high:
-            continue
-        j = int(v)
-        use, bench = used[int(middle + np.float32(0.5)), int(v + np.float32(0.5))], behind[i]
-        if use == 0 or (use == SEEN_THROUGH and np.isnan(bench)):
-            continue
-        b0, b1, b2, b3 = weights(v - np.float32(j))
-        light = clear = light_by = clear_by = zero
-        for part in parts:
-            u = min(max(middle - part, low), high)
-            m = int(u)
-            t = u - np.float32(m)
-            a, d = weights(t), slopes(t)
-            for k in range(4):
-                start = 2 * ((m - 1 + k) * rows + j - 1)
-                c = flat[start : start + 8]
-                across = b0 * c[0] + b1 * c[2] + b2 * c[4] + b3 * c[6]
-                light += a[k] * across
-                light_by += d[k] * across
-                if use == SEEN_THROUGH:
-                    through = b0 * c[1] + b1 * c[3] + b2 * c[5] + b3 * c[7]
-                    clear += a[k] * through
-                    clear_by += d[k] * through
-        if use == SEEN_THROUGH:
-            light += clear * bench
-            light_by += clear_by * bench
-        chosen[count] = among[i]
-        out[0, count] = light * share
-        out[1, count] = -light_by * share * per_rad
-        count += 1
-    return count
+    stride = np.uint64(2 * rows)
+    for i in range(behind.size):
+        v, bench = where[1, i], behind[i]
+        j = np.int32(v)
+        b = weights(v - np.float32(j))
+        value = slope = np.float32(0.0)
+        for turn in turned:
+            u = min(max(where[0, i] - turn, low), high)
+            m = np.int32(u)
+            a, d = weights(u - np.float32(m)), slopes(u - np.float32(m))
+            at = np.uint64(2 * ((m - 1) * rows + j - 1))
+            g0 = before(flat, at, b, bench)
+            g1 = before(flat, at + stride, b, bench)
+            g2 = before(flat, at + stride + stride, b, bench)
+            g3 = before(flat, at + stride + stride + stride, b, bench)
+            value += a[0] * g0 + a[1] * g1 + a[2] * g2 + a[3] * g3
+            slope += d[0] * g0 + d[1] * g1 + d[2] * g2 + d[3] * g3
+        out[0, i] = value * share
+        out[1, i] = -slope * share * per_rad
