@@ -2,7 +2,7 @@
 
 Writes docs/measured/accuracy.md. The truth is made by scipy's exact answer of the continuous system
 to a held command, its integral a state of its own so that an exposure is averaged exactly; nothing
-of the plant equation that is fitted. `--seeds` noises a row; 5000 take a quarter of an hour on a core.
+of the plant equation that is fitted. `--seeds` noises a row; 5,000 take a quarter of an hour.
 """
 
 from __future__ import annotations
