@@ -146,9 +146,12 @@ class Climber:
         return trials
 
     def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
-        """Best first, with those that lead fitted to the end."""
+        """Best first, with those that lead fitted to the end, the first from many starts."""
         ranked = sorted(trials, key=self._criterion, reverse=True)
         ranked[:LEADERS] = [self.laboratory.finished(trial) for trial in ranked[:LEADERS]]
+        ranked.sort(key=self._criterion, reverse=True)
+        if ranked and not self.bar.settled(ranked[0]):
+            ranked[0] = self.laboratory.searched(base, ranked[0], _news(ranked[0], base))
         return self._sorted(ranked, base)
 
     def _far(self, trial: Trial, linear: Trial) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from servosight.diagnose.screen import Screen
 from servosight.identify.estimator import Outcome, drive, half_squares
-from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
+from servosight.identify.fit import Fit, fit_effects, polish, search_effects, sketch_effects
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
 from servosight.identify.starts import effect_starts, linear_start
@@ -160,6 +160,11 @@ class Laboratory:
         if not trial.fit.spent:
             return trial
         return self.judge(polish(trial.fit.problem, [trial.fit.outcome.point]))
+
+    def searched(self, base: Trial, trial: Trial, name: str) -> Trial:
+        """``trial``, which adds an effect to ``base``, or what many more starts find if better."""
+        fit = search_effects(self.with_effect(base, name), base.fit)
+        return self.judge(fit) if fit.outcome.cost < trial.fit.outcome.cost else trial
 
     def screen(self, base: Trial, names: Sequence[str]) -> Screen:
         """What each of ``names`` would change in the error of ``base``, to first order."""

@@ -37,6 +37,7 @@ POLISH_BUDGET = 4_000
 SKETCH_BUDGET = 60
 SEARCH_BUDGET = 6_000
 POLISHED_STARTS = 3
+SEARCHED_STARTS = 24
 HEAT_GENERATIONS = 3
 
 
@@ -211,6 +212,11 @@ def fit_effects(
 def sketch_effects(problem: Problem, base: Fit) -> Fit:
     """A rough fit behind ``base``, from the best start: enough to see where it leads."""
     return polish(problem, _starts(problem, base)[:1], SKETCH_BUDGET)
+
+
+def search_effects(problem: Problem, base: Fit) -> Fit:
+    """Fit from many more starts than usual: for a cost as rugged as stick-slip makes it."""
+    return polish(problem, _starts(problem, base)[:SEARCHED_STARTS])
 
 
 def _starts(problem: Problem, base: Fit) -> Array:

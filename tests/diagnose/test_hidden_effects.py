@@ -41,15 +41,7 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
         assert abs(one.value - value) <= bound, name
 
 
-RUGGED = pytest.mark.xfail(
-    reason="stick-slip makes the cost rugged: Stribeck is named, but fitted beside the truth"
-)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=RUGGED) if n == "stribeck_friction" else n for n in NAMES],
-)
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
     recording, truth = twin(name)
     found = diagnose([recording], catalogue=catalogue(), auto=True)
