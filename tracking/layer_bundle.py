@@ -30,8 +30,8 @@ _BIN_PX = 0.5
 _GATE = 4.5
 _LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
 _UNLIKE = 5.0  # misfit, in noise variances, beyond which a place shows something else
-_STILL = 2  # rounds before the layers tell of motion
-_TRUSTING = 3  # rounds after which what is unlike is something else
+_STILL = 3  # rounds before the layers tell of motion
+_TRUSTING = 4  # rounds after which what is unlike is something else
 _FLAT = 0.03  # share of the steepest change from cell to cell
 _ABOUT = 5  # cells
 _FLAT_OF = 3  # of so many pixels where little changes one stands for all
@@ -241,9 +241,12 @@ class _Problem:
         self.sizes = (1.0, float(self.spread) + held / (mean * self.frames))
         self.easing = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
         power = np.array([(r.rows * w) @ r.rows.T for r, w in zip(rest, weight, strict=True)])
-        known = 0.0 if still else 1.0
-        self.own = known * np.linalg.inv(power[:, :_OWN, :_OWN] + 1e-6 * np.eye(_OWN))
-        self.common = known * np.linalg.inv(power[:, _OWN:, _OWN:].sum(0) + 1e-6 * np.eye(2))
+        # Angles and pivot tell nearly the same: their block is inverted as a whole, an arrow.
+        self.still = still
+        self.own = np.linalg.inv(power[:, :_OWN, :_OWN] + 1e-6 * np.eye(_OWN))
+        self.across = power[:, _OWN:, :_OWN] @ self.own
+        left = power[:, _OWN:, _OWN:] - self.across @ power[:, :_OWN, _OWN:]
+        self.common = np.linalg.inv(left.sum(0) + 1e-6 * np.eye(2))
 
     def parts(self, x: Single) -> tuple[Single, Single, Single]:
         """Change of the layers (columns, rows, 2), of the frames (frames, 3), of the pivot."""
@@ -293,8 +296,11 @@ class _Problem:
                 sheet = ndimage.spline_filter(sheet, order=3, output=np.float32)
             layers[:, :, side] = sheet * self.easing / np.float32(size)
         layers *= self.free
-        own = np.einsum("nab,nb->na", self.own, x[self.cells : -2].reshape(self.frames, _OWN))
-        common = self.common @ x[-2:]
+        if self.still:
+            return np.append(layers.ravel(), np.zeros(x.size - self.cells, np.float32))
+        down = x[self.cells : -2].reshape(self.frames, _OWN)
+        common = self.common @ (x[-2:] - np.einsum("nab,nb->a", self.across, down))
+        own = np.einsum("nab,nb->na", self.own, down) - np.einsum("nba,b->na", self.across, common)
         return np.concatenate([layers.ravel(), own.ravel(), common]).astype(np.float32)
 
 

@@ -16,7 +16,7 @@ from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image, Surface
 
 _OPAQUE = 0.02
-_TOLD = 0.97  # share of what the pixels tell that is worth their time
+_TOLD = 0.94  # share of what the pixels tell that is worth their time
 
 
 def learn_layers(

@@ -5,7 +5,10 @@ All know the true pivot and start from a clean first frame, which flatters them.
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -94,6 +97,40 @@ def aruco(pivot_px: tuple[float, float]) -> Peer:
         return _turn_deg(np.array([1.0, 0.0]), corners[0].reshape(4, 2).mean(0) - pivot_px)
 
     return measure
+
+
+def pyidi(
+    pictures: Sequence[Image],
+    pivot_px: tuple[float, float],
+    box: tuple[int, int, int, int],
+    folder: Path,
+) -> tuple[list[float], float] | str:
+    """Angles [deg] by the rigid correlation of ``pyidi`` and processor time [s]; or why not."""
+    maker = shutil.which("uv") or str(Path(".venv-uv/bin/uv").resolve())
+    home = folder / "pyidi"
+    script = Path(__file__).with_name("pyidi_alone.py")
+    python = home / "bin" / "python"
+    x, y, width, height = box
+    centre = np.round([x + 0.5 * (width - 1), y + 0.5 * (height - 1)])
+    given, found = folder / "frames.npz", folder / "found.npz"
+    np.savez(given, pictures=np.stack(pictures), centre_px=centre, side_px=min(width, height))
+    steps: list[list[str]] = [[str(python), str(script), str(given), str(found)]]
+    if not python.exists():
+        steps = [
+            [maker, "venv", "--quiet", str(home)],
+            [maker, "pip", "install", "--quiet", "--python", str(python), "pyidi"],
+            *steps,
+        ]
+    for step in steps:
+        try:
+            done = subprocess.run(step, capture_output=True, text=True, check=False, timeout=900)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return type(error).__name__
+        if done.returncode:
+            return (done.stderr.strip().splitlines() or ["no reason given"])[-1]
+    with np.load(found) as told:
+        arm = centre - pivot_px
+        return [_turn_deg(arm, arm + shift) for shift in told["shift_px"]], float(told["seconds"])
 
 
 def _turn_deg(before: Array, after: Array) -> float:

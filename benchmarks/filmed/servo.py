@@ -1,0 +1,51 @@
+"""A linear servo on film: what its parameters lose on the way through the video."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import signal
+
+from filmed.shots import STEP_S, Array, Shot
+from servosight.identify.fit import identify
+from servosight.models.excitation import multisine
+from servosight.models.recording import Recording
+from servosight.models.registry import catalogue
+
+TRUE = {"k": 0.92, "T": 0.02, "xi": 0.6}
+_COMMAND_S = 0.01
+_DURATION_S = 3.0
+
+
+def command() -> tuple[Array, Array]:
+    """Times and values of a command, held between its rows."""
+    time_s = np.arange(0.0, _DURATION_S, _COMMAND_S)
+    return time_s, multisine(time_s, 18.0, 0.5, 6.0, seed=3)
+
+
+def angle_deg(time_s: Array) -> Array:
+    """The servo's answer, from rest; ``time_s`` on the trajectory's grid."""
+    at_s, value = command()
+    ticks = np.arange(round(float(time_s[-1]) / STEP_S) + 1)
+    row = np.searchsorted(np.round(at_s / STEP_S), ticks, side="right") - 1
+    k, T, xi = TRUE["k"], TRUE["T"], TRUE["xi"]
+    system = signal.TransferFunction([k], [T**2, 2.0 * xi * T, 1.0])
+    _, answer, _ = signal.lsim(system, value[row], ticks * STEP_S, interp=False)
+    return np.asarray(answer[np.round(time_s / STEP_S).astype(int)])
+
+
+SHOT = Shot("linear servo, multisine", angle_deg, duration_s=_DURATION_S, seed=11)
+
+
+def apart(time_s: Array, seen_deg: Array, true_deg: Array, sigma_deg: Array) -> dict[str, float]:
+    """Each parameter from the angle seen less that from the true one, over its sigma."""
+    at_s, value = command()
+    found = []
+    for angle in (seen_deg, true_deg):
+        recording = Recording(
+            "filmed", at_s, value, time_s, angle, sigma_deg, exposure_s=SHOT.camera.exposure_s
+        )
+        found.append(identify([recording], (), catalogue=catalogue()).actuator.parameters)
+    seen, true = found
+    return {
+        name: (seen[name].value - true[name].value) / (seen[name].sigma or np.nan) for name in TRUE
+    }
