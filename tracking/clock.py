@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.result import Track, outline_at
+from servosight.tracking.parts import swept
+from servosight.tracking.result import Track
 from servosight.tracking.video import frames, sample_frames
 
 Array = NDArray[np.float64]
@@ -118,7 +119,7 @@ def find_light(
     mid_s = np.array([frame.time_s for frame in sampled]) + late
     stack = np.stack([_binned(frame.image) for frame in sampled])
     shape = sampled[0].image.shape
-    barred = _swept(track, shape) if place_px is None else _all_but(place_px, shape)
+    barred = swept(track, shape) if place_px is None else _all_but(place_px, shape)
     guesses = _guesses(shown, mid_s, track.time_s, offset_s)
     blobs = _blobs(stack, guesses, cv2.resize(barred.astype(np.uint8), stack.shape[:0:-1]) > 0)
     if not blobs:
@@ -154,15 +155,6 @@ def _all_but(place_px: tuple[float, float], shape: tuple[int, ...]) -> Mask:
     """Everything farther than 12 px from a place."""
     y, x = np.indices(shape)
     return np.asarray(np.hypot(x - place_px[0], y - place_px[1]) > 12.0)
-
-
-def _swept(track: Track, shape: tuple[int, ...]) -> Mask:
-    """Where the moving part and its shadow come by: changes there are no light."""
-    cover = np.zeros(shape, np.uint8)
-    angles = track.angle_deg[track.found]
-    for angle in np.linspace(angles.min(), angles.max(), 2 + int(np.ptp(angles))):
-        cv2.fillPoly(cover, [np.round(outline_at(track, float(angle))).astype(np.int32)], 1)
-    return np.asarray(cv2.dilate(cover, np.ones((25, 25), np.uint8)) > 0)
 
 
 def _guesses(shown: Sequence[Pattern], mid_s: Array, time_s: Array, offset_s: float) -> Array:

@@ -67,7 +67,8 @@ def _wave(time_s: Array, gain: Array, hertz: float) -> tuple[Array, Array, Array
         apart = fast - slow @ np.linalg.lstsq(slow, fast, rcond=None)[0]
         if (apart**2).sum() < _APART * t.size:
             continue
-        terms = np.hstack([fast, slow])
+        # The wave fades with the lamp.
+        terms = np.hstack([fast, slow, fast * t[:, None]])
         inverse = np.linalg.inv(terms.T @ terms)
         solution = inverse @ terms.T @ gain[near]
         left = gain[near] - terms @ solution

@@ -78,6 +78,13 @@ def _calmed(fits: Sequence[Fit | None]) -> Array:
     return np.where(known & (own < _ODD * calm), calm, own)
 
 
+def speeds(angle: Array, time_s: Array) -> tuple[Array, Array]:
+    """Speed at each frame from its neighbours, and doubt from a sudden change; (frames,)."""
+    bend = np.abs(np.diff(np.diff(angle) / np.diff(time_s), 2))
+    doubt = 0.5 * np.maximum(np.pad(bend, (2, 1), "edge"), np.pad(bend, (1, 2), "edge"))
+    return np.gradient(angle, time_s), doubt
+
+
 def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
     """Doubt from a speed that changes while a picture is taken, in the angle's unit; (frames,).
 
@@ -88,8 +95,9 @@ def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
     acceleration = np.zeros_like(angle)
     step = np.diff(angle) / np.diff(time_s)
     acceleration[1:-1] = np.diff(step) / (0.5 * (time_s[2:] - time_s[:-2]))
-    # A servo's acceleration comes and goes within a few frames: the worst of them counts.
-    change = ndimage.maximum_filter1d(np.abs(np.gradient(acceleration)), _NEAR)
+    # What changes evenly is followed. An acceleration comes and goes within a few frames: the
+    # worst of them counts.
+    change = ndimage.maximum_filter1d(np.abs(np.gradient(np.gradient(acceleration))), _NEAR)
     return np.asarray(change * exposures_s**2 / 24.0 / np.sqrt(3.0))
 
 

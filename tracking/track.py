@@ -28,13 +28,14 @@ from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
 from servosight.tracking.shutter import STILL, Exposure, Shutter
-from servosight.tracking.sigma import at_middle_row, columns, flags_of, gaps, uneven
+from servosight.tracking.sigma import at_middle_row, columns, flags_of, gaps, speeds, uneven
 from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
     calm_frames,
     check,
     even_times,
     frames,
+    predicting,
     read_frame_table,
     tick_s,
 )
@@ -129,8 +130,7 @@ def track(
         late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
     angle, sigma = columns(fits, flags)
     if readout_s == 0.0:
-        speed = np.gradient(angle, time_s)
-        unsure = np.abs(np.gradient(np.gradient(speed))) / 6.0
+        speed, unsure = speeds(angle, time_s)
         angle = angle - speed * late_s
         doubt = np.hypot(speed * late_doubt_s, unsure * late_s)
     sigma = np.sqrt(
@@ -152,7 +152,7 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note,),
+        (view.note, *_notes(video)),
     )
 
 
@@ -169,6 +169,16 @@ def _acquired(
         pivot_px = float(x), float(y)
     surface = acquire(video, images, pivot_px, template)
     return replace(surface, grid=replace(surface.grid, plane=plane))
+
+
+def _notes(video: Path) -> list[str]:
+    codec = predicting(video)
+    if codec is None:
+        return []
+    return [
+        f"{codec} draws pictures from the ones before: an error that the whole surface shares "
+        "does not show, and sigma may be two or three times too small"
+    ]
 
 
 def _at_middle_row(

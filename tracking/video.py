@@ -262,6 +262,13 @@ def tick_s(video: Path) -> float:
         return float(container.streams.video[0].time_base or 0.0)
 
 
+def predicting(video: Path) -> str | None:
+    """The codec, where it tells a picture by what it loses of the one before; None where not."""
+    with _opened(video) as container:
+        codec = container.streams.video[0].codec_context.codec
+        return codec.name if codec.lossy and not codec.intra_only else None
+
+
 def even_times(time_s: Array, tick_s: float) -> Array:
     """Presentation times without their rounding, where they are those of an even rate.
 

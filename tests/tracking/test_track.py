@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from servosight.tracking.light import find_light
+from servosight.tracking.clock import find_light
 from servosight.tracking.track import Flag, Track, outline_at, track
 from servosight.tracking.video import read_frame
 
@@ -115,11 +115,12 @@ def test_light_tells_its_instant_within_the_exposure(
     swing_track: Track, swinging: tuple[Path, Any]
 ) -> None:
     """Truth: on from 40 % into frame 14's exposure. A frame is 8.3 ms, the exposure 4 ms."""
-    light = find_light(swing_track, EXPOSURE_S)
+    true_s = 14 / RATE + 0.4 * EXPOSURE_S
+    switched_s, on = np.array([0.0, true_s]), np.array([0.0, 1.0])
+    light = find_light(swing_track, switched_s, on, exposure_s=EXPOSURE_S)
     assert light is not None
     assert np.hypot(light.place_px[0] - 340, light.place_px[1] - 40) < 1.5
-    true_s = 14 / RATE + 0.4 * EXPOSURE_S
-    assert abs(light.time_s - true_s) < 0.0005
+    assert abs(light.offset_s) < 0.0005
     assert light.sigma_s < 0.001
 
 

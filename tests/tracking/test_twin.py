@@ -12,7 +12,7 @@ from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.trajectory import Trajectory
 from servosight.sim.video import FrameTable, render_video
-from servosight.tracking.light import find_light
+from servosight.tracking.clock import find_light
 from servosight.tracking.track import track
 
 pytestmark = pytest.mark.slow
@@ -74,7 +74,8 @@ def test_angle_pivot_and_light_from_the_twins_video(tmp_path: Path) -> None:
     assert 0.4 < np.std(error / result.sigma_deg) < 1.6
     assert np.hypot(*(np.array(result.pivot_px) - truth.pivot_px)) < 0.1
     assert not result.flags.any()
-    light = find_light(result, camera.exposure_s)
-    assert light is not None
     assert truth.led_on_s is not None
-    assert abs(light.time_s - truth.led_on_s) < 0.001
+    switched_s = np.array([0.0, truth.led_on_s])
+    light = find_light(result, switched_s, np.array([0.0, 1.0]), exposure_s=camera.exposure_s)
+    assert light is not None
+    assert abs(light.offset_s) < 0.001
