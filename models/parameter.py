@@ -40,7 +40,8 @@ class Parameter:
 
     ``low`` and ``high`` bound the value in its own unit; ``high`` may be infinite only together
     with an infinite ``neutral``. A ``circular`` value begins anew at its bounds, as a phase does:
-    the search may pass them by a whole turn.
+    the search may pass them by a whole turn. Where ``jumpy``, a prediction jumps with the value,
+    and no slope leads to the best one.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Parameter:
     meaning: str = ""
     scaling: Scaling = FIXED
     circular: bool = False
+    jumpy: bool = False
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:

@@ -38,7 +38,9 @@ def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
 EFFECT = Effect(
     id="command_quantization",
     place=Place.COMMAND,
-    parameters=(Parameter("step", "deg", 0.0, 30.0, 0.0, "distance of the command's levels"),),
+    parameters=(
+        Parameter("step", "deg", 0.0, 30.0, 0.0, "distance of the command's levels", jumpy=True),
+    ),
     equation="u_q = step round(u / step)",
     looks_like="slow motion is a staircase whose treads all have one height; at rest the error "
     "is anything up to half a step, and the same command always ends at the same angle",
