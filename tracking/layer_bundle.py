@@ -83,8 +83,9 @@ def settled(
     exposures: Sequence[Exposure],
     start: Bundle,
     inside_px: Single,
+    pivot_held: bool,
 ) -> tuple[Bundle, list[Rest]]:
-    """Fit all unknowns, from ``start``.
+    """Fit all unknowns, from ``start``; not the pivot where it is held.
 
     ``inside_px`` (columns, rows) is how far inside the outline a cell lies. Deep inside nothing
     shines through, and far outside all is the bench's.
@@ -95,7 +96,7 @@ def settled(
     for number in range(_ROUNDS):
         # Nothing tells of motion yet where the layers are blank.
         likely = _likely(now.layers, inside_px)
-        closer, moved_px = _closer(now, rest, free, likely, still=number < _STILL)
+        closer, moved_px = _closer(now, rest, free, likely, pivot_held, number < _STILL)
         telling = near if number < _STILL else _telling(closer)
         strict = number >= _TRUSTING
         now, rest = _looked(images, exposures, closer, inside, near, telling, strict)
@@ -173,7 +174,12 @@ def _rest(image: Image, now: Bundle, telling: Mask, view: View, n: int, inside: 
 
 
 def _closer(
-    now: Bundle, rest: list[Rest], free: Single, likely: Single, still: bool
+    now: Bundle,
+    rest: list[Rest],
+    free: Single,
+    likely: Single,
+    pivot_held: bool,
+    still: bool,
 ) -> tuple[Bundle, float]:
     """Some steps of conjugate gradients, of the layers alone where ``still``; and how far the pivot
     moved [px]."""
@@ -181,7 +187,7 @@ def _closer(
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
         for r, gain in zip(rest, now.gain, strict=True)
     ]
-    problem = _Problem(now, rest, weight, free, likely, still)
+    problem = _Problem(now, rest, weight, free, likely, pivot_held, still)
     left = [r.grey - r.model for r in rest]
     x = np.zeros(problem.size, np.float32)
     down = problem.back(left) + problem.held(np.zeros_like(x))
@@ -224,6 +230,7 @@ class _Problem:
         weight: list[Single],
         free: Single,
         likely: Single,
+        pivot_held: bool,
         still: bool,
     ) -> None:
         self.now, self.rest, self.weight, self.free = now, rest, weight, free
@@ -247,6 +254,8 @@ class _Problem:
         self.across = power[:, _OWN:, :_OWN] @ self.own
         left = power[:, _OWN:, _OWN:] - self.across @ power[:, :_OWN, _OWN:]
         self.common = np.linalg.inv(left.sum(0) + 1e-6 * np.eye(2))
+        if pivot_held:
+            self.common = np.zeros((2, 2))
 
     def parts(self, x: Single) -> tuple[Single, Single, Single]:
         """Change of the layers (columns, rows, 2), of the frames (frames, 3), of the pivot."""

@@ -26,11 +26,12 @@ def learn_layers(
     light: Array,
     surface: Surface,
     noise: float,
+    pivot_held: bool,
 ) -> Layers:
     """Layers from frames with rough angles [rad] and the light's gain and offset (frames, 2).
 
     ``surface`` gives pivot and outline; ``exposures`` say what moved while each frame was taken;
-    ``noise`` [grey levels] is theirs, roughly.
+    ``noise`` [grey levels] is theirs, roughly. The pivot is fitted unless it is held.
     """
     grid = wide(surface, images[0].shape)
     inside_px = depth(surface, grid)
@@ -43,7 +44,7 @@ def learn_layers(
         light[:, 1],
         noise=noise,
     )
-    bundle, rest = settled(images, exposures, start, inside_px)
+    bundle, rest = settled(images, exposures, start, inside_px, pivot_held)
     return _judged(bundle, rest)
 
 

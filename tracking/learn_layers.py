@@ -30,7 +30,12 @@ _GAIN = 1.0
 _THINNING = 3  # of so many pixels one is enough for the first pass
 
 
-def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]) -> Stage:
+def layered_stage(
+    video: Path,
+    refine: Refine,
+    shutter: Callable[[int], Shutter],
+    pivot_held: bool = False,
+) -> Stage:
     """The layered stage, or ``refine`` where the layers do not tell the angle better."""
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
@@ -57,6 +62,7 @@ def layered_stage(video: Path, refine: Refine, shutter: Callable[[int], Shutter]
         np.array([(s.fit.gain, s.fit.offset) for s in taught if s.fit]),
         refine.surface,
         float(np.median([s.fit.noise for s in taught if s.fit])),
+        pivot_held,
     )
     stage = Layered.of(layers, refine)
     before, after = [], []

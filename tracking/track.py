@@ -98,7 +98,7 @@ def track(
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(video, refine, shutter)
+        stage = layered_stage(video, refine, shutter, pivot_held=pivot is not None)
 
     stamps, fits, exposures, repeated = [], [], [], []
     source = ahead(frames(video), _AHEAD)
