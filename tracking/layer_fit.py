@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.layer_bundle import Bundle, Rest, settled, usual
+from servosight.tracking.layer_bundle import settled, usual
 from servosight.tracking.layer_lattice import depth, wide
+from servosight.tracking.layer_problem import Bundle, Rest
 from servosight.tracking.layers import SEEN_THROUGH, Layers
 from servosight.tracking.polar import Array, Grid, Single
 from servosight.tracking.shutter import Exposure

@@ -1,0 +1,57 @@
+"""A frame's share of the linear problem: its transpose, and its slopes against small turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from servosight.tracking.layer_views import View
+from servosight.tracking.polar import Grid, Pixels
+from servosight.tracking.shutter import STILL, Exposure
+
+GRID = Grid((20.0, 60.0), 10.0, 1.0, -0.4, 0.02, 60, 40)
+SHAPE = (120, 100)
+PIXELS = Pixels.about(GRID, SHAPE)
+WANTED = np.ones((GRID.columns, GRID.rows), np.uint8)
+UNEVEN = Exposure(0.01, 0.05, 0.02, np.array([-0.012, 0.001, 0.011]))
+
+
+def layers(seed: int) -> np.ndarray:
+    """Smooth random layers that vanish at the border, where a smear would reach beyond them."""
+    rng = np.random.default_rng(seed)
+    free = np.zeros((GRID.columns, GRID.rows, 2), np.float32)
+    free[6:-6, 6:-6] = rng.standard_normal((GRID.columns - 12, GRID.rows - 12, 2))
+    return free
+
+
+@pytest.mark.parametrize("exposure", [STILL, UNEVEN], ids=["still", "uneven"])
+def test_spread_is_the_transpose_of_shown(exposure: Exposure) -> None:
+    """<A x, y> = <x, A' y>, to the rounding of single precision."""
+    view = View.of(PIXELS, GRID, 0.1, exposure, WANTED)
+    rng = np.random.default_rng(3)
+    grey, behind = rng.standard_normal((2, view.index.size)).astype(np.float32)
+    x = layers(4)
+    there = float(view.shown(x, behind) @ grey)
+    back = float((x * view.spread(grey, behind, x.shape)).sum())
+    assert there == pytest.approx(back, rel=1e-4, abs=1e-3)
+
+
+@pytest.mark.parametrize("exposure", [STILL, UNEVEN], ids=["still", "uneven"])
+def test_linear_tells_what_is_shown_and_how_it_changes(exposure: Exposure) -> None:
+    """Slope by column against a turn by a hundredth of one: second differences are 1e-4."""
+    x = layers(5)
+    view = View.of(PIXELS, GRID, 0.1, exposure, WANTED)
+    behind = np.full(view.index.size, 2.0, np.float32)
+    light, clear, by_light, by_clear, *_ = view.linear(x)
+    np.testing.assert_allclose(light + 2.0 * clear, view.shown(x, behind), atol=2e-4)
+    ahead = view.where + np.array([[0.01], [0.0]], np.float32)
+    behind_it = view.where - np.array([[0.01], [0.0]], np.float32)
+    moved = [
+        View(view.index, place, view.phi_rad, view.radius_px, view.smear, view.parts).shown(
+            x, behind
+        )
+        for place in (ahead, behind_it)
+    ]
+    inside = (view.where[0] > 3) & (view.where[0] < GRID.columns - 4)
+    slope = (moved[0] - moved[1])[inside] / 0.02
+    np.testing.assert_allclose((by_light + 2.0 * by_clear)[inside], slope, atol=5e-3)
