@@ -29,6 +29,7 @@ from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
 from servosight.tracking.shutter import STILL, Exposure, Shutter
 from servosight.tracking.sigma import at_middle_row, columns, flags_of, gaps, speeds, uneven
+from servosight.tracking.steady import LEAST_PX, wander_px
 from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
     calm_frames,
@@ -43,6 +44,7 @@ from servosight.tracking.video import (
 Progress = Callable[[int, int], None]
 
 _AHEAD = 4
+_ARM = 0.6  # of the largest radius, at which the angle is told on average
 
 
 def track(
@@ -84,6 +86,7 @@ def track(
         return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
 
     images = [frame.image for frame in calm_frames(video)]
+    wander = wander_px(images)
     view = view_of(images, camera) if beside is None else same_view(beside)
     if beside is not None and template is None:
         images = without(images, beside)
@@ -138,6 +141,7 @@ def track(
         + doubt**2
         + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
+        + _shaken(wander, surface) ** 2
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
     x, y = view.plane.to_picture(np.array([pivot_px]))[0]
@@ -152,7 +156,7 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *_notes(video)),
+        (view.note, *_notes(video, wander)),
     )
 
 
@@ -171,14 +175,25 @@ def _acquired(
     return replace(surface, grid=replace(surface.grid, plane=plane))
 
 
-def _notes(video: Path) -> list[str]:
+def _shaken(wander: float, surface: Surface) -> float:
+    """Doubt [rad] where the camera moved by some pixels: the pivot is taken to stand still."""
+    return wander / (_ARM * surface.grid.largest_px) if wander > LEAST_PX else 0.0
+
+
+def _notes(video: Path, wander: float) -> list[str]:
+    notes = []
     codec = predicting(video)
-    if codec is None:
-        return []
-    return [
-        f"{codec} draws pictures from the ones before: an error that the whole surface shares "
-        "does not show, and sigma may be two or three times too small"
-    ]
+    if codec is not None:
+        notes.append(
+            f"{codec} draws pictures from the ones before: an error that the whole surface shares "
+            "does not show, and sigma may be two or three times too small"
+        )
+    if wander > LEAST_PX:
+        notes.append(
+            f"the camera moved by {wander:.2g} px rms, and the pivot with it: sigma allows for "
+            "that, a camera held fast would not need it"
+        )
+    return notes
 
 
 def _at_middle_row(

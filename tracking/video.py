@@ -230,6 +230,8 @@ def calm_frames(video: Path) -> list[Frame]:
     """
     calm: list[Frame] = []
     for run in stretches(video, _RUNS, _RUN_PARTS * _PART):
+        if len(run) < 2:
+            continue
         thin = np.stack([frame.image[::4, ::4] for frame in run]).astype(np.int16)
         change = np.abs(np.diff(thin, axis=0)).mean((1, 2))
         unlike = np.maximum(np.append(change, change[-1:]), np.append(change[:1], change))

@@ -1,0 +1,37 @@
+"""Whether the camera stood still, on pictures shifted by known amounts."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.tracking.steady import LEAST_PX, wander_px
+
+RNG = np.random.default_rng(7)
+BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0
+
+
+def picture(x: float, y: float, light: float, turn_deg: float) -> np.ndarray:
+    """The bench shifted, in more or less light, with a patch on it that turns, and noise."""
+    seen = cv2.warpAffine(BENCH, np.array([[1.0, 0.0, x], [0.0, 1.0, y]]), (320, 240), borderMode=1)
+    turn = cv2.getRotationMatrix2D((100.0, 120.0), turn_deg, 1.0)
+    patch = cv2.warpAffine(np.roll(BENCH, 40, 1) * 1.5, turn, (320, 240))
+    cover = np.zeros((240, 320), np.uint8)
+    cv2.ellipse(cover, ((120.0, 120.0), (110.0, 70.0), -turn_deg), 1, -1)
+    mixed = light * np.where(cover > 0, patch, seen) + 2.0 * RNG.standard_normal(seen.shape)
+    return np.clip(np.round(mixed), 0, 255).astype(np.uint8)
+
+
+def test_a_held_camera_in_changing_light() -> None:
+    images = [picture(0.0, 0.0, 1.0 - 0.05 * n, 3.0 * n) for n in range(8)]
+    assert wander_px(images) < 0.5 * LEAST_PX
+
+
+def test_a_hand() -> None:
+    """Rms of the true shifts about their mean, to a tenth."""
+    shifts = RNG.normal(0.0, 1.0, (12, 2))
+    shifts[0] = 0.0
+    images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
+    true_px = float(np.sqrt(((shifts - shifts.mean(0)) ** 2).sum(1).mean()))
+    assert wander_px(images) == pytest.approx(true_px, rel=0.1)
