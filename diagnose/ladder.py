@@ -24,7 +24,9 @@ PAIRS = 12
 FINALISTS = 6
 """all are sketched, and the best fitted to the end."""
 REFINED = 0.03
-"""An effect that contains another which explains must lower the held-out error by this share."""
+"""An effect that contains another which explains must lower the held-out error by this share,"""
+DECISIVE = 50.0
+"""or gain this much on it in log-likelihood."""
 MAX_RUNGS = 6
 FAR = 3.0
 """Beyond this factor of the floor, pairs are tried also where one effect earns its place,"""
@@ -279,11 +281,12 @@ class Climber:
         return ranked
 
     def _clearly_better(self, trial: Trial, simple: Trial) -> bool:
-        """In evidence and on held-out data; by a little more where the simple one explains."""
+        """In evidence and on held-out data; by more of either where the simple one explains."""
         gain = evidence(trial, simple, self.bar.tolerance_deg)
-        least = REFINED if self.bar.explained(simple) else 0.0
-        lower = trial.held_out_rmse_deg < (1.0 - least) * simple.held_out_rmse_deg
-        return gain >= TIE and lower
+        if trial.held_out_rmse_deg >= simple.held_out_rmse_deg or gain < TIE:
+            return False
+        refined = trial.held_out_rmse_deg < (1.0 - REFINED) * simple.held_out_rmse_deg
+        return refined or gain >= DECISIVE or not self.bar.explained(simple)
 
     def _criterion(self, trial: Trial) -> float:
         return criterion(trial, self.bar.tolerance_deg)

@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 
 POLISH_BUDGET = 4_000
 SKETCH_BUDGET = 60
+ASTRAY = 1.02
 SEARCH_BUDGET = 6_000
 POLISHED_STARTS = 3
 SEARCHED_STARTS = 24
@@ -230,8 +231,16 @@ def fit_effects(
 
 
 def sketch_effects(problem: Problem, base: Fit) -> Fit:
-    """A rough fit behind ``base``, from the best start: enough to see where it leads."""
-    return polish(problem, _starts(problem, base)[:1], SKETCH_BUDGET)
+    """A rough fit behind ``base``, from the best start: enough to see where it leads.
+
+    Where that leads up, the next best are tried.
+    """
+    sketches: list[Fit] = []
+    for start in _starts(problem, base)[:POLISHED_STARTS]:
+        sketches.append(polish(problem, [start], SKETCH_BUDGET))
+        if sketches[-1].outcome.cost <= ASTRAY * base.outcome.cost:
+            break
+    return min(sketches, key=lambda sketch: sketch.outcome.cost)
 
 
 def search_effects(problem: Problem, base: Fit) -> Fit:
