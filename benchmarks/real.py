@@ -178,7 +178,7 @@ def sts3250() -> Result:
     return ladder([log("sts3250", "sin_sin", 32)], [log("sts3250", "up_and_down", 32)])
 
 
-SUSPECTS = ("gravity_load", "load_dependent_friction", "torque_saturation", "dead_time")
+SUSPECTS = ("gravity_load", "load_dependent_friction", "torque_saturation", "supply_sag")
 RUNS: dict[str, Callable[[], Result]] = {
     "emps": emps,
     "sts3250": sts3250,
