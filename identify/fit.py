@@ -156,11 +156,7 @@ def _idle(problem: Problem, outcome: Outcome) -> Array | None:
         if bound in (low[j], high[j]):
             trials.append(outcome.point.copy())
             trials[-1][j] = bound
-    if not trials:
-        return None
-    costs = half_squares(problem.residuals(np.array(trials)))
-    best = int(np.argmin(costs))
-    return trials[best] if costs[best] < outcome.cost else None
+    return _cheapest(problem, trials, outcome.cost)
 
 
 def _combed(problem: Problem, outcome: Outcome) -> Array | None:
@@ -171,12 +167,17 @@ def _combed(problem: Problem, outcome: Outcome) -> Array | None:
             moved = np.tile(outcome.point, (_COMB.size, 1))
             moved[:, j] *= 1.0 + _COMB
             trials.append(np.clip(moved, *problem.bounds))
+    return _cheapest(problem, trials, _COMBED * outcome.cost)
+
+
+def _cheapest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:
+    """Of some points the one that costs least, if that is less than ``below``."""
     if not trials:
         return None
-    points = np.concatenate(trials)
+    points = np.vstack(trials)
     costs = half_squares(problem.residuals(points))
     best = int(np.argmin(costs))
-    return points[best] if costs[best] < _COMBED * outcome.cost else None
+    return points[best] if costs[best] < below else None
 
 
 def coordinate_scale(problem: Problem, point: Array) -> Array:
