@@ -22,8 +22,11 @@ from servosight.scenarios.draws import DRAWS, scaled
 from servosight.scenarios.hidden_truth import TRUTHS, known, outside
 from servosight.scenarios.scenario import Response
 from servosight.sim.run import angle_recording
+from servosight.sim.trajectory import Trajectory
 
 NOISE_DEG = (0.01, 0.3)
+FILMED_DEG = 0.02
+"""Through the video the tolerance counts, 0.05 % of the range; the tracker's noise is far below."""
 RATES_HZ = (30.0, 60.0, 120.0, 240.0)
 SIZE = (0.1, 1.5)
 """An effect's distance from neutral, as a share of what scenarios/draws.py draws."""
@@ -40,6 +43,7 @@ class Row:
     truths: tuple[str, ...] = ("twin", "fixed steps")
     coarse: bool = False
     outside: bool = False
+    filmed: bool = False
 
 
 ROWS: Mapping[str, Row] = {
@@ -51,6 +55,7 @@ ROWS: Mapping[str, Row] = {
     "coarse": Row(1, (1.5, 30.0), coarse=True),
     "outside": Row(1, (3.0, 30.0), outside=True),
     "equation": Row(1, (3.0, 30.0), ("equation",)),
+    "video": Row(1, (3.0, 30.0), filmed=True),
 }
 
 
@@ -69,14 +74,27 @@ class Setup:
     with_sigma: bool
     wish: float
 
+    @property
+    def name(self) -> str:
+        """Row and seed."""
+        return f"{self.row} {self.seed}"
+
+    def trajectory(self) -> Trajectory:
+        """What the servo does."""
+        return TRUTHS[self.truth](self.servo, self.effects, self.excitation)
+
+    def stream(self, number: int) -> int:
+        """A seed for one source of noise, of its own for each trial."""
+        return int(np.random.SeedSequence([self.seed, self.attempt, number]).generate_state(1)[0])
+
     def record(self, noise_deg: float) -> Recording:
-        """The angles that the camera sees, with noise of its own for each trial."""
+        """The angles that the camera sees, with noise."""
         return angle_recording(
-            TRUTHS[self.truth](self.servo, self.effects, self.excitation),
+            self.trajectory(),
             self.camera,
             noise_deg,
-            int(np.random.SeedSequence([self.seed, self.attempt, 7]).generate_state(1)[0]),
-            name=f"{self.row} {self.seed}",
+            self.stream(7),
+            name=self.name,
             with_sigma=self.with_sigma,
         )
 
@@ -124,6 +142,8 @@ def noise_for(setup: Setup, weakest_deg: float) -> float | None:
     """
     row = ROWS[setup.row]
     least, most = NOISE_DEG
+    if row.filmed:
+        least = most = FILMED_DEG
     if row.coarse and setup.seed % 2 == 0:
         least = 0.2
     if row.hidden:

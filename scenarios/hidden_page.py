@@ -14,6 +14,7 @@ from servosight.scenarios.hidden_score import Line, Share
 MADE_BY = {"twin": "twin", "fixed steps": "fixed steps", "equation": "the equation"}
 OTHER_PHYSICS = ("single", "weak", "pair", "coarse")
 WANTED_OVER_FLOOR = 1.05
+WANTED_CLOSED = 0.8
 
 
 def page(lines: Sequence[Line], command: str) -> str:
@@ -51,6 +52,7 @@ def table(lines: Sequence[Line]) -> str:
 
     physics = [line for name in OTHER_PHYSICS for line in of(name)]
     explained = [line for line in physics if line["verdict"] == "explained"]
+    unnamed = [line for line in clear("outside") if score.unexplained(line)]
     vague = [line for line in physics if not score.separable(line)]
     cells = [
         _counted("one hidden effect, strength 3 to 30, separable: named exactly", "99 %",
@@ -72,7 +74,10 @@ def table(lines: Sequence[Line]) -> str:
                  score.unexplained),
         _counted("outside the catalogue: `unexplained`, and nothing named on the way", "",
                  clear("outside"), score.named),
-        ("its sparse law closes the gap between error and floor by", "80 %", "-", "-", "0", ""),
+        _counted("its sparse law closes at least 80 % of the gap between error and floor", "",
+                 unnamed, _lawful),
+        _counted("through the video, strength 3 to 30 over 0.02 deg, separable: named exactly", "",
+                 clear("video"), score.named),
         _time(physics),
     ]  # fmt: skip
     head = ("", "goal", "measured", "interval", "trials", "truth made by")
@@ -134,6 +139,10 @@ def _parameters(
     silent = sum(numbers[2] is None for numbers in known)
     measured, interval, count = _percent(Share(hits, len(known)))
     return what, goal, measured, interval, f"{count} parameters", f"{silent} without a sigma"
+
+
+def _lawful(line: Line) -> bool:
+    return bool(line["law_closes"] >= WANTED_CLOSED)
 
 
 def _within_two(truth: float, value: float, sigma: float | None) -> bool:

@@ -19,9 +19,14 @@ Job = tuple[str, int]
 Heard = Callable[[Line, int, int], None]
 
 SOURCES = Path(__file__).resolve().parent.parent
-MAKING = ("models", "sim", "scenarios")
+MAKING = (
+    "models",
+    "sim",
+    *(f"scenarios/{name}.py" for name in ("draws", "scenario")),
+    *(f"scenarios/hidden_{name}.py" for name in ("draw", "film", "plant", "trial", "truth")),
+)
 JUDGING = (*MAKING, "identify", "diagnose")
-"""Folders whose text decides what is hidden, and what a diagnosis makes of it."""
+"""Files and folders whose text decides what is hidden, and what a diagnosis makes of it."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +103,12 @@ def _read(path: Path) -> Iterator[Line]:
             continue
 
 
-def _digest(folders: Sequence[str]) -> str:
-    """A hash over the Python files of some folders, their names and their text."""
+def _digest(places: Sequence[str]) -> str:
+    """A hash over some Python files, and those of some folders: their names and their text."""
     total = hashlib.sha256()
-    for folder in folders:
-        for path in sorted((SOURCES / folder).rglob("*.py")):
-            total.update(f"{path.relative_to(SOURCES)}\0".encode())
-            total.update(path.read_bytes())
+    for place in places:
+        path = SOURCES / place
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            total.update(f"{file.relative_to(SOURCES)}\0".encode())
+            total.update(file.read_bytes())
     return total.hexdigest()[:16]

@@ -15,6 +15,7 @@ from servosight.identify.starts import linear_start
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
 from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
+from servosight.scenarios.hidden_film import film
 
 SEPARABLE = 10.0
 """Cost in log-likelihood from which the best rival can be told from what was hidden."""
@@ -33,7 +34,7 @@ def run_trial(row: str, seed: int, facts: Facts | None = None) -> dict[str, Any]
     facts = facts or find_facts(row, seed)
     setup = propose(row, seed, facts["attempt"])
     began = time.process_time()
-    recording = setup.record(facts["noise_deg"])
+    recording = film(setup) if ROWS[row].filmed else setup.record(facts["noise_deg"])
     made = time.process_time()
     found = diagnose([recording], catalogue=catalogue(), auto=True)
     return {
@@ -182,6 +183,7 @@ def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:
         "alternatives": [list(effects) for effects in found.alternatives],
         "noise_found_deg": found.noise_deg,
         "floor_deg": found.floor_deg,
+        "law_closes": 0.0 if found.law is None else found.law.closed,
         "over_floor": last.trial.held_out_rmse_deg / found.floor_deg,
         "parameters": {
             name: [value, last.parameters[name].value, last.parameters[name].sigma]

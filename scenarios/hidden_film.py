@@ -1,0 +1,36 @@
+"""A trial of the hidden-effect benchmark through the video: filmed and tracked."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from servosight.models.recording import Recording
+from servosight.scenarios.hidden_draw import Setup
+from servosight.tracking.track import track
+
+VIDEO = "film.mkv"
+
+
+def film(setup: Setup) -> Recording:
+    """Angle and sigma that the tracker reads off the trial's video, told nothing but the exposure.
+
+    The film's first frame starts with the command's clock. Frames that did not measure the angle
+    are left out, as ``servosight track`` does.
+    """
+    from servosight.sim.video import render_video  # OpenGL: only where there is a video
+
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / VIDEO
+        render_video(setup.trajectory(), setup.camera, video, seed=setup.stream(8))
+        found = track(video, exposure_s=setup.camera.exposure_s)
+    seen = found.measured
+    return Recording(
+        name=setup.name,
+        command_time_s=setup.excitation.time_s,
+        command_deg=setup.excitation.command_deg,
+        time_s=found.time_s[seen],
+        angle_deg=found.angle_deg[seen],
+        sigma_deg=found.sigma_deg[seen],
+        exposure_s=setup.camera.exposure_s,
+    )
