@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from servosight.diagnose.evidence import EXPLAINED, TIE, Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
-SCREENED = 10
-"""After the first step, this many of the most promising candidates are tried."""
+SKETCHED = 2
+"""After the first step, so many times as many candidates are sketched as are fitted,"""
 FITTED = 6
-"""Of those tried, this many of the best are fitted,"""
+"""which are these: half of them for their promise, the others for how their sketches did;"""
 LEADERS = 3
-"""and this many to the end."""
+"""and this many of the best to the end, the first of all from many starts."""
 SWAPPED = 3
 """In place of an effect that earned its place, this many others are fitted."""
-PARTNERS = 2
+PARTNERS = 3
 """Pairs: each of the best single candidates with the effects that promise most behind it,"""
 PAIRS = 12
 """and the pairs that promise most behind the model at hand;"""
@@ -72,7 +72,7 @@ class Climber:
         sketches = self._sketches(linear, "first effect", lab.candidates(linear))
         trials = self._fitted(linear, "first effect", sketches[:FITTED])
         trials += [lab.judge(sketch.fit) for sketch in sketches[FITTED:]]
-        return Climb((Rung(linear),), tuple(self._led(trials, linear)))
+        return Climb((Rung(linear),), tuple(self._searched(trials, linear)))
 
     def climb(self) -> Climb:
         """From the linear model up."""
@@ -123,11 +123,20 @@ class Climber:
         lower = trial.held_out_rmse_deg < rival.held_out_rmse_deg
         return lower and evidence(trial, rival, self.bar.tolerance_deg) > 0.0
 
-    def _ranked(self, base: Trial, label: str, fitted: int = FITTED) -> list[Trial]:
-        """The candidates that promise most behind ``base``, ``fitted`` of them; best first."""
-        names = self._promising(base, SCREENED)
-        sketches = self._sketches(base, label, names)[:fitted]
-        return self._led(self._fitted(base, label, sketches), base)
+    def _ranked(self, base: Trial, label: str) -> list[Trial]:
+        """The candidates that promise most behind ``base``, best first."""
+        return self._searched(self._tried_behind(base, label, FITTED), base)
+
+    def _tried_behind(self, base: Trial, label: str, fitted: int) -> list[Trial]:
+        """The candidates that promise most behind ``base``, ``fitted`` of them.
+
+        A sketch can end short of what its effect gains, so those of most promise are fitted anyway.
+        """
+        names = self._promising(base, SKETCHED * fitted)
+        foreseen = names[: fitted // 2]
+        sketches = self._sketches(base, label, names)
+        sketches.sort(key=lambda sketch: _news(sketch, base) not in foreseen)
+        return self._fitted(base, label, sketches[:fitted])
 
     def _sketches(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
         """Each of ``names`` added to ``base`` alone, roughly; best first."""
@@ -147,11 +156,15 @@ class Climber:
         self.progress(f"{label}: tried all", len(sketches), len(sketches))
         return trials
 
-    def _led(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
-        """Best first, with those that lead fitted to the end, the first from many starts."""
+    def _led(self, trials: Sequence[Trial], leaders: int) -> list[Trial]:
+        """Best first, with those that lead fitted to the end."""
         ranked = sorted(trials, key=self._criterion, reverse=True)
-        ranked[:LEADERS] = [self.laboratory.finished(trial) for trial in ranked[:LEADERS]]
-        ranked.sort(key=self._criterion, reverse=True)
+        ranked[:leaders] = [self.laboratory.finished(trial) for trial in ranked[:leaders]]
+        return sorted(ranked, key=self._criterion, reverse=True)
+
+    def _searched(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first; where the first does not reach the floor it is fitted from many starts."""
+        ranked = self._led(trials, LEADERS)
         if ranked and not self.bar.settled(ranked[0]):
             ranked[0] = self.laboratory.searched(base, ranked[0], _news(ranked[0], base))
         return self._sorted(ranked, base)
@@ -241,7 +254,7 @@ class Climber:
                 yield from self._settle(smaller)
                 return
             left = self.laboratory.without(trial, name)
-            swaps = self._ranked(left, f"in place of {name}", SWAPPED)
+            swaps = self._led(self._tried_behind(left, f"in place of {name}", SWAPPED), 1)
             if swaps and _news(swaps[0], left) != name and self._beats(swaps[0], trial):
                 yield Rung(swaps[0], _news(swaps[0], left), name)
                 return

@@ -92,7 +92,9 @@ class Uncertainty:
     def profile(self) -> Profile:
         """The likelihood about the point."""
         scale = np.where(np.isfinite(self.plain_sigma), self.plain_sigma, 1e-3)
-        return Profile(self.problem, self.point, self.cost, self.variance, scale)
+        own = np.diag(self.inverse)
+        slopes = np.nan_to_num(self.inverse / np.where(own > 0.0, own, 1.0)[:, None])
+        return Profile(self.problem, self.point, self.cost, self.variance, scale, slopes)
 
     @cached_property
     def parabolic(self) -> NDArray[np.bool_]:
