@@ -16,6 +16,7 @@ from servosight.tracking.calibrate_swing import Swing, calibrate_swing, feature_
 from servosight.tracking.fit import Fit
 from servosight.tracking.follow import Stage
 from servosight.tracking.plane import Array, Image, Lens, Plane, like_picture
+from servosight.tracking.polar import Mask
 from servosight.tracking.shutter import Exposure
 
 _MOST_FRAMES = 16
@@ -89,8 +90,10 @@ class Flattened:
     stage: Stage
     flat: Callable[[Image], Image]
 
-    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
-        """As the stage's own."""
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """As the stage's own; what is ``old`` in the picture is not known in the plane."""
         return self.stage.near(self.flat(picture), angle_rad, exposure)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:

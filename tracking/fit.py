@@ -18,7 +18,8 @@ Motion = Callable[[Sample], Single]
 GATE = 4.5
 _LEAST_PIXELS = 60
 _ITERATIONS = 12
-_SCALE_PIXELS = 2000
+_SCALE_PIXELS = 600
+_SHRINK = 0.03  # of a step near the answer, the next one
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Fit:
     those that the model covers, ``in_view`` is the share of the surface that they are.
     ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
     ``delay`` is where in the readout the angle is told, as a share of it about the middle row.
-    Grey levels are ``gain`` times the model's plus ``offset``.
+    Grey levels are ``gain`` times the model's plus ``offset``. ``held`` is the share of pixels that
+    a codec copied from the picture before, 0 where there are enough others.
     """
 
     angle_rad: float
@@ -47,6 +49,7 @@ class Fit:
     delay: float = 0.0
     gain: float = 1.0
     offset: float = 0.0
+    held: float = 0.0
 
 
 def turn(sample: Sample) -> Single:
@@ -72,50 +75,58 @@ def gauss_newton(
     picture: NDArray[np.uint8],
     angle_rad: float,
     shot: float = 0.0,
+    light: tuple[float, float] | None = None,
+    least: int = 2,
+    exact: float = 0.1,
 ) -> Fit | None:
     """Fit angle, gain and offset of the light (and what else ``motion`` frees), from ``angle_rad``.
 
     ``model(angle_rad)`` is the surface sampled at the pixels that it covers at that angle; their
     residuals are the camera's own noise, not a resampled one. Its variance grows with the grey
-    level g as ``1 + shot g``, and pixels weigh by its inverse. Returns None where too few pixels
-    are left to speak of, or the iteration runs away.
+    level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset, where
+    they are known. At ``least`` so many steps are made, and as many as leave the angle right to
+    ``exact`` of its sigma. Returns None where too few pixels are left to speak of, or the
+    iteration runs away.
     """
     start = angle_rad
-    gain, offset = 1.0, 0.0
+    gain, offset = light or (1.0, 0.0)
     before = np.inf
-    for iteration in range(_ITERATIONS):
+    for iteration in range(1, _ITERATIONS + 1):
         now = model(angle_rad)
         if now.chosen.size < _LEAST_PIXELS:
             return None
         seen = now.grey(picture)
         moves = motion(now)
-        if iteration == 0:
+        if iteration == 1 and light is None:
             # As bright as it was learnt, but for a shift: least squares would bend to what covers.
             offset = _median_residual(seen, now.value)
         gate = _gate(seen, now.value, gain, offset)
-        normal, right, used = _normal(seen, now.value, moves, gain, offset, gate, shot)
+        rows = np.concatenate([now.value[None], np.ones_like(now.value)[None], gain * moves])
+        light_now = np.array([gain, offset, gate, shot], np.float32)
+        weight, used, inside = _weights(seen, now.value, light_now)
         if used < _LEAST_PIXELS:
             return None
+        normal, right = _normal(seen, rows, weight)
         try:
             inverse = np.linalg.inv(normal)
         except np.linalg.LinAlgError:
             return None
         solution = inverse @ right
-        light = (gain, offset, gate, shot)
         gain, offset, step = (float(v) for v in solution[:3])
         angle_rad += step
         if abs(angle_rad - start) > 0.35:
             return None
         # Steps shrink by about the same share each time: the next one is not worth its while.
-        next_step = abs(step) * min(abs(step) / before, 1.0)
-        if iteration > 0 and next_step < max(0.1 * np.sqrt(inverse[2, 2]), 2e-7):
+        shrink = min(abs(step) / before, 1.0) if iteration > 1 else _SHRINK
+        sigma = np.sqrt(inverse[2, 2]) * gate / GATE
+        if iteration >= least and abs(step) * shrink < max(exact * sigma, 1e-7):
             break
         before = max(abs(step), 1e-12)
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
     tile = now.block
     tile -= tile.min()
-    sums, inside, squares, weighed, agreement = _judged(
-        seen, now.value, moves, light, solution, inverse[2], tile, int(tile.max()) + 1
+    sums, squares, weighed, agreement = _judged(
+        seen, rows, weight, solution, inverse[2], tile, int(tile.max()) + 1
     )
     return Fit(
         angle_rad,
@@ -137,7 +148,7 @@ _kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 
 @_kernel
 def _median_residual(seen, value):  # type: ignore[no-untyped-def]
-    """Median of picture less model; some 2,000 of the pixels tell it well enough."""
+    """Median of picture less model; some 600 of the pixels tell it well enough."""
     stride = 1 + seen.size // _SCALE_PIXELS
     return np.median(seen[::stride] - value[::stride])
 
@@ -151,61 +162,63 @@ def _gate(seen, value, gain, offset):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def _normal(seen, value, moves, gain, offset, gate, shot):  # type: ignore[no-untyped-def]
-    """Normal matrix, right side and number of the pixels within the gate."""
-    count = 2 + moves.shape[0]
-    normal, right, row = np.zeros((count, count)), np.zeros(count), np.ones(count)
-    used = 0
+def _weights(seen, value, light):  # type: ignore[no-untyped-def]
+    """Weight of each pixel, 0 outside of the gate; how many are within, and how many are neither
+    black nor white."""
+    weight = np.empty(seen.size, np.float32)
+    one, zero = np.float32(1.0), np.float32(0.0)
+    gain, offset, gate, shot = light
+    used = inside = 0
     for i in range(seen.size):
-        grey = np.float64(seen[i])
-        if grey <= 0 or grey >= 255 or abs(grey - gain * value[i] - offset) >= gate:
-            continue
-        row[0] = value[i]
-        for a in range(2, count):
-            row[a] = gain * moves[a - 2, i]
-        weight = 1.0 / (1.0 + shot * max(value[i], np.float32(0.0)))
-        for a in range(count):
-            weighed = weight * row[a]
-            right[a] += weighed * grey
-            for b in range(a + 1):
-                normal[a, b] += weighed * row[b]
-        used += 1
-    for a in range(count):
-        for b in range(a):
-            normal[b, a] = normal[a, b]
-    return normal, right, used
+        clear = (seen[i] > 0) & (seen[i] < 255)
+        near = clear & (abs(np.float32(seen[i]) - gain * value[i] - offset) < gate)
+        weight[i] = (one if near else zero) / (one + shot * max(value[i], zero))
+        inside += clear
+        used += near
+    return weight, used, inside
 
 
 @_kernel
-def _judged(seen, value, moves, light, solution, inverse, tile, tiles):  # type: ignore[no-untyped-def]
-    """What the fit leaves: influences on the angle summed by tile, pixels that are neither black
-    nor white, squared residuals and correlation of those within the gate."""
-    gain, offset, gate, shot = light
+def _normal(seen, rows, weight):  # type: ignore[no-untyped-def]
+    """Normal matrix and right side of weighed pixels; ``rows`` (unknowns, pixels)."""
+    count = len(rows)
+    normal, right = np.empty((count, count)), np.empty(count)
+    for a in range(count):
+        weighed = rows[a] * weight
+        total = 0.0
+        for i in range(seen.size):
+            total += np.float64(weighed[i]) * seen[i]
+        right[a] = total
+        for b in range(a + 1):
+            total = 0.0
+            for i in range(seen.size):
+                total += np.float64(weighed[i]) * rows[b, i]
+            normal[a, b] = normal[b, a] = total
+    return normal, right
+
+
+@_kernel
+def _judged(seen, rows, weight, solution, inverse, tile, tiles):  # type: ignore[no-untyped-def]
+    """What the fit leaves: influences on the angle summed by tile, squared residuals, the same
+    weighed, and correlation of the pixels of any weight."""
     sums = np.zeros(tiles)
-    inside, used = 0, 0
-    squares = weighed = s = v = ss = vv = sv = 0.0
+    used = squares = weighed = s = v = ss = vv = sv = 0.0
     for i in range(seen.size):
-        grey, model = np.float64(seen[i]), np.float64(value[i])
-        if grey <= 0 or grey >= 255:
-            continue
-        inside += 1
-        if abs(grey - gain * model - offset) >= gate:
-            continue
-        used += 1
-        residual = grey - solution[0] * model - solution[1]
-        influence = inverse[0] * model + inverse[1]
-        for a in range(moves.shape[0]):
-            residual -= solution[a + 2] * gain * moves[a, i]
-            influence += inverse[a + 2] * gain * moves[a, i]
-        weight = 1.0 / (1.0 + shot * max(model, 0.0))
-        sums[tile[i]] += weight * influence * residual
-        squares += residual * residual
-        weighed += weight * residual * residual
-        s, v = s + grey, v + model
-        ss, vv, sv = ss + grey * grey, vv + model * model, sv + grey * model
+        keep = 1.0 if weight[i] > 0 else 0.0
+        grey, model = np.float64(seen[i]), np.float64(rows[0, i])
+        residual, influence = grey, 0.0
+        for a in range(len(rows)):
+            residual -= solution[a] * rows[a, i]
+            influence += inverse[a] * rows[a, i]
+        sums[tile[i]] += weight[i] * influence * residual
+        used += keep
+        squares += keep * residual * residual
+        weighed += weight[i] * residual * residual
+        s, v = s + keep * grey, v + keep * model
+        ss, vv, sv = ss + keep * grey * grey, vv + keep * model * model, sv + keep * grey * model
     power = (ss - s * s / used) * (vv - v * v / used)
     agreement = (sv - s * v / used) / np.sqrt(power) if power > 0 else 0.0
-    return sums, inside, squares, weighed, agreement
+    return sums, squares, weighed, agreement
 
 
 def _sandwich(sums: Array) -> float:

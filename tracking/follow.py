@@ -8,7 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from servosight.tracking.copied import copied
 from servosight.tracking.fit import Fit
+from servosight.tracking.polar import Mask
 from servosight.tracking.shutter import STILL, Exposure, Shutter, local_motion
 from servosight.tracking.surface import Image
 from servosight.tracking.video import Frame
@@ -17,6 +19,7 @@ _REACH = 2  # neighbours on either side that tell how the surface moves
 _PAST = 3  # frames before it that tell where a frame is
 _DOUBT = 1.5  # what a fit may leave unlike, over what the one before left, and beside it
 _SLACK = 1e-3
+_ROWS = 16  # of so many one tells at once that pictures differ
 _NEAR_RAD = np.deg2rad(15.0)
 # Worth fitting again: a blur that was guessed wrong by this much at the tip. Less is even about
 # the angle and moves nothing.
@@ -28,8 +31,13 @@ _SHEAR_RAD = np.deg2rad(2e-4)
 class Stage(Protocol):
     """One way to measure an angle in a picture; angles in rad, relative to the stage's own zero."""
 
-    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
-        """Measure, started at an angle and with the motion while exposed; None: not there."""
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """Measure, started at an angle and with the motion while exposed; None: not there.
+
+        ``old`` are pixels that were only copied from the picture before.
+        """
         ...
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
@@ -46,6 +54,7 @@ class Seen:
     angle_rad: float
     exposure: Exposure
     repeated: bool = False
+    old: Mask | None = None  # pixels copied from the frame before
 
 
 def follow(
@@ -54,15 +63,17 @@ def follow(
     home_rad: float,
     shutter: Callable[[int], Shutter],
     radius_px: float,
+    copies: bool = False,
 ) -> Iterator[Seen]:
     """Measure the frames in order, the first of them about ``home_rad``; holds a few at a time.
 
-    ``shutter`` gives a frame's by its number; ``radius_px`` is that of the surface's tip.
+    ``shutter`` gives a frame's by its number; ``radius_px`` is that of the surface's tip;
+    ``copies`` says that the codec draws pictures from the ones before.
     """
     window: list[Seen] = []
     waiting = 0  # frames at the window's end that are not handed on yet
     for frame in source:
-        now = _measure(stage, frame, window[-_PAST:], home_rad, shutter(frame.index))
+        now = _measure(stage, frame, window[-_PAST:], home_rad, shutter(frame.index), copies)
         window.append(now)
         waiting += 1
         if waiting > _REACH:
@@ -77,28 +88,39 @@ def follow(
 
 
 def _measure(
-    stage: Stage, frame: Frame, before: list[Seen], home_rad: float, shutter: Shutter
+    stage: Stage,
+    frame: Frame,
+    before: list[Seen],
+    home_rad: float,
+    shutter: Shutter,
+    copies: bool,
 ) -> Seen:
     """Try where the motion leads, where it was, near that, and everywhere: the first that holds."""
     last = before[-1] if before else None
-    repeated = last is not None and np.array_equal(frame.image, last.frame.image)
+    repeated = last is not None and _same(frame.image, last.frame.image)
+    old = copied(frame.image, last.frame.image) if copies and last is not None else None
     held = last.angle_rad if last is not None else home_rad
     step, speed, acceleration = _promised(before, frame.time_s)
     moving = Exposure.of(speed, acceleration, shutter)
-    fit = stage.near(frame.image, held + step, moving)
+    fit = stage.near(frame.image, held + step, moving, old)
     if fit is None and last is not None:
-        fit = stage.near(frame.image, held, STILL)
+        fit = stage.near(frame.image, held, STILL, old)
         if fit is None:
-            fit = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving)
+            fit = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving, old)
     if fit is None:
         moving = STILL
         fit = stage.near(frame.image, stage.anywhere(frame.image, held, np.pi), STILL)
     elif last is not None and last.fit is not None and _doubtful(fit, last.fit):
         # Where the surface sets off fast, a fit can rest on a neighbouring likeness: look about.
-        found = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving)
+        found = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving, old)
         if found is not None and found.correlation > fit.correlation:
             fit = found
-    return Seen(frame, fit, fit.angle_rad if fit is not None else held, moving, bool(repeated))
+    angle = fit.angle_rad if fit is not None else held
+    return Seen(frame, fit, angle, moving, bool(repeated), old)
+
+
+def _same(one: Image, other: Image) -> bool:
+    return np.array_equal(one[::_ROWS], other[::_ROWS]) and np.array_equal(one, other)
 
 
 def _doubtful(fit: Fit, before: Fit) -> bool:
@@ -147,7 +169,7 @@ def _again(
     shear = abs(exposure.per_delay_rad - was.per_delay_rad) + abs(exposure.bend_rad - was.bend_rad)
     if apart_px < _BLUR_PX and shear < _SHEAR_RAD and exposure.parts_rad.size == was.parts_rad.size:
         return here
-    fit = stage.near(here.frame.image, here.angle_rad, exposure)
+    fit = stage.near(here.frame.image, here.angle_rad, exposure, here.old)
     if fit is None:
         return here
     return replace(here, fit=fit, angle_rad=fit.angle_rad, exposure=exposure)

@@ -67,8 +67,8 @@ def _judged(bundle: Bundle, rest: Sequence[Rest]) -> Layers:
     left, level = left[tells], level[tells]
     return Layers(
         grid,
-        np.ascontiguousarray(bundle.layers),
-        used,
+        np.ascontiguousarray(bundle.layers.transpose(1, 0, 2)),
+        np.ascontiguousarray(used.T),
         bundle.bench,
         1.4826 * float(np.median(np.abs(left))),
         bundle.shot,

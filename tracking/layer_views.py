@@ -12,7 +12,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.layers import before, covered
 from servosight.tracking.polar import Grid, Mask, Pixels, Single, slopes, smeared, weights
 from servosight.tracking.shutter import Exposure
 
@@ -99,7 +98,51 @@ class View:
         return smeared(layers.reshape(len(layers), -1), self.smear).reshape(layers.shape)
 
 
+def covered(
+    pixels: Pixels,
+    grid: Grid,
+    angle_rad: float,
+    exposure: Exposure,
+    wanted: NDArray[np.uint8],
+) -> tuple[NDArray[np.intp], Single]:
+    """The pixels that show ``wanted`` cells (columns, rows) of a lattice turned by an angle.
+
+    Their places in the table (pixels,), and the column and row that each shows (2, pixels).
+    """
+    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    motion = exposure.per_delay_rad, exposure.bend_rad
+    size = part.stop - part.start
+    chosen = np.empty(size + 1, np.intp)
+    where = np.empty((2, size + 1), np.float32)
+    count = _select(
+        wanted, pixels.phi_rad[part], pixels.radius_px[part], pixels.delay[part], place, motion,
+        chosen, where,
+    )  # fmt: skip
+    return chosen[:count] + part.start, where[:, :count]
+
+
 _kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+
+
+@_kernel
+def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: ignore[no-untyped-def]
+    """The pixels that show wanted cells, and the columns and rows they show; returns how many."""
+    columns, rows = wanted.shape
+    origin, per_rad, first, per_px = place
+    count = 0
+    for i in range(phi.size):
+        v = (radius[i] - first) * per_px
+        own = (motion[0] + motion[1] * delay[i]) * delay[i]
+        u = (phi[i] - origin - own) * per_rad
+        inside = (v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)
+        m = min(max(int(u + 0.5), 0), columns - 1)
+        j = min(max(int(v + 0.5), 0), rows - 1)
+        # Written always, kept or written over: a branch that cannot be foretold costs more.
+        chosen[count] = i
+        where[0, count], where[1, count] = u, v
+        count += inside & (wanted[m, j] != 0)
+    return count
 
 
 @_kernel
@@ -130,6 +173,20 @@ def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
 
 
 @_kernel
+def _before(flat, at, b, bench):  # type: ignore[no-untyped-def]
+    """Light before a bench along four rows from a place in the flattened layers, weighed by ``b``.
+
+    ``at`` is unsigned: a place that could be negative would be looked at twice.
+    """
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
+    light = b[0] * (flat[at] + bench * flat[at + one])
+    light += b[1] * (flat[at + two] + bench * flat[at + three])
+    light += b[2] * (flat[at + four] + bench * flat[at + five])
+    return light + b[3] * (flat[at + six] + bench * flat[at + seven])
+
+
+@_kernel
 def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
     columns, rows, _ = layers.shape
     flat = layers.reshape(-1)
@@ -145,16 +202,16 @@ def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
             m = np.int32(u)
             a = weights(u - np.float32(m))
             at = np.uint64(2 * ((m - 1) * rows + j - 1))
-            total += a[0] * before(flat, at, b, bench)
-            total += a[1] * before(flat, at + stride, b, bench)
-            total += a[2] * before(flat, at + stride + stride, b, bench)
-            total += a[3] * before(flat, at + stride + stride + stride, b, bench)
+            total += a[0] * _before(flat, at, b, bench)
+            total += a[1] * _before(flat, at + stride, b, bench)
+            total += a[2] * _before(flat, at + stride + stride, b, bench)
+            total += a[3] * _before(flat, at + stride + stride + stride, b, bench)
         out[i] = total * share
 
 
 @_kernel
 def _laid(flat, at, own, b, bench):  # type: ignore[no-untyped-def]
-    """The transpose of ``layers.before``."""
+    """The transpose of ``_before``."""
     one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
     four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
     through = own * bench

@@ -8,9 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
-from servosight.tracking.layers import Layers
-from servosight.tracking.polar import Pixels, Sample
+from servosight.tracking.layers import Layers, Rings
+from servosight.tracking.polar import Mask, Sample
 from servosight.tracking.refine import LEAST_CORRELATION, LEAST_KEPT, Refine
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image
@@ -19,14 +20,19 @@ from servosight.tracking.surface import Image
 _WIDTHS = 24.0
 _FULL_AT = 4.0
 _KEPT_TABLES = 32
+_FEW_PIXELS = 1000
 
 
 @dataclass(frozen=True)
 class Layered:
-    """The stage: learnt layers, the picture's pixels about their pivot, and the wide search."""
+    """The stage: learnt layers, all pixels about their pivot, few of them, and the wide search.
+
+    The few tell the angle well enough for a single step on all.
+    """
 
     layers: Layers
-    pixels: Pixels
+    whole: Rings
+    few: Rings
     wide: Refine
     blurred: Callable[[int], Layers]
 
@@ -38,28 +44,47 @@ class Layered:
         def blurred(width: int) -> Layers:
             return layers.smeared(_FULL_AT * np.expm1(width / _WIDTHS)) if width else layers
 
-        return cls(layers, Pixels.about(layers.grid, layers.bench.shape), wide, blurred)
+        every = 1 + int(layers.area_px / _FEW_PIXELS)
+        whole, few = (Rings.about(layers.grid, layers.bench.shape, n) for n in (1, every))
+        return cls(layers, whole, few, wide, blurred)
 
-    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
-        """Fit from an angle; None if it is no fit."""
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """Fit from an angle; None if it is no fit.
+
+        Pixels that are ``old`` are left out as long as others tell the angle.
+        """
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
-        shown = model.about(self.pixels, angle_rad, exposure)
-        last: list[Sample] = []
+        covered: list[int] = []
+        last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
-            last[:] = [shown.at(angle)]
-            return last[0]
+            shown = model.at(self.whole, angle, exposure)
+            covered[:] = [shown.chosen.size]
+            last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
+            return last[0][0]
 
-        fit = gauss_newton(at, turn, picture, angle_rad, self.layers.shot)
+        def roughly(angle: float) -> Sample:
+            return model.at(self.few, angle, exposure)
+
+        shot = self.layers.shot
+        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=1.0)
+        if rough is None:
+            return None
+        light = rough.gain, rough.offset
+        fit = gauss_newton(at, turn, picture, rough.angle_rad, shot, light, least=1)
         if (
             fit is None
             or fit.correlation < LEAST_CORRELATION * self.layers.correlation
             or fit.kept < LEAST_KEPT
         ):
             return None
-        in_view = float(np.clip(fit.pixels / max(model.area_px, 1.0), 0.0, 1.0))
-        return replace(fit, in_view=in_view, delay=last[0].delay if exposure.slack_rad else 0.0)
+        in_view = float(np.clip(covered[0] / max(model.area_px, 1.0), 0.0, 1.0))
+        sample, held = last[0]
+        delay = sample.delay if exposure.slack_rad else 0.0
+        return replace(fit, in_view=in_view, delay=delay, held=held)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -22,14 +22,35 @@ from servosight.tracking.polar import Grid, Pixels, Sample, Single, slopes, smea
 from servosight.tracking.shutter import Exposure
 
 SEEN_THROUGH = 2
-_MARGIN = 2.0  # columns that the surface may turn before its pixels are chosen anew
+_ROOM = 2.0  # times the pixels that the cells in use cover
+_GAP = 6  # cells that are not in use do not part a run
+
+
+@dataclass(frozen=True)
+class Rings:
+    """A picture's pixels by rings about a pivot, a row of the lattice each, and by angle in these.
+
+    ``start`` (rows + 1,) are the rings' places in the table ``pixels``, each twice round.
+    """
+
+    pixels: Pixels
+    start: NDArray[np.intp]
+
+    @classmethod
+    def about(cls, grid: Grid, shape: tuple[int, ...], every: int = 1) -> Rings:
+        """The pixels of a picture of ``shape`` (height, width); with ``every`` > 1 a thinning."""
+        table = Pixels.about(grid, shape, every)
+        ring = np.rint((table.radius_px - grid.radius_px) / grid.step_px).astype(np.intp)
+        order = np.argsort(ring, kind="stable")
+        order = order[np.searchsorted(ring[order], 0) :]
+        return cls(table.at(order), np.searchsorted(ring[order], np.arange(grid.rows + 1)))
 
 
 @dataclass(frozen=True)
 class Layers:
-    """The learnt layers. ``coefficients`` (columns, rows, 2) of the splines of light and clearness.
+    """The learnt layers. ``coefficients`` (rows, columns, 2) of the splines of light and clearness.
 
-    ``used`` (columns, rows) marks cells whose pixels tell something of the angle, by 2 where the
+    ``used`` (rows, columns) marks cells whose pixels tell something of the angle, by 2 where the
     bench must be known for it; ``bench``
     (height, width) is what lies still [grey levels], NaN where unknown; ``noise`` [grey levels] the
     rms of what the layers leave unexplained in the frames that they were learnt from; its variance
@@ -48,157 +69,108 @@ class Layers:
     def area_px(self) -> float:
         """Pixels that the cells in use cover."""
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
-        return float(((self.used > 0) * radius).sum() * self.grid.step_px * self.grid.step_rad)
+        count = (self.used > 0).sum(1)
+        return float((count * radius).sum() * self.grid.step_px * self.grid.step_rad)
+
+    @cached_property
+    def _runs(self) -> NDArray[np.intp]:
+        """Row, first and last column of the runs of cells in use; (runs, 3)."""
+        wide = np.pad(self.used > 0, ((0, 0), (_GAP, _GAP)))
+        closed = cv2.morphologyEx(
+            wide.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((1, _GAP + 1), np.uint8)
+        )
+        edge = np.diff(closed.astype(np.int8), axis=1, prepend=0, append=0)
+        row, first = np.nonzero(edge > 0)
+        return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
 
     def smeared(self, columns: float) -> Layers:
         """The same layers as a shutter shows them that is open while they turn by ``columns``."""
-        flat = self.coefficients.reshape(len(self.coefficients), -1)
-        blurred = smeared(flat, columns).reshape(self.coefficients.shape)
-        spread = np.ones((2 * int(np.ceil(0.5 * columns)) + 1, 1), np.uint8)
-        used = cv2.dilate(self.used, spread)
-        return replace(self, coefficients=blurred, used=np.asarray(used))
-
-    def about(self, pixels: Pixels, angle_rad: float, exposure: Exposure) -> Shown:
-        """The model of the pixels that tell something with the surface about an angle."""
-        chosen, where = covered(pixels, self.grid, angle_rad, exposure, self.used)
-        behind = self.bench.reshape(-1).take(pixels.index.take(chosen))
-        column, row = (where + np.float32(0.5)).astype(np.intp)
-        # What nothing shines through needs no bench; where it is wanted it must be known.
-        behind[self.used[column, row] != SEEN_THROUGH] = 0.0
-        known = np.flatnonzero(np.isfinite(behind))
-        return Shown(
+        by_column = np.ascontiguousarray(self.coefficients.transpose(1, 0, 2))
+        flat = smeared(by_column.reshape(len(by_column), -1), columns).reshape(by_column.shape)
+        spread = np.ones((1, 2 * int(np.ceil(0.5 * columns)) + 1), np.uint8)
+        return replace(
             self,
-            pixels,
-            angle_rad,
-            exposure,
-            chosen.take(known),
-            np.ascontiguousarray(where[:, known]),
-            behind.take(known),
+            coefficients=np.ascontiguousarray(flat.transpose(1, 0, 2)),
+            used=np.asarray(cv2.dilate(self.used, spread)),
         )
 
+    def at(self, rings: Rings, angle_rad: float, exposure: Exposure) -> Sample:
+        """What the pixels that tell something show with the surface at an angle.
 
-@dataclass(frozen=True)
-class Shown:
-    """The layers at the pixels that show cells in use, for angles about ``angle_rad``.
-
-    ``where`` (2, pixels) is the column and the row of the lattice that each of the ``chosen``
-    pixels shows at that angle, ``behind`` (pixels,) the bench there.
-    """
-
-    layers: Layers
-    pixels: Pixels
-    angle_rad: float
-    exposure: Exposure
-    chosen: NDArray[np.intp]
-    where: Single
-    behind: Single
-
-    def at(self, angle_rad: float) -> Sample:
-        """What the pixels show with the surface at an angle; the smear is the tables' own."""
-        layers = self.layers
-        per_rad = 1.0 / layers.grid.step_rad
-        turned = (angle_rad - self.angle_rad) * per_rad
-        if abs(turned) > _MARGIN:
-            return layers.about(self.pixels, angle_rad, self.exposure).at(angle_rad)
-        out = np.empty((2, self.chosen.size), np.float32)
-        parts = (self.exposure.parts_rad * per_rad).astype(np.float32)
-        _layered(
-            layers.coefficients,
-            self.where,
-            self.behind,
-            np.float32(turned) + parts,
-            np.float32(per_rad),
-            out,
-        )
-        return Sample(self.pixels, self.chosen, out[0], out[1], out[1, :0])
+        The exposure's smear is the layers' own.
+        """
+        grid, pixels = self.grid, rings.pixels
+        lowest = angle_rad + grid.phi_rad - exposure.slack_rad
+        turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
+        place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+        motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+        parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
+        chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
+        out = np.empty((2, chosen.size), np.float32)
+        count = _layered(
+            self.coefficients, self.used, self.bench.reshape(-1), self._runs, rings.start,
+            pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index,
+            place, motion, parts, chosen, out,
+        )  # fmt: skip
+        value, per_turn = out[:, :count]
+        return Sample(pixels, chosen[:count], value, per_turn, per_turn[:0])
 
 
-def covered(
-    pixels: Pixels,
-    grid: Grid,
-    angle_rad: float,
-    exposure: Exposure,
-    wanted: NDArray[np.uint8],
-) -> tuple[NDArray[np.intp], Single]:
-    """The pixels that show ``wanted`` cells (columns, rows) of a lattice turned by an angle.
-
-    Their places in the table (pixels,), and the column and row that each shows (2, pixels).
-    """
-    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
-    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-    motion = exposure.per_delay_rad, exposure.bend_rad
-    size = part.stop - part.start
-    chosen = np.empty(size + 1, np.intp)
-    where = np.empty((2, size + 1), np.float32)
-    count = _select(
-        wanted, pixels.phi_rad[part], pixels.radius_px[part], pixels.delay[part], place, motion,
-        chosen, where,
-    )  # fmt: skip
-    return chosen[:count] + part.start, where[:, :count]
-
-
-_kernel = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"}
-)
-
-
-@_kernel
-def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: ignore[no-untyped-def]
-    """The pixels that show wanted cells, and the columns and rows they show; returns how many."""
-    columns, rows = wanted.shape
-    origin, per_rad, first, per_px = place
-    count = 0
-    for i in range(phi.size):
-        v = (radius[i] - first) * per_px
-        own = (motion[0] + motion[1] * delay[i]) * delay[i]
-        u = (phi[i] - origin - own) * per_rad
-        inside = (v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)
-        m = min(max(int(u + 0.5), 0), columns - 1)
-        j = min(max(int(v + 0.5), 0), rows - 1)
-        # Written always, kept or written over: a branch that cannot be foretold costs more.
-        chosen[count] = i
-        where[0, count], where[1, count] = u, v
-        count += inside & (wanted[m, j] != 0)
-    return count
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def before(flat, at, b, bench):  # type: ignore[no-untyped-def]
-    """Light before a bench along four rows from a place in the flattened layers, weighed by ``b``.
-
-    ``at`` is unsigned: a place that could be negative would be looked at twice.
-    """
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
-    light = b[0] * (flat[at] + bench * flat[at + one])
-    light += b[1] * (flat[at + two] + bench * flat[at + three])
-    light += b[2] * (flat[at + four] + bench * flat[at + five])
-    return light + b[3] * (flat[at + six] + bench * flat[at + seven])
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _layered(coefficients, where, behind, turned, per_rad, out):  # type: ignore[no-untyped-def]
-    """Value and slope at the pixels, the mean over equal stretches ``turned`` by some columns."""
-    columns, rows, _ = coefficients.shape
+# Not for all of fastmath: an unknown bench is NaN.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
+def _layered(  # type: ignore[no-untyped-def]
+    coefficients, used, bench, runs, start, phi, radius, delay, index, place, motion, parts,
+    chosen, out,
+):  # fmt: skip
+    """Value and slope, the mean over equal stretches ``parts``, at the pixels that show cells in
+    use, where the bench is known if it is wanted; returns how many, their places in ``chosen``."""
+    rows, columns, _ = coefficients.shape
     flat = coefficients.reshape(-1)
-    share = np.float32(1.0 / turned.size)
+    origin, per_rad, first, per_px = place
+    share = np.float32(1.0 / parts.size)
+    per_turn = -share * np.float32(per_rad)
     low, high = np.float32(1.0), np.float32(columns - 2.001)
-    stride = np.uint64(2 * rows)
-    for i in range(behind.size):
-        v, bench = where[1, i], behind[i]
-        j = np.int32(v)
-        b = weights(v - np.float32(j))
-        value = slope = np.float32(0.0)
-        for turn in turned:
-            u = min(max(where[0, i] - turn, low), high)
-            m = np.int32(u)
-            a, d = weights(u - np.float32(m)), slopes(u - np.float32(m))
-            at = np.uint64(2 * ((m - 1) * rows + j - 1))
-            g0 = before(flat, at, b, bench)
-            g1 = before(flat, at + stride, b, bench)
-            g2 = before(flat, at + stride + stride, b, bench)
-            g3 = before(flat, at + stride + stride + stride, b, bench)
-            value += a[0] * g0 + a[1] * g1 + a[2] * g2 + a[3] * g3
-            slope += d[0] * g0 + d[1] * g1 + d[2] * g2 + d[3] * g3
-        out[0, i] = value * share
-        out[1, i] = -slope * share * per_rad
+    zero, half = np.float32(0.0), np.float32(0.5)
+    one, stride = np.uint64(1), np.uint64(2 * columns)
+    count = 0
+    for run in range(runs.shape[0]):
+        ring = runs[run, 0]
+        end = start[ring + 1]
+        begins = origin + (runs[run, 1] - 0.5) / per_rad - motion[2]
+        ends = origin + (runs[run, 2] + 0.5) / per_rad + motion[2]
+        i = start[ring] + np.searchsorted(phi[start[ring] : end], begins)
+        while i < end and phi[i] < ends and count < chosen.size:
+            here = i
+            i += 1
+            own = (motion[0] + motion[1] * delay[here]) * delay[here]
+            u = np.float32((phi[here] - origin - own) * per_rad)
+            v = np.float32((radius[here] - first) * per_px)
+            if not ((v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)):
+                continue
+            use = used[ring, np.int32(u + half)]
+            # What nothing shines through needs no bench.
+            behind = bench[index[here]] if use == SEEN_THROUGH else zero
+            if use == 0 or np.isnan(behind):
+                continue
+            j = np.int32(v)
+            b = weights(v - np.float32(j))
+            value = slope = zero
+            for part in parts:
+                column = min(max(u - part, low), high)
+                m = np.int32(column)
+                a, d = weights(column - np.float32(m)), slopes(column - np.float32(m))
+                corner = np.uint64(2 * ((j - 1) * columns + m - 1))
+                for n in range(4):
+                    p0 = corner + np.uint64(2 * n)
+                    p1, p2, p3 = p0 + stride, p0 + stride + stride, p0 + stride + stride + stride
+                    across = b[0] * flat[p0] + b[1] * flat[p1] + b[2] * flat[p2] + b[3] * flat[p3]
+                    clear = b[0] * flat[p0 + one] + b[1] * flat[p1 + one]
+                    clear += b[2] * flat[p2 + one] + b[3] * flat[p3 + one]
+                    across += behind * clear
+                    value += a[n] * across
+                    slope += d[n] * across
+            chosen[count] = here
+            out[0, count] = value * share
+            out[1, count] = slope * per_turn
+            count += 1
+    return count

@@ -16,7 +16,7 @@ from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import Shutter
-from servosight.tracking.video import stretches
+from servosight.tracking.video import predicting, stretches
 
 _STRETCHES = 8
 _LENGTH = 48
@@ -40,10 +40,13 @@ def layered_stage(
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
     rough = refine.thinned(_THINNING)
+    copies = predicting(video) is not None
     for stretch in stretches(video, _STRETCHES, _LENGTH):
         home = rough.anywhere(stretch[0].image, 0.0, np.pi)
         seen = [
-            s for s in follow(rough, stretch, home, shutter, radius) if s.fit and not s.repeated
+            s
+            for s in follow(rough, stretch, home, shutter, radius, copies)
+            if s.fit and not s.repeated
         ]
         chosen += _slowest(seen, _FROM_EACH)
     chosen = [

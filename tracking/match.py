@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.tracking.fit import Fit
-from servosight.tracking.polar import Array
+from servosight.tracking.polar import Array, Mask
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image, turning
 
@@ -40,7 +40,9 @@ class Match:
         centre = np.array([x + 0.5 * (width - 1), y + 0.5 * (height - 1)])
         return np.asarray(centre - np.array(self.pivot_px))
 
-    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
         """Match near an angle: once as far as a quarter of the box, once more, turned right."""
         reach = max(self.box[2:]) // 4 + 3
         rough = self._match(picture, angle_rad, reach)

@@ -76,7 +76,7 @@ class Pixels:
     """
 
     phi_rad: Array
-    radius_px: Array
+    radius_px: Single
     index: NDArray[np.intp]
     block: NDArray[np.intp]
     delay: Single
@@ -102,10 +102,20 @@ class Pixels:
         delay = (index // shape[1] / max(shape[0] - 1, 1) - 0.5).astype(np.float32)
         return cls(
             np.concatenate([phi, phi + 2 * np.pi]),
-            np.tile(radius[index], 2),
+            np.tile(radius[index].astype(np.float32), 2),
             np.tile(index, 2),
             np.tile(block, 2),
             np.tile(delay, 2),
+        )
+
+    def at(self, places: NDArray[np.intp]) -> Pixels:
+        """Those at some places of the table (pixels,), in that order."""
+        return Pixels(
+            self.phi_rad[places],
+            self.radius_px[places],
+            self.index[places],
+            self.block[places],
+            self.delay[places],
         )
 
     def covering(self, grid: Grid, angle_rad: float, slack_rad: float = 0.0) -> tuple[slice, float]:
@@ -135,6 +145,12 @@ class Sample:
     per_turn: Single
     per_px: Single
 
+    def within(self, kept: Mask) -> Sample:
+        """The ``kept`` (pixels,) alone."""
+        by_radius = self.per_px[kept] if self.per_px.size else self.per_px
+        chosen, value, per_turn = self.chosen[kept], self.value[kept], self.per_turn[kept]
+        return Sample(self.pixels, chosen, value, per_turn, by_radius)
+
     def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """What a picture (height, width) shows at the pixels."""
         return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
@@ -152,9 +168,9 @@ class Sample:
         return np.asarray(self.pixels.block.take(self.chosen))
 
     @property
-    def per_shift(self) -> tuple[Array, Array]:
+    def per_shift(self) -> tuple[Single, Single]:
         """Change with a shift of the surface along x and along y [grey levels/px]."""
-        phi = self.pixels.phi_rad.take(self.chosen)
+        phi = self.pixels.phi_rad.take(self.chosen).astype(np.float32)
         cos, sin = np.cos(phi), np.sin(phi)
         along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
         return along * sin - self.per_px * cos, along * cos + self.per_px * sin

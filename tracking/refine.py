@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
-from servosight.tracking.polar import Pixels, Sample
+from servosight.tracking.polar import Mask, Pixels, Sample
 from servosight.tracking.search import search
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image, Surface
@@ -39,14 +40,22 @@ class Refine:
         every, shape = self.every * by, self.shape
         return replace(self, every=every, pixels=self.surface.pixels(shape, every))
 
-    def near(self, picture: Image, angle_rad: float, exposure: Exposure) -> Fit | None:
-        """Fit from an angle, the surface as the exposure shows it; None if it is no fit."""
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """Fit from an angle, the surface as the exposure shows it; None if it is no fit.
+
+        Pixels that are ``old`` are left out as long as others tell the angle.
+        """
         model = self.surface.blurred(exposure.turn_rad)
-        last: list[Sample] = []
+        covered: list[int] = []
+        last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
-            last[:] = [model.at(self.pixels, angle, exposure)]
-            return last[0]
+            shown = model.at(self.pixels, angle, exposure)
+            covered[:] = [shown.chosen.size]
+            last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
+            return last[0][0]
 
         fit = gauss_newton(at, turn, picture, angle_rad)
         if (
@@ -56,8 +65,10 @@ class Refine:
         ):
             return None
         whole = max(self.surface.area_px(model.columns), 1.0)
-        in_view = float(np.clip(fit.pixels * self.every / whole, 0.0, 1.0))
-        return replace(fit, in_view=in_view, delay=last[0].delay if exposure.slack_rad else 0.0)
+        in_view = float(np.clip(covered[0] * self.every / whole, 0.0, 1.0))
+        sample, held = last[0]
+        delay = sample.delay if exposure.slack_rad else 0.0
+        return replace(fit, in_view=in_view, delay=delay, held=held)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -65,15 +66,17 @@ class Exposure:
 STILL = Exposure(0.0, 0.0, 0.0, np.zeros(1))
 
 
-def local_motion(time_s: Array, angle_rad: Array, at: int) -> tuple[float, float]:
+@njit(cache=True, nogil=True, error_model="numpy")
+def local_motion(time_s, angle_rad, at):  # type: ignore[no-untyped-def]
     """Speed and acceleration at one of up to five frames, by the polynomial through all of them.
 
     Frames without an angle (NaN) are passed over; (0, 0) where there is none beside ``at``.
     """
     known = np.flatnonzero(np.isfinite(angle_rad))
-    if known.size < 2 or at not in known:
+    if known.size < 2 or np.isnan(angle_rad[at]):
         return 0.0, 0.0
-    unit = float(np.ptp(time_s[known]))
-    t = (time_s[known] - time_s[at]) / unit
-    terms = np.linalg.solve(np.vander(t, increasing=True), angle_rad[known] - angle_rad[at])
-    return float(terms[1]) / unit, 2.0 * float(terms[2]) / unit**2 if known.size > 2 else 0.0
+    t = time_s[known] - time_s[at]
+    unit = np.abs(t).max()
+    powers = (t / unit).reshape(-1, 1) ** np.arange(known.size)
+    terms = np.linalg.solve(powers, angle_rad[known] - angle_rad[at])
+    return terms[1] / unit, 2.0 * terms[2] / unit**2 if known.size > 2 else 0.0

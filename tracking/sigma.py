@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.interpolate import make_interp_spline
 
+from servosight.tracking.copied import lag
 from servosight.tracking.fit import Fit
 from servosight.tracking.polar import Array
 from servosight.tracking.result import Flag
@@ -17,6 +18,9 @@ from servosight.tracking.shutter import Exposure
 _NEIGHBOURS = 15  # frames whose residuals tell together how far they hang together
 _ODD = 1.6  # a frame that hangs together more than these by this factor is odd by itself
 _GAP = 1.5  # frame times
+_SAME = 0.9  # of what tells the angle: a picture repeated, but for what a codec makes of it
+_MEDIAN = 0.6745  # of the size of normal scatter of 1
+_SCATTER = 15  # frames whose scatter is taken together
 _NEAR = 7  # frames
 _SPREAD = 1.0 / 36.0  # of the rows' times about that instant, squared, in readouts
 
@@ -39,8 +43,13 @@ def gaps(time_s: Array) -> NDArray[np.bool_]:
     return np.concatenate([[False], (step > _GAP * usual) & steady])
 
 
-def columns(fits: Sequence[Fit | None], flags: NDArray[np.uint8]) -> tuple[Array, Array]:
-    """Angle and sigma [rad] of every frame; sigma wider by what the flags say."""
+def columns(
+    fits: Sequence[Fit | None], flags: NDArray[np.uint8], repeated: Sequence[bool]
+) -> tuple[Array, Array, NDArray[np.uint8]]:
+    """Angle and sigma [rad] of every frame, and its flags with those of near repetition.
+
+    Sigma is wider by what the flags say, and by what ``repeated`` or copied pictures leave open.
+    """
     angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
     sigma = _calmed(fits)
     for number, fit in enumerate(fits):
@@ -53,11 +62,16 @@ def columns(fits: Sequence[Fit | None], flags: NDArray[np.uint8]) -> tuple[Array
     held = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
     sigma = np.where(np.isfinite(angle), sigma, spread)
     angle = angle[held]
-    # A repeated picture is older than its time says, by a frame: so is its angle.
-    repeated = np.flatnonzero(flags & Flag.DUPLICATE)
-    after = np.minimum(repeated + 1, len(fits) - 1)
-    sigma[repeated] = np.hypot(sigma[repeated], np.abs(angle[after] - angle[repeated]))
-    return angle, sigma
+    copied = np.array(
+        [
+            1.0 if again else fit.held if fit else 0.0
+            for again, fit in zip(repeated, fits, strict=True)
+        ]
+    )
+    behind = lag(angle, copied)
+    same = np.array(repeated) | ((copied > _SAME) & (behind > sigma))
+    flags = flags | np.where(same, Flag.DUPLICATE, Flag.NONE).astype(np.uint8)
+    return angle, np.hypot(sigma, behind), flags
 
 
 def _calmed(fits: Sequence[Fit | None]) -> Array:
@@ -76,6 +90,17 @@ def _calmed(fits: Sequence[Fit | None]) -> Array:
     mean = np.maximum(total / np.maximum(share, 1e-9), 1.0)
     calm = plain * np.sqrt(mean)
     return np.where(known & (own < _ODD * calm), calm, own)
+
+
+def scatter(angle: Array) -> Array:
+    """How much the angle scatters from frame to frame about a smooth course; (frames,).
+
+    By fourth differences: what is even over five frames drops out. Their median over some
+    neighbours, so that a start or a stop does not count.
+    """
+    size = np.abs(np.convolve(angle, (1.0, -4.0, 6.0, -4.0, 1.0), "valid")) / np.sqrt(70.0)
+    near = ndimage.median_filter(size, min(_SCATTER, size.size), mode="nearest")
+    return np.asarray(np.pad(near / _MEDIAN, 2, "edge"))
 
 
 def speeds(angle: Array, time_s: Array) -> tuple[Array, Array]:

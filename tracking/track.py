@@ -28,7 +28,15 @@ from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
 from servosight.tracking.shutter import STILL, Exposure, Shutter
-from servosight.tracking.sigma import at_middle_row, columns, flags_of, gaps, speeds, uneven
+from servosight.tracking.sigma import (
+    at_middle_row,
+    columns,
+    flags_of,
+    gaps,
+    scatter,
+    speeds,
+    uneven,
+)
 from servosight.tracking.steady import LEAST_PX, wander_px
 from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
@@ -105,7 +113,9 @@ def track(
 
     stamps, fits, exposures, repeated = [], [], [], []
     source = ahead(frames(video), _AHEAD)
-    for seen in follow(stage, source, home_rad, shutter, surface.grid.largest_px):
+    codec = predicting(video)
+    tip_px = surface.grid.largest_px
+    for seen in follow(stage, source, home_rad, shutter, tip_px, codec is not None):
         stamps.append(seen.frame.time_s)
         fits.append(seen.fit)
         exposures.append(seen.exposure)
@@ -123,7 +133,6 @@ def track(
     else:
         time_s = even_times(np.array(stamps), tick_s(video)) + 0.5 * (exposure_s + readout_s)
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
-    flags |= np.where(repeated, Flag.DUPLICATE, Flag.NONE).astype(np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
     if readout_s > 0.0:
@@ -131,7 +140,7 @@ def track(
     else:
         gain = np.array([fit.gain if fit else np.nan for fit in fits])
         late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
-    angle, sigma = columns(fits, flags)
+    angle, sigma, flags = columns(fits, flags, repeated)
     if readout_s == 0.0:
         speed, unsure = speeds(angle, time_s)
         angle = angle - speed * late_s
@@ -142,6 +151,7 @@ def track(
         + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
         + _shaken(wander, surface) ** 2
+        + (scatter(angle) ** 2 if codec else 0.0)
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
     x, y = view.plane.to_picture(np.array([pivot_px]))[0]
@@ -156,7 +166,7 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *_notes(video, wander)),
+        (view.note, *_notes(codec, wander)),
     )
 
 
@@ -180,13 +190,12 @@ def _shaken(wander: float, surface: Surface) -> float:
     return wander / (_ARM * surface.grid.largest_px) if wander > LEAST_PX else 0.0
 
 
-def _notes(video: Path, wander: float) -> list[str]:
+def _notes(codec: str | None, wander: float) -> list[str]:
     notes = []
-    codec = predicting(video)
     if codec is not None:
         notes.append(
-            f"{codec} draws pictures from the ones before: an error that the whole surface shares "
-            "does not show, and sigma may be two or three times too small"
+            f"{codec} draws pictures from the ones before: what it only copied is left out, and "
+            "sigma holds the scatter from frame to frame, but not an error that stays for long"
         )
     if wander > LEAST_PX:
         notes.append(

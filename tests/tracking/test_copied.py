@@ -1,0 +1,51 @@
+"""Blocks that a codec only copied: seen as such, left out, and in sigma where nothing else is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servosight.tracking.copied import copied, lag, news
+from servosight.tracking.polar import Grid, Pixels, Sample
+
+SHAPE = (52, 60)  # no whole number of blocks
+
+
+def pictures() -> tuple[np.ndarray, np.ndarray]:
+    """Two noisy pictures, the same in the left half."""
+    rng = np.random.default_rng(1)
+    one, other = rng.integers(40, 200, (2, *SHAPE)).astype(np.uint8)
+    other[:, :32] = one[:, :32]
+    return one, other
+
+
+def test_copied_blocks_are_those_that_stayed_the_same() -> None:
+    old = copied(*pictures())
+    assert old.shape == SHAPE
+    assert old[:, :32].all() and not old[:, 32:].any()
+
+
+def sample() -> Sample:
+    grid = Grid((5.0, 5.0), 0.0, 1.0, 0.0, 0.02, 60, 60)
+    pixels = Pixels.about(grid, SHAPE)
+    chosen = np.arange(pixels.index.size // 2)
+    ones = np.ones(chosen.size, np.float32)
+    return Sample(pixels, chosen, ones, ones, ones[:0])
+
+
+def test_old_pixels_are_left_out_unless_they_are_all_there_is() -> None:
+    whole, old = sample(), copied(*pictures())
+    new, held = news(whole, old)
+    column = new.pixels.index.take(new.chosen) % SHAPE[1]
+    assert held == 0.0 and column.min() == 32
+    everything, held = news(whole, np.ones(SHAPE, bool))
+    assert held == 1.0 and everything.chosen.size == whole.chosen.size
+
+
+def test_lag_grows_with_the_turn_since_the_picture_was_new() -> None:
+    """Frames 4 and 5 repeat frame 3 of an even turn: one step behind, and two."""
+    held = np.zeros(9)
+    held[4:6] = 1.0
+    angle = np.arange(9.0)
+    angle[4:6] = 3.0
+    np.testing.assert_allclose(lag(angle, held), [0, 0, 0, 0, 1, 2, 0, 0, 0], atol=1e-12)
+    assert not lag(np.zeros(9), held).any()
