@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,18 @@ from servosight.diagnose.evidence import TIE, evidence
 from servosight.diagnose.trial import Trial
 
 Array = NDArray[np.float64]
+Whole = Callable[[Trial], Trial]
+
+OPEN = 5.0 * TIE
+"""Models whose log-likelihoods differ by less are compared again, fitted to all samples."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How sharply predictions are seen: the noise and the tolerance [deg]."""
+
+    noise_deg: float
+    tolerance_deg: float
 
 
 def cost(first: Trial, second: Trial, noise_deg: float) -> float:
@@ -23,40 +36,54 @@ def cost(first: Trial, second: Trial, noise_deg: float) -> float:
 
 
 def confounded(
-    trials: Sequence[Trial], base: Trial, noise_deg: float, tolerance_deg: float
+    trials: Sequence[Trial], base: Trial, look: Look, whole: Whole
 ) -> dict[str, tuple[str, ...]]:
     """For each single candidate, the others whose predictions agree with it within the noise.
 
     Candidates that gain nothing on the linear model are not compared: they all predict what it
-    predicts.
+    predicts. ``whole`` fits a model to all samples.
     """
     alive = {
         _single(trial, base): trial
         for trial in trials
-        if evidence(trial, base, tolerance_deg) > TIE
+        if evidence(trial, base, look.tolerance_deg) > TIE
     }
     groups: dict[str, tuple[str, ...]] = {_single(trial, base): () for trial in trials}
     for name, trial in alive.items():
         groups[name] = tuple(
             other
             for other, rival in alive.items()
-            if other != name and cost(trial, rival, noise_deg) < TIE
+            if other != name and agree(trial, rival, look, whole) is not None
         )
     return groups
 
 
-def alternatives(trial: Trial, tried: Iterable[Trial], noise_deg: float) -> tuple[Trial, ...]:
+def alternatives(
+    trial: Trial, tried: Iterable[Trial], look: Look, whole: Whole
+) -> tuple[Trial, ...]:
     """Other models with as few effects whose predictions agree with ``trial``'s, nearest first.
 
     A model that merely adds an idle effect to the same ones is no alternative.
     """
     found = [
-        (cost(trial, other, noise_deg), other)
+        (agree(trial, other, look, whole), other)
         for other in tried
         if len(other.effects) <= len(trial.effects) and other.effects != trial.effects
     ]
-    near = sorted((one for one in found if one[0] < TIE), key=lambda one: one[0])
-    return tuple(other for _, other in near)
+    near = [(lost, other) for lost, other in found if lost is not None]
+    return tuple(other for _, other in sorted(near, key=lambda one: one[0]))
+
+
+def agree(first: Trial, second: Trial, look: Look, whole: Whole) -> float | None:
+    """What confusing two models costs in log-likelihood; None where they can be told apart.
+
+    Where the held-out samples alone may part them, both are fitted to all samples: a parameter that
+    the others leave open must not speak against a model.
+    """
+    lost = cost(first, second, look.noise_deg)
+    if lost >= TIE and abs(evidence(first, second, look.tolerance_deg)) < OPEN:
+        lost = cost(whole(first), whole(second), look.noise_deg)
+    return lost if lost < TIE else None
 
 
 def _predicted(trial: Trial) -> Array:

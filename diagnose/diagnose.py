@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from servosight.diagnose.confounding import alternatives, confounded
+from servosight.diagnose.confounding import Look, alternatives, confounded
 from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, evidence
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.findings import Finding, findings
@@ -141,14 +141,15 @@ def diagnose(
     if allowed is None:
         allowed = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
     floor = floor_deg(every, noise, allowed)
-    laboratory = Laboratory(tuple(recordings), tuple(validate), catalogue)
     bar = Bar(floor, allowed)
+    laboratory = _laboratory(tuple(recordings), tuple(validate), catalogue, bar)
     climber = Climber(laboratory, bar, progress)
     climb = climber.climb() if auto else climber.first_step()
     linear, last = climb.rungs[0].trial, climb.rungs[-1].trial
     steps = tuple(_step(rung, bar) for rung in climb.rungs)
-    candidates = _candidates(climb, linear, noise, allowed)
-    rivals = _rivals(laboratory, climb, noise, bar, auto)
+    look = Look(noise, allowed)
+    candidates = _candidates(laboratory, climb, look)
+    rivals = _rivals(laboratory, climb, look, bar, auto)
     law = _law(laboratory, linear, last, bar, noise, progress) if auto else None
     proposal = propose(rivals, laboratory, noise, limits) if len(rivals) > 1 else None
     return Diagnosis(
@@ -168,6 +169,23 @@ def diagnose(
         _actuator(steps[-1], recordings),
         law,
     )
+
+
+def _laboratory(
+    recordings: tuple[Recording, ...],
+    validate: tuple[Recording, ...],
+    catalogue: Mapping[str, Effect],
+    bar: Bar,
+) -> Laboratory:
+    """Where what is missing shows in the held-out samples alone, another third is held out.
+
+    No effect can be fitted to what the fit does not see.
+    """
+    laboratory = Laboratory(recordings, validate, catalogue)
+    linear = laboratory.linear()
+    if bar.settled(linear) and not bar.explained(linear) and not validate:
+        return replace(laboratory, third=1, notebook={}, wholes={})
+    return laboratory
 
 
 def _step(rung: Rung, bar: Bar) -> Step:
@@ -207,20 +225,19 @@ def _in_order(climb: Climb) -> tuple[str, ...]:
     return tuple(dict.fromkeys(added))
 
 
-def _candidates(
-    climb: Climb, linear: Trial, noise: float, tolerance: float
-) -> tuple[Candidate, ...]:
-    groups = confounded(climb.singles, linear, noise, tolerance)
+def _candidates(laboratory: Laboratory, climb: Climb, look: Look) -> tuple[Candidate, ...]:
+    linear = climb.rungs[0].trial
+    groups = confounded(climb.singles, linear, look, laboratory.whole)
     found = []
     for trial in climb.singles:
         (name,) = trial.effects
-        gain = evidence(trial, linear, tolerance)
+        gain = evidence(trial, linear, look.tolerance_deg)
         found.append(Candidate(name, trial, trial.held_out_rmse_deg, gain, groups[name]))
     return tuple(found)
 
 
 def _rivals(
-    laboratory: Laboratory, climb: Climb, noise: float, bar: Bar, auto: bool
+    laboratory: Laboratory, climb: Climb, look: Look, bar: Bar, auto: bool
 ) -> tuple[Trial, ...]:
     """The model that was chosen, or would be next, and those that it cannot be told from.
 
@@ -231,7 +248,8 @@ def _rivals(
         chosen = climb.singles[0]
     if not chosen.effects or evidence(chosen, linear, bar.tolerance_deg) <= MIN_EVIDENCE:
         return ()
-    return (chosen, *alternatives(chosen, laboratory.notebook.values(), noise))
+    tried = laboratory.notebook.values()
+    return (chosen, *alternatives(chosen, tried, look, laboratory.whole))
 
 
 def _next_experiment(

@@ -57,23 +57,24 @@ class Bar:
         before, after = base.held_out_rmse_deg**2, trial.held_out_rmse_deg**2
         return (before - after) / max(before - self.floor_deg**2, 1e-300)
 
-    def removed_deg(self, trial: Trial, base: Trial) -> float:
-        """Rms of the held-out error that ``trial`` takes off ``base`` [deg]."""
-        gone = base.held_out_rmse_deg**2 - trial.held_out_rmse_deg**2
-        return float(np.sqrt(max(gone, 0.0)))
-
     def earns(self, trial: Trial, base: Trial, tried: int) -> bool:
         """True where the gain shows on held-out data, in degrees and in evidence.
 
         A real servo differs from every model a little everywhere, and with thousands of samples
         any effect then gains significantly: so it must also account for a fair share of what is
-        unexplained.
+        unexplained. Where the held-out samples show nothing amiss, all samples are asked, and the
+        held-out error must not grow.
         """
-        lower = trial.held_out_rmse_deg <= (1.0 - MIN_GAIN) * base.held_out_rmse_deg
+        errors = trial.held_out_rmse_deg, base.held_out_rmse_deg
+        if self.explained(base):
+            if errors[0] > errors[1]:
+                return False
+            errors = trial.mean_square**0.5, base.mean_square**0.5
+        gone = errors[1] ** 2 - errors[0] ** 2
         needed = MIN_EVIDENCE + float(np.log(max(tried, 1)))
         return (
-            lower
-            and self.closed(trial, base) >= MIN_SHARE
-            and self.removed_deg(trial, base) >= MIN_REMOVED * self.floor_deg
+            errors[0] <= (1.0 - MIN_GAIN) * errors[1]
+            and gone >= MIN_SHARE * (errors[1] ** 2 - self.floor_deg**2)
+            and gone >= (MIN_REMOVED * self.floor_deg) ** 2
             and evidence(trial, base, self.tolerance_deg) >= needed
         )

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.evidence import EXPLAINED, TIE, Bar, criterion, evidence
+from servosight.diagnose.evidence import EXPLAINED, Bar, criterion, evidence
 from servosight.diagnose.trial import Laboratory, Trial
 
 SKETCHED = 2
@@ -23,10 +23,12 @@ PAIRS = 12
 """and the pairs that promise most behind the model at hand;"""
 FINALISTS = 6
 """all are sketched, and the best fitted to the end."""
-REFINED = 0.03
-"""An effect that contains another which explains must lower the held-out error by this share,"""
-DECISIVE = 50.0
-"""or gain this much on it in log-likelihood."""
+NESTED = 3.0
+"""An effect that contains another must gain this much on it, in log-likelihood as all do,"""
+VISIBLE = 0.1
+"""take off this share of the floor, as an rms over all samples,"""
+WORSE = 1.03
+"""and leave the held-out error at most so many times as large."""
 MAX_RUNGS = 6
 FAR = 3.0
 """Beyond this factor of the floor, pairs are tried also where one effect earns its place,"""
@@ -69,7 +71,7 @@ class Climber:
         """The linear model and all candidates for the first addition, none of them added."""
         lab = self.laboratory
         linear = lab.linear()
-        sketches = self._sketches(linear, "first effect", lab.candidates(linear))
+        sketches = self._sketches(linear, "first effect", self._promising(linear), FITTED)
         trials = self._fitted(linear, "first effect", sketches[:FITTED])
         trials += [lab.judge(sketch.fit) for sketch in sketches[FITTED:]]
         return Climb((Rung(linear),), tuple(self._searched(trials, linear)))
@@ -128,23 +130,23 @@ class Climber:
         return self._searched(self._tried_behind(base, label, FITTED), base)
 
     def _tried_behind(self, base: Trial, label: str, fitted: int) -> list[Trial]:
-        """The candidates that promise most behind ``base``, ``fitted`` of them.
+        """The candidates that promise most behind ``base``, ``fitted`` of them."""
+        names = self._promising(base)[: SKETCHED * fitted]
+        return self._fitted(base, label, self._sketches(base, label, names, fitted)[:fitted])
 
-        A sketch can end short of what its effect gains, so those of most promise are fitted anyway.
+    def _sketches(self, base: Trial, label: str, names: Sequence[str], fitted: int) -> list[Trial]:
+        """Each of ``names``, in order of promise, added to ``base`` alone, roughly.
+
+        First come those that are to be ``fitted``. A sketch can end short of what its effect gains,
+        so half of them are there for their promise, the other half for how they did.
         """
-        names = self._promising(base, SKETCHED * fitted)
-        foreseen = names[: fitted // 2]
-        sketches = self._sketches(base, label, names)
-        sketches.sort(key=lambda sketch: _news(sketch, base) not in foreseen)
-        return self._fitted(base, label, sketches[:fitted])
-
-    def _sketches(self, base: Trial, label: str, names: Sequence[str]) -> list[Trial]:
-        """Each of ``names`` added to ``base`` alone, roughly; best first."""
         sketches = []
         for i, name in enumerate(names):
             self.progress(f"{label}: trying {name}", i, len(names))
             sketches.append(self.laboratory.sketched(base, name))
-        return sorted(sketches, key=self._criterion, reverse=True)
+        sketches.sort(key=self._criterion, reverse=True)
+        foreseen = names[: fitted // 2]
+        return sorted(sketches, key=lambda sketch: _news(sketch, base) not in foreseen)
 
     def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
         """The sketches, fitted."""
@@ -177,7 +179,8 @@ class Climber:
         return bool(self.laboratory.validate) or self._unexplained_whole(trial)
 
     def _unexplained_whole(self, trial: Trial) -> bool:
-        return self.laboratory.whole_rmse_deg(trial) > EXPLAINED * self.bar.floor_deg
+        whole = self.laboratory.whole(trial)
+        return whole.fit.rmse_deg > EXPLAINED * self.bar.floor_deg
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Rung] | None:
         """A rung for the best single candidate if it earns its place."""
@@ -232,9 +235,10 @@ class Climber:
     def _open(self, base: Trial) -> list[str]:
         return self.laboratory.candidates(base)
 
-    def _promising(self, base: Trial, count: int) -> list[str]:
+    def _promising(self, base: Trial) -> list[str]:
+        """All candidates behind ``base``, those first that promise most."""
         names = self._open(base)
-        return self.laboratory.screen(base, names).best(count) if names else []
+        return self.laboratory.screen(base, names).best(len(names)) if names else []
 
     def _tried(self, base: Trial) -> int:
         return len(self._open(base))
@@ -294,12 +298,16 @@ class Climber:
         return ranked
 
     def _clearly_better(self, trial: Trial, simple: Trial) -> bool:
-        """In evidence and on held-out data; by more of either where the simple one explains."""
-        gain = evidence(trial, simple, self.bar.tolerance_deg)
-        if trial.held_out_rmse_deg >= simple.held_out_rmse_deg or gain < TIE:
-            return False
-        refined = trial.held_out_rmse_deg < (1.0 - REFINED) * simple.held_out_rmse_deg
-        return refined or gain >= DECISIVE or not self.bar.explained(simple)
+        """True where an effect that contains another is worth its further parameters.
+
+        On all samples: what parts the two may show in a few of them only.
+        """
+        gone = simple.mean_square - trial.mean_square
+        return (
+            evidence(trial, simple, self.bar.tolerance_deg) >= NESTED
+            and gone >= (VISIBLE * self.bar.floor_deg) ** 2
+            and trial.held_out_rmse_deg <= WORSE * simple.held_out_rmse_deg
+        )
 
     def _criterion(self, trial: Trial) -> float:
         return criterion(trial, self.bar.tolerance_deg)

@@ -29,17 +29,17 @@ TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
 
 
-def training_mask(recording: Recording) -> Mask:
-    """True for the samples to fit on: every third block of one second is held out.
+def training_masks(recording: Recording) -> list[Mask]:
+    """Masks that are True for the samples to fit on: every third block of one second is held out.
 
-    Which third is settled by the motion alone: the one whose absence costs the training samples
-    least of the range, so that a model is judged within what it has seen. The first block always
-    trains: without it the initial state is anybody's guess.
+    Which third is settled by the motion alone: the first mask is the one without whose held-out
+    samples the training ones lose least of the range, so that a model is judged within what it has
+    seen. The first block always trains: without it the initial state is anybody's guess.
     """
     block = np.floor((recording.time_s - recording.time_s[0]) / BLOCK_S).astype(int)
     masks = [block % HELD_OUT_EVERY != third for third in reversed(range(1, HELD_OUT_EVERY))]
     usable = [mask for mask in masks if mask.any() and not mask.all()] or masks[:1]
-    return np.asarray(min(usable, key=functools.partial(_unseen, recording)))
+    return sorted(usable, key=functools.partial(_unseen, recording))
 
 
 def _unseen(recording: Recording, mask: Mask) -> float:
@@ -107,20 +107,24 @@ class Trial:
 class Laboratory:
     """Recordings to fit on, recordings to validate on, and the catalogue to choose from.
 
-    ``notebook`` keeps the best trial of each set of effects that was tried.
+    ``notebook`` keeps the best trial of each set of effects that was tried, ``wholes`` their fits
+    to all samples. ``third`` says which of the thirds that may be held out is, best first.
     """
 
     recordings: tuple[Recording, ...]
     validate: tuple[Recording, ...]
     catalogue: Mapping[str, Effect]
+    third: int = 0
     notebook: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
+    wholes: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
 
     @cached_property
     def masks(self) -> tuple[Mask, ...]:
         """Samples to fit on; all of them where others validate."""
         if self.validate:
             return tuple(np.ones(r.time_s.size, dtype=bool) for r in self.recordings)
-        return tuple(training_mask(recording) for recording in self.recordings)
+        choices = [training_masks(recording) for recording in self.recordings]
+        return tuple(masks[min(self.third, len(masks) - 1)] for masks in choices)
 
     def problem(self, effects: Sequence[str]) -> Problem:
         """The fit of some effects to the training samples."""
@@ -201,10 +205,16 @@ class Laboratory:
         left = self.without(base, name)
         return self.judge(fit_effects(self.with_effect(left, other), left.fit))
 
-    def whole_rmse_deg(self, trial: Trial) -> float:
-        """Rms error [deg] of a model fitted anew to all samples, the held-out ones among them."""
-        problem = Problem.of(self.recordings, self.catalogue, trial.effects)
-        return polish(problem, [trial.fit.outcome.point]).rmse_deg
+    def whole(self, trial: Trial) -> Trial:
+        """A model fitted anew to all samples, the held-out ones among them."""
+        if self.validate:
+            return trial
+        known = self.wholes.get(trial.effects)
+        if known is None:
+            problem = Problem.of(self.recordings, self.catalogue, trial.effects)
+            fit = polish(problem, [trial.fit.outcome.point])
+            known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
+        return known
 
     def judge(self, fit: Fit) -> Trial:
         """Simulate every recording at the fitted point."""

@@ -39,6 +39,12 @@ ASTRAY = 1.02
 SEARCH_BUDGET = 6_000
 POLISHED_STARTS = 3
 SEARCHED_STARTS = 24
+SHRUNK = (0.5, 0.25)
+"""Guesses may be far too strong: these shares of their distance from neutral are starts as well."""
+VARIED_STARTS = 96
+"""Variations of the guesses, of which the most promising are searched from;"""
+VARIED_BY = 0.6
+"""T, xi and the effects' own numbers are off by about so much, on a logarithmic scale."""
 HEAT_GENERATIONS = 3
 _COMB = np.outer([-1.0, 1.0], np.geomspace(1e-5, 0.1, 40)).ravel()
 _COMBED = 0.999
@@ -245,22 +251,53 @@ def sketch_effects(problem: Problem, base: Fit) -> Fit:
 
 
 def search_effects(problem: Problem, base: Fit) -> Fit:
-    """Fit from many more starts than usual: for a cost as rugged as stick-slip makes it."""
-    return polish(problem, _starts(problem, base)[:SEARCHED_STARTS])
+    """Fit from many more starts than usual: for a cost as rugged as stick-slip makes it.
+
+    Beside the guesses stand seeded variations of them: several numbers of an effect can be guessed
+    wrong at once.
+    """
+    guesses = np.array(effect_starts(problem, base.standpoint))
+    starts = _promising(problem, base, np.vstack([guesses, _varied(problem, base, guesses)]))
+    return polish(problem, starts[:SEARCHED_STARTS])
 
 
 def _starts(problem: Problem, base: Fit) -> Array:
-    """Physical starts (starts, coordinates), the one that promises the lowest cost first.
+    """The effects' guesses and weaker ones, (starts, coordinates), the most promising first."""
+    guesses = np.array(effect_starts(problem, base.standpoint))
+    idle = idle_start(problem, base.standpoint)
+    owned = {coordinate.name for coordinate in base.problem.coordinates}
+    new = np.array([coordinate.name not in owned for coordinate in problem.coordinates])
+    weaker = [np.where(new, idle + share * (guesses - idle), guesses) for share in SHRUNK]
+    return _promising(problem, base, np.vstack([guesses, *weaker]))
 
-    A guess of a period may be right and its amplitude wrong: so a start counts by what it costs, or
-    by what it would cost once scaled, whichever is less.
+
+def _varied(problem: Problem, base: Fit, guesses: Array) -> Array:
+    """Seeded variations of guesses, (VARIED_STARTS, coordinates)."""
+    kept = {c.name for c in base.problem.coordinates} - {"T", "xi"}
+    rng = np.random.default_rng(0)
+    points = guesses[np.arange(VARIED_STARTS) % len(guesses)]
+    for j, coordinate in enumerate(problem.coordinates):
+        if coordinate.name in kept:
+            continue
+        off = VARIED_BY * rng.normal(size=VARIED_STARTS)
+        points[:, j] = points[:, j] + off if coordinate.logarithmic else points[:, j] * np.exp(off)
+    return np.clip(points, *problem.bounds)
+
+
+def _promising(problem: Problem, base: Fit, starts: Array) -> Array:
+    """Starts (starts, coordinates) in turn by what they cost, and by what they would cost scaled.
+
+    A guess of a period may be right and its amplitude wrong.
     """
-    starts = np.array(effect_starts(problem, base.standpoint))
     answers = problem.residuals(starts)
     before = base.problem.residuals(base.outcome.point[None, :])[0]
     _, reach = directions(answers - before, before, base.jacobian)
     scaled = base.outcome.cost - 0.5 * np.maximum(reach, 0.0) ** 2
-    return np.asarray(starts[np.argsort(np.minimum(half_squares(answers), scaled))])
+    costs = half_squares(answers)
+    orders = np.argsort(np.minimum(costs, scaled)), np.argsort(costs)
+    both = np.stack(orders, axis=1).ravel()
+    _, first = np.unique(both, return_index=True)
+    return np.asarray(starts[both[np.sort(first)]])
 
 
 def identify(

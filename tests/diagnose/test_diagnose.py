@@ -14,7 +14,7 @@ from servosight.diagnose.add import add
 from servosight.diagnose.compare import compare
 from servosight.diagnose.diagnose import diagnose
 from servosight.diagnose.evidence import Bar
-from servosight.diagnose.trial import Laboratory, training_mask
+from servosight.diagnose.trial import Laboratory, training_masks
 from servosight.identify.fit import identify
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.errors import InputError
@@ -105,7 +105,7 @@ def test_without_auto_the_ladder_has_one_entry(found: Any, twin: Any) -> None:
 
 def test_every_third_second_is_held_out(twin: Any) -> None:
     recording, _ = twin("backlash")
-    mask = training_mask(recording)
+    mask = training_masks(recording)[0]
     second = np.floor(recording.time_s - recording.time_s[0])
     (third,) = set(second[~mask] % 3)
     np.testing.assert_array_equal(~mask, second % 3 == third)
@@ -118,14 +118,14 @@ def test_what_is_seen_once_is_not_held_out(twin: Any) -> None:
     time_s = recording.time_s - recording.time_s[0]
     for start in (1.0, 2.0):
         moved = 20.0 * np.exp(-(((time_s - start - 0.5) / 0.1) ** 2))
-        mask = training_mask(replace(recording, angle_deg=moved))
+        mask = training_masks(replace(recording, angle_deg=moved))[0]
         assert mask[np.argmax(moved)]
 
 
 def test_held_out_samples_take_no_part_in_the_fit(twin: Any) -> None:
     """Spoilt by 5 deg in the held-out seconds, the fit is the same (its start, a guess, is not)."""
     recording, _ = twin("backlash")
-    mask = training_mask(recording)
+    mask = training_masks(recording)[0]
     spoilt = Recording(
         recording.name,
         recording.command_time_s,

@@ -17,7 +17,7 @@ from servosight.diagnose.frequency import response
 from servosight.diagnose.profiles import profile
 from servosight.diagnose.residual_tests import independence, linear_share, quantile, whiteness
 from servosight.diagnose.samples import held_out_samples
-from servosight.diagnose.trial import Judged, training_mask
+from servosight.diagnose.trial import Judged, training_masks
 from servosight.models.design import Limits, design
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
@@ -58,7 +58,7 @@ def case(
     noise = np.random.default_rng(seed).normal(0.0, noise_deg, time_s.size)
     measured = angle + error(time_s, angle) + noise
     recording = Recording("made", excitation.time_s, excitation.command_deg, time_s, measured)
-    return Judged(recording, angle, training_mask(recording))
+    return Judged(recording, angle, training_masks(recording)[0])
 
 
 def direction(t: Array, y: Array) -> Array:
