@@ -61,7 +61,7 @@ class Layered:
         last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
-            shown = model.at(self.whole, angle, exposure)
+            shown = model.at(self.whole, angle, exposure, outwards=True)
             covered[:] = [shown.chosen.size]
             last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
             return last[0][0]
@@ -83,8 +83,8 @@ class Layered:
             return None
         in_view = float(np.clip(covered[0] / max(model.area_px, 1.0), 0.0, 1.0))
         sample, held = last[0]
-        delay = sample.delay if exposure.slack_rad else 0.0
-        return replace(fit, in_view=in_view, delay=delay, held=held)
+        delay, spread = sample.delay if exposure.slack_rad else (0.0, 0.0)
+        return replace(fit, in_view=in_view, delay=delay, delay_spread=spread, held=held)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -94,10 +94,12 @@ class Layers:
             used=np.asarray(cv2.dilate(self.used, spread)),
         )
 
-    def at(self, rings: Rings, angle_rad: float, exposure: Exposure) -> Sample:
+    def at(
+        self, rings: Rings, angle_rad: float, exposure: Exposure, outwards: bool = False
+    ) -> Sample:
         """What the pixels that tell something show with the surface at an angle.
 
-        The exposure's smear is the layers' own.
+        The exposure's smear is the layers' own; with its change ``outwards``, if that is wanted.
         """
         grid, pixels = self.grid, rings.pixels
         lowest = angle_rad + grid.phi_rad - exposure.slack_rad
@@ -106,14 +108,15 @@ class Layers:
         motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
         parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
         chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
-        out = np.empty((2, chosen.size), np.float32)
+        out = np.empty((3, chosen.size), np.float32)
         count = _layered(
             self.coefficients, self.used, self.bench.reshape(-1), self._runs, rings.start,
             pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index,
             place, motion, parts, chosen, out,
         )  # fmt: skip
-        value, per_turn = out[:, :count]
-        return Sample(pixels, chosen[:count], value, per_turn, per_turn[:0])
+        value, per_turn, per_px = out[:, :count]
+        per_px = per_px if outwards else per_px[:0]
+        return Sample(pixels, chosen[:count], value, per_turn, per_px)
 
 
 # Not for all of fastmath: an unknown bench is NaN.
@@ -122,7 +125,7 @@ def _layered(  # type: ignore[no-untyped-def]
     coefficients, used, bench, runs, start, phi, radius, delay, index, place, motion, parts,
     chosen, out,
 ):  # fmt: skip
-    """Value and slope, the mean over equal stretches ``parts``, at the pixels that show cells in
+    """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in
     use, where the bench is known if it is wanted; returns how many, their places in ``chosen``."""
     rows, columns, _ = coefficients.shape
     flat = coefficients.reshape(-1)
@@ -153,8 +156,8 @@ def _layered(  # type: ignore[no-untyped-def]
             if use == 0 or np.isnan(behind):
                 continue
             j = np.int32(v)
-            b = weights(v - np.float32(j))
-            value = slope = zero
+            b, e = weights(v - np.float32(j)), slopes(v - np.float32(j))
+            value = slope = outwards = zero
             for part in parts:
                 column = min(max(u - part, low), high)
                 m = np.int32(column)
@@ -167,10 +170,16 @@ def _layered(  # type: ignore[no-untyped-def]
                     clear = b[0] * flat[p0 + one] + b[1] * flat[p1 + one]
                     clear += b[2] * flat[p2 + one] + b[3] * flat[p3 + one]
                     across += behind * clear
+                    along = e[0] * (flat[p0] + behind * flat[p0 + one])
+                    along += e[1] * (flat[p1] + behind * flat[p1 + one])
+                    along += e[2] * (flat[p2] + behind * flat[p2 + one])
+                    along += e[3] * (flat[p3] + behind * flat[p3 + one])
+                    outwards += a[n] * along
                     value += a[n] * across
                     slope += d[n] * across
             chosen[count] = here
             out[0, count] = value * share
             out[1, count] = slope * per_turn
+            out[2, count] = outwards * share * np.float32(per_px)
             count += 1
     return count

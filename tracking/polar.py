@@ -156,11 +156,13 @@ class Sample:
         return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
 
     @property
-    def delay(self) -> float:
-        """The readout's share about the middle row at which the angle is told, on average."""
+    def delay(self) -> tuple[float, float]:
+        """The readout's share about the middle row at which the angle is told: mean, variance."""
         worth = self.per_turn.astype(np.float64) ** 2
+        worth /= max(float(worth.sum()), 1e-30)
         delay = self.pixels.delay.take(self.chosen)
-        return float(worth @ delay / max(float(worth.sum()), 1e-30))
+        mean = float(worth @ delay)
+        return mean, float(worth @ (delay - mean) ** 2)
 
     @property
     def block(self) -> NDArray[np.intp]:

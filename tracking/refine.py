@@ -67,8 +67,8 @@ class Refine:
         whole = max(self.surface.area_px(model.columns), 1.0)
         in_view = float(np.clip(covered[0] * self.every / whole, 0.0, 1.0))
         sample, held = last[0]
-        delay = sample.delay if exposure.slack_rad else 0.0
-        return replace(fit, in_view=in_view, delay=delay, held=held)
+        delay, spread = sample.delay if exposure.slack_rad else (0.0, 0.0)
+        return replace(fit, in_view=in_view, delay=delay, delay_spread=spread, held=held)
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

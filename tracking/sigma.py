@@ -7,13 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.interpolate import make_interp_spline
 
 from servosight.tracking.copied import lag
 from servosight.tracking.fit import Fit
 from servosight.tracking.polar import Array
 from servosight.tracking.result import Flag
-from servosight.tracking.shutter import Exposure
 
 _NEIGHBOURS = 15  # frames whose residuals tell together how far they hang together
 _ODD = 1.6  # a frame that hangs together more than these by this factor is odd by itself
@@ -22,7 +20,6 @@ _SAME = 0.9  # of what tells the angle: a picture repeated, but for what a codec
 _MEDIAN = 0.6745  # of the size of normal scatter of 1
 _SCATTER = 15  # frames whose scatter is taken together
 _NEAR = 7  # frames
-_SPREAD = 1.0 / 36.0  # of the rows' times about that instant, squared, in readouts
 
 
 def flags_of(fit: Fit | None) -> int:
@@ -124,37 +121,3 @@ def uneven(angle: Array, time_s: Array, exposures_s: Array) -> Array:
     # worst of them counts.
     change = ndimage.maximum_filter1d(np.abs(np.gradient(np.gradient(acceleration))), _NEAR)
     return np.asarray(change * exposures_s**2 / 24.0 / np.sqrt(3.0))
-
-
-def at_middle_row(
-    time_s: Array, fits: Sequence[Fit | None], exposures: Sequence[Exposure], readout_s: float
-) -> tuple[list[float], Array]:
-    """Angles [rad] at the middle row's time under a rolling shutter, and the doubt this adds.
-
-    A fit tells the angle at the instant when the surface's own rows are read, and nearly nothing
-    of the speed that was assumed to carry it to the middle row. A quintic spline through all these
-    instants carries it better; what it differs from a higher one is doubt, and so
-    is a bend that the fit was not told of.
-    """
-    known = np.array([fit is not None for fit in fits])
-    found = [(fit, e) for fit, e in zip(fits, exposures, strict=True) if fit is not None]
-    delay = np.array([fit.delay for fit, _ in found])
-    read = np.array(
-        [
-            fit.angle_rad + e.per_delay_rad * fit.delay + e.bend_rad * fit.delay**2
-            for fit, e in found
-        ]
-    )
-    own_s = time_s[known] + delay * readout_s
-    angle, doubt = np.full(len(fits), np.nan), np.zeros(len(fits))
-    if len(found) < 8 or np.any(np.diff(own_s) <= 0):
-        angle[known] = [fit.angle_rad for fit, _ in found]
-        return angle.tolist(), doubt
-    fifth, seventh = (make_interp_spline(own_s, read, order) for order in (5, 7))
-    angle[known] = fifth(time_s[known])
-    bend = 0.5 * fifth.derivative(2)(own_s) * readout_s**2
-    assumed = np.array([e.bend_rad for _, e in found])
-    doubt[known] = np.hypot(
-        fifth(time_s[known]) - seventh(time_s[known]), _SPREAD * (bend - assumed)
-    )
-    return angle.tolist(), doubt

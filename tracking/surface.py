@@ -12,7 +12,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.fit import GATE, Fit, gauss_newton, turn, turn_and_shift
+from servosight.tracking.fit import Fit, gauss_newton, turn, turn_and_shift
+from servosight.tracking.fit_kernels import GATE
 from servosight.tracking.polar import (
     Array,
     Grid,

@@ -15,9 +15,11 @@ from servosight.tracking.calibrate_view import Camera, Flattened, flattened, vie
 from servosight.tracking.fit import Fit
 from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
+from servosight.tracking.hinge import hinge, mended
 from servosight.tracking.layered import Layered
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
+from servosight.tracking.middle_row import at_middle_row
 from servosight.tracking.parts import same_view, without
 from servosight.tracking.plane import Plane
 from servosight.tracking.polar import Array
@@ -27,9 +29,8 @@ from servosight.tracking.result import Flag as Flag
 from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
-from servosight.tracking.shutter import STILL, Exposure, Shutter
+from servosight.tracking.shutter import STILL, Shutter
 from servosight.tracking.sigma import (
-    at_middle_row,
     columns,
     flags_of,
     gaps,
@@ -135,8 +136,11 @@ def track(
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
+    moved_px, shared = np.zeros(2), np.zeros((len(fits), 0))
+    if pivot is None:
+        fits, moved_px, shared = _about_pivot(fits)
     if readout_s > 0.0:
-        fits, doubt = _at_middle_row(time_s, fits, exposures, readout_s)
+        fits, doubt = at_middle_row(time_s, fits, exposures, readout_s)
     else:
         gain = np.array([fit.gain if fit else np.nan for fit in fits])
         late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
@@ -151,10 +155,11 @@ def track(
         + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
         + _shaken(wander, surface) ** 2
+        + (shared**2).sum(1)
         + (scatter(angle) ** 2 if codec else 0.0)
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
-    x, y = view.plane.to_picture(np.array([pivot_px]))[0]
+    x, y = view.plane.to_picture(np.array([pivot_px]) + moved_px)[0]
     return Track(
         video,
         method,
@@ -167,6 +172,7 @@ def track(
         view.plane.to_picture(outline),
         view.plane,
         (view.note, *_notes(codec, wander)),
+        np.rad2deg(shared),
     )
 
 
@@ -205,15 +211,22 @@ def _notes(codec: str | None, wander: float) -> list[str]:
     return notes
 
 
-def _at_middle_row(
-    time_s: Array, fits: list[Fit | None], exposures: list[Exposure], readout_s: float
-) -> tuple[list[Fit | None], Array]:
-    angles, doubt = at_middle_row(time_s, fits, exposures, readout_s)
-    moved = [
-        fit and replace(fit, angle_rad=float(angle))
-        for fit, angle in zip(fits, angles, strict=True)
-    ]
-    return moved, doubt
+def _about_pivot(fits: list[Fit | None]) -> tuple[list[Fit | None], Array, Array]:
+    """The fits about the pivot that all of them tell; by how much it is another [px], and what its
+    own sigma leaves in the angles [rad], (frames, 2)."""
+    places = [n for n, fit in enumerate(fits) if fit and fit.lean]
+    leans = [fit.lean for fit in fits if fit and fit.lean]
+    angle = np.array([fit.angle_rad for fit in fits if fit and fit.lean])
+    found = hinge(angle, leans)
+    shared = np.zeros((len(fits), 2))
+    if found is None:
+        return fits, np.zeros(2), shared
+    about, shared[places] = mended(angle, leans, found)
+    told = list(fits)
+    for place, own in zip(places, about.tolist(), strict=True):
+        fit = fits[place]
+        told[place] = fit and replace(fit, angle_rad=own)
+    return told, found.shift_px, shared
 
 
 def _same_length(table: Path | None, rows: int, video: Path, count: int) -> None:

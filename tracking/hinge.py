@@ -1,0 +1,94 @@
+"""Where the hinge is, by all frames of a video together.
+
+The pivot is learnt from some frames. Where it is off by d, the surface seen at an angle is shifted
+by ``(1 - R) d``, which passes for a turn: an error that all frames share, and that no frame's own
+sigma holds. Each frame tells a little of its shift, and all of them together tell d.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.tracking.fit_kernels import normal
+from servosight.tracking.polar import Array, Sample, Single
+
+_LEAST_FRAMES = 8
+
+
+@dataclass(frozen=True)
+class Lean:
+    """What one frame tells of a shift of its surface, with its own angle and light left free.
+
+    ``weight`` (2, 2) [1/px^2] and ``right`` (2,) [1/px] are its share in the normal equations;
+    a shift passes for a turn of ``turn`` (2,) [rad/px].
+    """
+
+    weight: Array
+    right: Array
+    turn: Array
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """How far the true pivot is from the assumed one, x and y [px], and its covariance [px^2]."""
+
+    shift_px: Array
+    covariance: Array
+
+
+def lean(
+    sample: Sample,
+    seen: NDArray[np.uint8],
+    rows: Single,
+    weight: Single,
+    solution: Array,
+    variance: float,
+) -> Lean:
+    """That of a fit of ``rows`` (3, pixels; light, offset and turn) with its ``solution`` (3,).
+
+    ``weight`` (pixels,) is each pixel's, ``variance`` what residuals of weight 1 have.
+    """
+    gain = np.float32(solution[0])
+    free = np.concatenate([rows, gain * np.stack(sample.per_shift)])
+    left = seen - solution.astype(np.float32) @ rows
+    matrix, right = normal(left, free, weight)
+    across = np.linalg.solve(matrix[:3, :3], matrix[:3, 3:])
+    own = matrix[3:, 3:] - matrix[3:, :3] @ across
+    return Lean(own / variance, (right[3:] - across.T @ right[:3]) / variance, across[2])
+
+
+def turning(angle_rad: Array) -> Array:
+    """Rotations counter-clockwise as seen, on x and y with y down; (frames, 2, 2)."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return np.moveaxis(np.array([[cos, sin], [-sin, cos]]), 2, 0)
+
+
+def hinge(angle_rad: Array, leans: Sequence[Lean]) -> Hinge | None:
+    """The pivot by least squares over frames at some angles (frames,); None where too few tell.
+
+    The learnt picture's own offset c shifts them by ``R c`` and is left free.
+    """
+    if len(leans) < _LEAST_FRAMES:
+        return None
+    turns = turning(angle_rad)
+    rows = np.concatenate([np.eye(2) - turns, turns], axis=2)
+    weight = np.array([one.weight for one in leans])
+    right = np.array([one.right for one in leans])
+    matrix = np.einsum("nai,nab,nbj->ij", rows, weight, rows)
+    inverse = np.linalg.pinv(matrix, rcond=1e-10, hermitian=True)
+    found = inverse @ np.einsum("nai,na->i", rows, right)
+    return Hinge(found[:2], inverse[:2, :2])
+
+
+def mended(angle_rad: Array, leans: Sequence[Lean], found: Hinge) -> tuple[Array, Array]:
+    """Angles [rad] about the true pivot (frames,), and what one sigma of it along either axis of
+    its ellipse makes of their difference to the first; (frames, 2)."""
+    turn = np.array([one.turn for one in leans])
+    by_pivot = np.einsum("na,nab->nb", turn, np.eye(2) - turning(angle_rad))
+    apart = by_pivot - by_pivot[0]
+    size, axes = np.linalg.eigh(found.covariance)
+    return angle_rad - by_pivot @ found.shift_px, apart @ (axes * np.sqrt(np.maximum(size, 0.0)))
