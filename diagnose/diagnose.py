@@ -233,7 +233,7 @@ def _candidates(laboratory: Laboratory, climb: Climb, look: Look) -> tuple[Candi
         (name,) = trial.effects
         gain = evidence(trial, linear, look.tolerance_deg)
         found.append(Candidate(name, trial, trial.held_out_rmse_deg, gain, groups[name]))
-    return tuple(found)
+    return tuple(sorted(found, key=lambda one: -one.evidence))
 
 
 def _rivals(
