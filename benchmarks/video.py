@@ -207,14 +207,17 @@ def peers(shot: Shot) -> list[str]:
 def parameters() -> list[str]:
     """k, T and xi of a linear servo through the video, against those from the true angle."""
     result, truth, _, _ = measured(servo.SHOT)
-    off = servo.apart(
-        result.time_s, result.angle_deg, truth.angle_deg - truth.angle_deg[0], result.sigma_deg
-    )
-    return [
-        f"| {servo.SHOT.name}: {name} from the video less that from the true angle, over sigma | "
-        f"0.3 | {value:.2g} | {verdict(abs(value), 0.3)} |"
-        for name, value in off.items()
-    ]
+    off = servo.apart(result, truth.angle_deg - truth.angle_deg[0])
+    rows = []
+    for name, one in off.items():
+        what = f"{servo.SHOT.name}: {name} from the video less that from the true angle, over sigma"
+        for which, sigma in (
+            ("of single frames", one.sigma),
+            ("with the pivot's", one.whole_sigma),
+        ):
+            value = one.by / sigma
+            rows.append(f"| {what} {which} | 0.3 | {value:.2g} | {verdict(abs(value), 0.3)} |")
+    return rows
 
 
 def memory() -> str:

@@ -91,7 +91,7 @@ def gauss_newton(
     """
     start = angle_rad
     gain, offset = light or (1.0, 0.0)
-    before = np.inf
+    before = gate = np.inf
     for iteration in range(1, _ITERATIONS + 1):
         now = model(angle_rad)
         if now.chosen.size < _LEAST_PIXELS:
@@ -101,7 +101,8 @@ def gauss_newton(
         if iteration == 1 and light is None:
             # As bright as it was learnt, but for a shift: least squares would bend to what covers.
             offset = median_residual(seen, now.value)
-        gate = gate_of(seen, now.value, gain, offset)
+        # What covers a part bends the light towards itself, and the gate would open to it.
+        gate = min(gate, gate_of(seen, now.value, gain, offset))
         rows = np.concatenate([now.value[None], np.ones_like(now.value)[None], gain * moves])
         light_now = np.array([gain, offset, gate, shot], np.float32)
         weight, used, inside = weights(seen, now.value, light_now)

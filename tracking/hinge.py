@@ -17,6 +17,7 @@ from servosight.tracking.fit_kernels import normal
 from servosight.tracking.polar import Array, Sample, Single
 
 _LEAST_FRAMES = 8
+_ALIKE_RAD = np.deg2rad(0.3)
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,23 @@ def hinge(angle_rad: Array, leans: Sequence[Lean]) -> Hinge | None:
     matrix = np.einsum("nai,nab,nbj->ij", rows, weight, rows)
     inverse = np.linalg.pinv(matrix, rcond=1e-10, hermitian=True)
     found = inverse @ np.einsum("nai,na->i", rows, right)
-    return Hinge(found[:2], inverse[:2, :2])
+    left = right - np.einsum("nab,nbi,i->na", weight, rows, found)
+    return Hinge(found[:2], _covariance(angle_rad, np.einsum("nai,na->ni", rows, left), inverse))
+
+
+def _covariance(angle_rad: Array, score: Array, inverse: Array) -> Array:
+    """The pivot's, (2, 2), from each frame's ``score`` (frames, unknowns) and the inverse matrix.
+
+    At near angles the same pixels of sensor and bench err the same way: what frames there say
+    counts as one (White 1980, by clusters).
+    """
+    place = np.unique(np.floor(angle_rad / _ALIKE_RAD), return_inverse=True)[1]
+    count = int(place.max()) + 1
+    if count < _LEAST_FRAMES:
+        return inverse[:2, :2]
+    sums = np.column_stack([np.bincount(place, own) for own in score.T]) @ inverse
+    scatter = sums[:, :2].T @ sums[:, :2] * count / (count - score.shape[1])
+    return np.asarray(scatter if np.trace(scatter) > np.trace(inverse[:2, :2]) else inverse[:2, :2])
 
 
 def mended(angle_rad: Array, leans: Sequence[Lean], found: Hinge) -> tuple[Array, Array]:

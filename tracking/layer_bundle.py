@@ -21,19 +21,15 @@ from servosight.tracking.polar import Mask, Pixels, Single
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image, turning
 
-_ROUNDS = 6
+_ROUNDS = (3, 3, 1, 1)  # of so many pixels each uses one
 _INSIDE_PX = 4.0
 _BIN_PX = 0.5
 _GATE = 4.5
 _LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
 _UNLIKE = 5.0  # misfit, in noise variances, beyond which a place shows something else
-_STILL = 3  # rounds before the layers tell of motion
-_TRUSTING = 4  # rounds after which what is unlike is something else
-_FLAT = 0.03  # share of the steepest change from cell to cell
-_ABOUT = 5  # cells
-_FLAT_OF = 3  # of so many pixels where little changes one stands for all
+_STILL = 2  # rounds before the layers tell of motion
+_TRUSTING = 2  # rounds after which what is unlike is something else
 _DIM = 0.2  # less of the bench's light than this does not tell what it is like
-_SETTLED_PX = 2e-4
 _BANDS = 8
 
 
@@ -51,17 +47,14 @@ def settled(
     """
     inside, near = inside_px > _INSIDE_PX, inside_px > -PAD_PX
     free = np.stack([near, near & ~inside], axis=2).astype(np.float32)
-    now, rest = _looked(images, exposures, start, inside, near, near, strict=False)
-    for number in range(_ROUNDS):
-        # Nothing tells of motion yet where the layers are blank.
+    now, rest = _looked(images, exposures, start, inside, near, _ROUNDS[0], strict=False)
+    for number, every in enumerate((*_ROUNDS[1:], 1)):
         likely = _likely(now.layers, inside_px)
-        then, moved_px = closer(now, rest, free, likely, pivot_held, number < _STILL)
-        telling = near if number < _STILL else _telling(then)
+        # Nothing tells of motion yet where the layers are blank.
+        now = closer(now, rest, free, likely, pivot_held, number < _STILL)
         strict = number >= _TRUSTING
-        now, rest = _looked(images, exposures, then, inside, near, telling, strict)
-        if strict and moved_px < _SETTLED_PX:
-            break
-    return _looked(images, exposures, now, inside, near, near, strict=True)
+        now, rest = _looked(images, exposures, now, inside, near, every, strict)
+    return now, rest
 
 
 def _looked(
@@ -70,11 +63,14 @@ def _looked(
     now: Bundle,
     inside: Mask,
     near: Mask,
-    telling: Mask,
+    every: int,
     strict: bool,
 ) -> tuple[Bundle, list[Rest]]:
-    """The bundle with the bench and the noise that follow from it, and what it leaves in the cells
-    that are ``telling``. Where ``strict``, what looks otherwise than the rest is not trusted."""
+    """The bundle with the bench and the noise that follow from it, and what it leaves.
+
+    In one of ``every`` so many pixels. Where ``strict``, what looks otherwise than the rest is not
+    trusted.
+    """
     pixels = Pixels.about(now.grid, images[0].shape)
     wanted = near.astype(np.uint8)
     views = [
@@ -86,14 +82,7 @@ def _looked(
         bench[~usual(unlike)] = np.nan
     now = replace(now, bench=bench)
     rest = [
-        _rest(
-            image,
-            now,
-            telling,
-            view.within(telling[view.cell] | (view.index % _FLAT_OF == 0)),
-            n,
-            inside,
-        )
+        _rest(image, now, view.within(view.index % every == 0), n, inside, every)
         for n, (image, view) in enumerate(zip(images, views, strict=True))
     ]
     some = np.concatenate([(r.grey - r.model)[r.trust > 0][::7] for r in rest])
@@ -105,15 +94,8 @@ def _looked(
     return replace(now, noise=noise, shot=_shot(rest, noise)), rest
 
 
-def _telling(now: Bundle) -> Mask:
-    """The cells about which the picture changes: the others are learnt soon enough."""
-    light = now.layers[:, :, 0] + now.layers[:, :, 1] * np.float32(np.nanmean(now.bench))
-    steep = np.hypot(*np.gradient(light))
-    return np.asarray(ndimage.maximum_filter(steep, _ABOUT) > _FLAT * float(steep.max()))
-
-
-def _rest(image: Image, now: Bundle, telling: Mask, view: View, n: int, inside: Mask) -> Rest:
-    """What frame number ``n`` shows beside what the bundle says of it."""
+def _rest(image: Image, now: Bundle, view: View, n: int, inside: Mask, worth: int) -> Rest:
+    """What frame number ``n`` shows beside what the bundle says; each pixel has a ``worth``."""
     shown = image.reshape(-1).take(view.index).astype(np.float32)
     grey = (shown - np.float32(now.offset[n])) / np.float32(now.gain[n])
     bench = now.bench.reshape(-1).take(view.index)
@@ -128,7 +110,6 @@ def _rest(image: Image, now: Bundle, telling: Mask, view: View, n: int, inside: 
     back = (np.eye(2) - turning(float(now.angle_rad[n]))).astype(np.float32)
     rows = np.stack([per_turn, model, np.ones_like(model), *(back.T @ shift)])
     trust = (known | inside[view.cell]) & (shown > 0) & (shown < 255)
-    worth = np.where(telling[view.cell], 1.0, _FLAT_OF)
     return Rest(view, behind, grey, model, (trust * worth).astype(np.float32), rows)
 
 

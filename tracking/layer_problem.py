@@ -14,7 +14,7 @@ from scipy import ndimage
 from servosight.tracking.layer_views import View
 from servosight.tracking.polar import Array, Grid, Single
 
-_STEPS = 16
+_STEPS = 24
 _DOUBT = 0.5  # about the cover of a cell, given that of others as near to the edge
 _HELD = 0.1  # what holds the light, in frames' worth
 _LEAST_RADIUS = 0.15
@@ -64,9 +64,8 @@ def closer(
     likely: Single,
     pivot_held: bool,
     still: bool,
-) -> tuple[Bundle, float]:
-    """Some steps of conjugate gradients, of the layers alone where ``still``; and how far the pivot
-    moved [px]."""
+) -> Bundle:
+    """Some steps of conjugate gradients, of the layers alone where ``still``."""
     weight = [
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
         for r, gain in zip(rest, now.gain, strict=True)
@@ -97,7 +96,7 @@ def closer(
         angle_rad=now.angle_rad + own[:, 0],
         gain=gain,
         offset=now.offset + now.gain * own[:, 2],
-    ), float(np.hypot(*moved))
+    )
 
 
 class _Problem:

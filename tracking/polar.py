@@ -8,6 +8,7 @@ angle. Inside, angles are radians, counter-clockwise positive as seen (y points 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -108,6 +109,11 @@ class Pixels:
             np.tile(delay, 2),
         )
 
+    @cached_property
+    def outwards(self) -> Single:
+        """The unit vectors away from the pivot, along x and against y; (2, pixels)."""
+        return np.array([np.cos(self.phi_rad), np.sin(self.phi_rad)], np.float32)
+
     def at(self, places: NDArray[np.intp]) -> Pixels:
         """Those at some places of the table (pixels,), in that order."""
         return Pixels(
@@ -172,8 +178,7 @@ class Sample:
     @property
     def per_shift(self) -> tuple[Single, Single]:
         """Change with a shift of the surface along x and along y [grey levels/px]."""
-        phi = self.pixels.phi_rad.take(self.chosen).astype(np.float32)
-        cos, sin = np.cos(phi), np.sin(phi)
+        cos, sin = self.pixels.outwards.take(self.chosen, axis=1)
         along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
         return along * sin - self.per_px * cos, along * cos + self.per_px * sin
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import signal
 
 from filmed.shots import STEP_S, Array, Shot
 from servosight.identify.fit import identify
+from servosight.models.actuator import Estimate
 from servosight.models.excitation import multisine
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
+from servosight.tracking.result import Track
 
 TRUE = {"k": 0.92, "T": 0.02, "xi": 0.6}
 _COMMAND_S = 0.01
@@ -36,16 +40,33 @@ def angle_deg(time_s: Array) -> Array:
 SHOT = Shot("linear servo, multisine", angle_deg, duration_s=_DURATION_S, seed=11)
 
 
-def apart(time_s: Array, seen_deg: Array, true_deg: Array, sigma_deg: Array) -> dict[str, float]:
-    """Each parameter from the angle seen less that from the true one, over its sigma."""
+@dataclass(frozen=True)
+class Apart:
+    """A parameter through the video less that from the true angle; its sigma by the frames' own
+    noise, and with what all frames share."""
+
+    by: float
+    sigma: float
+    whole_sigma: float
+
+
+def apart(track: Track, true_deg: Array) -> dict[str, Apart]:
+    """Each parameter; what frames share is carried through by fitting the angles it would make."""
     at_s, value = command()
-    found = []
-    for angle in (seen_deg, true_deg):
+
+    def fitted(angle_deg: Array) -> dict[str, Estimate]:
         recording = Recording(
-            "filmed", at_s, value, time_s, angle, sigma_deg, exposure_s=SHOT.camera.exposure_s
-        )
-        found.append(identify([recording], (), catalogue=catalogue()).actuator.parameters)
-    seen, true = found
-    return {
-        name: (seen[name].value - true[name].value) / (seen[name].sigma or np.nan) for name in TRUE
-    }
+            "filmed", at_s, value, track.time_s, angle_deg, track.sigma_deg,
+            exposure_s=SHOT.camera.exposure_s,
+        )  # fmt: skip
+        return dict(identify([recording], (), catalogue=catalogue()).actuator.parameters)
+
+    seen, true = fitted(track.angle_deg), fitted(true_deg)
+    moved = [fitted(track.angle_deg + error) for error in track.shared_deg.T]
+    found = {}
+    for name in TRUE:
+        own = float(seen[name].sigma or np.nan)
+        shared = [one[name].value - seen[name].value for one in moved]
+        by = seen[name].value - true[name].value
+        found[name] = Apart(by, own, float(np.sqrt(own**2 + np.square(shared).sum())))
+    return found
