@@ -20,6 +20,7 @@ VERDICTS = {
     "explained": "Explained: with {effects} the model reaches the floor of the measurement.",
     "unexplained": "Unexplained: something remains that no candidate accounts for.",
 }
+ALONE = "Unexplained: the linear model does not reach the floor."
 
 
 def show_identification(out: Console, result: Mapping[str, Any]) -> None:
@@ -50,7 +51,8 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
 def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
     """The verdict in words, how far the error fell, and which names to take with care."""
     ladder, effects = result["ladder"], result["effects"]
-    out.print(VERDICTS[result["verdict"]].format(effects=" + ".join(effects)))
+    alone = result["verdict"] == "unexplained" and len(ladder) == 1
+    out.print(ALONE if alone else VERDICTS[result["verdict"]].format(effects=" + ".join(effects)))
     if effects:
         first, last = (ladder[i]["held_out_rmse_deg"] for i in (0, -1))
         ratio = first / max(last, LEAST_DEG)
