@@ -28,7 +28,7 @@ def _command(case: Case) -> Iterator[Finding]:
         "command",
         f"The error follows the command (correlation {signed(found.value[peak])} after "
         f"{found.lag_s[peak]:.2g} s, where chance allows {allowed:.2g}), so that a freer linear "
-        f"model, with a delay or a resonance, could take {100 * share:.0f} % of its square.",
+        f"model, with a delay or a resonance, could take up to {100 * share:.0f} % of its square.",
         max(share, float(found.value[peak]) ** 2),
         found.p,
     )

@@ -19,7 +19,7 @@ from servosight.diagnose.residual_tests import independence, linear_share, quant
 from servosight.diagnose.samples import held_out_samples
 from servosight.diagnose.trial import Judged, training_masks
 from servosight.models.design import Limits, design
-from servosight.models.excitation import Excitation
+from servosight.models.excitation import Excitation, chirp
 from servosight.models.recording import Recording
 
 Array = NDArray[np.float64]
@@ -142,9 +142,14 @@ def test_the_band_of_independence_holds_what_it_says() -> None:
     assert np.mean(inside) == pytest.approx(0.95, abs=0.06)
 
 
-def test_a_late_answer_follows_the_command() -> None:
+CHIRP_S = np.arange(0.0, 20.0, 0.01)
+CHIRP = Excitation(CHIRP_S, chirp(CHIRP_S, 12.0, 0.3, 6.0))
+
+
+@pytest.mark.parametrize("excitation", [STANDARD, CHIRP], ids=["standard", "chirp"])
+def test_a_late_answer_follows_the_command(excitation: Excitation) -> None:
     """The answer comes 10 ms later than the model's: linear, and more lag at high frequency."""
-    found = found_in(case(lambda t, y: np.interp(t - 0.01, t, y) - y))
+    found = found_in(case(lambda t, y: np.interp(t - 0.01, t, y) - y, excitation=excitation))
     assert found["command"].share > 0.5
     assert "linearity" not in found
     assert "more lag" in found["frequency"].sentence
