@@ -142,7 +142,7 @@ def speed(shot: Shot) -> str:
     calm = [frame.image for frame in calm_frames(video)]
     refine = Refine.of(acquire(video, calm), calm[0].shape)
     shutter = Shutter(shot.camera.exposure_s, shot.camera.readout_s)
-    stage = layered_stage(video, refine, lambda _: shutter)
+    stage = layered_stage(video, refine, lambda _: shutter, lambda frame: frame)
     pictures = list(frames(video))
     radius = refine.surface.grid.largest_px
 
@@ -299,7 +299,7 @@ without noise are tracked with the view given. Slower than {_SLOW_DEG_S:.0f} deg
 | --- | --- | --- | --- |
 {text(goals)}
 
-Not measured: near-equal repeated frames, footage without metadata.
+Not measured: footage without metadata.
 
 ## Shots
 

@@ -16,7 +16,7 @@ from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import Shutter
-from servosight.tracking.video import predicting, stretches
+from servosight.tracking.video import Frame, predicting, stretches
 
 _STRETCHES = 8
 _LENGTH = 48
@@ -34,14 +34,19 @@ def layered_stage(
     video: Path,
     refine: Refine,
     shutter: Callable[[int], Shutter],
+    held: Callable[[Frame], Frame],
     pivot_held: bool = False,
 ) -> Stage:
-    """The layered stage, or ``refine`` where the layers do not tell the angle better."""
+    """The layered stage, or ``refine`` where the layers do not tell the angle better.
+
+    ``held`` gives a frame as a camera that stands still would have taken it.
+    """
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
     rough = refine.thinned(_THINNING)
     copies = predicting(video) is not None
-    for stretch in stretches(video, _STRETCHES, _LENGTH):
+    for run in stretches(video, _STRETCHES, _LENGTH):
+        stretch = [held(frame) for frame in run]
         home = rough.anywhere(stretch[0].image, 0.0, np.pi)
         seen = [
             s
@@ -68,13 +73,13 @@ def layered_stage(
         pivot_held,
     )
     stage = Layered.of(layers, refine)
-    before, after = [], []
+    ratios = []
     for judge in judges:
         fit = stage.near(judge.frame.image, judge.angle_rad, judge.exposure)
         inside = refine.near(judge.frame.image, judge.angle_rad, judge.exposure)
-        before.append(inside.sigma_rad if inside else np.inf)
-        after.append(fit.sigma_rad if fit else np.inf)
-    return stage if np.median(after) < _GAIN * np.median(before) else refine
+        if inside is not None:
+            ratios.append(fit.sigma_rad / inside.sigma_rad if fit else np.inf)
+    return stage if not ratios or np.median(ratios) < _GAIN else refine
 
 
 def _slowest(seen: list[Seen], count: int) -> list[Seen]:

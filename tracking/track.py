@@ -38,11 +38,13 @@ from servosight.tracking.sigma import (
     speeds,
     uneven,
 )
-from servosight.tracking.steady import LEAST_PX, wander_px
+from servosight.tracking.steady import LEAST_PX, Bench, wander_px
 from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
+    Frame,
     calm_frames,
     check,
+    declared_hz,
     even_times,
     frames,
     predicting,
@@ -53,6 +55,9 @@ from servosight.tracking.video import (
 Progress = Callable[[int, int], None]
 
 _AHEAD = 4
+_OFF_RATE = 0.02  # between the declared rate and that of the presentation times
+_EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
+_LOST_DEG = 1.0  # where a frame cannot be laid on the first
 _ARM = 0.6  # of the largest radius, at which the angle is told on average
 
 
@@ -94,8 +99,19 @@ def track(
     def shutter(index: int) -> Shutter:
         return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
 
-    images = [frame.image for frame in calm_frames(video)]
+    calm = calm_frames(video)
+    images = [frame.image for frame in calm]
     wander = wander_px(images)
+    bench = Bench.of(images[0]) if wander > LEAST_PX else None
+    unsteady: dict[int, float] = {}
+
+    def held(frame: Frame) -> Frame:
+        if bench is None:
+            return frame
+        image, unsteady[frame.index] = bench.held(frame.image)
+        return replace(frame, image=image)
+
+    images = [held(frame).image for frame in calm]
     view = view_of(images, camera) if beside is None else same_view(beside)
     if beside is not None and template is None:
         images = without(images, beside)
@@ -110,10 +126,10 @@ def track(
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(video, refine, shutter, pivot_held=pivot is not None)
+        stage = layered_stage(video, refine, shutter, held, pivot_held=pivot is not None)
 
     stamps, fits, exposures, repeated = [], [], [], []
-    source = ahead(frames(video), _AHEAD)
+    source = ahead(map(held, frames(video)), _AHEAD)
     codec = predicting(video)
     tip_px = surface.grid.largest_px
     for seen in follow(stage, source, home_rad, shutter, tip_px, codec is not None):
@@ -154,9 +170,9 @@ def track(
         + doubt**2
         + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
-        + _shaken(wander, surface) ** 2
+        + _shaken(unsteady, len(fits), surface) ** 2
         + (shared**2).sum(1)
-        + (scatter(angle) ** 2 if codec else 0.0)
+        + (scatter(angle) ** 2 if codec or bench else 0.0)
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
     x, y = view.plane.to_picture(np.array([pivot_px]) + moved_px)[0]
@@ -171,7 +187,7 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *_notes(codec, wander)),
+        (view.note, *_notes(video, stamps, codec, wander)),
         np.rad2deg(shared),
     )
 
@@ -191,13 +207,23 @@ def _acquired(
     return replace(surface, grid=replace(surface.grid, plane=plane))
 
 
-def _shaken(wander: float, surface: Surface) -> float:
-    """Doubt [rad] where the camera moved by some pixels: the pivot is taken to stand still."""
-    return wander / (_ARM * surface.grid.largest_px) if wander > LEAST_PX else 0.0
+def _shaken(unsteady_px: dict[int, float], count: int, surface: Surface) -> Array:
+    """Doubt [rad] of frames that were laid on the first one, to some pixels; (frames,)."""
+    doubt = np.array([unsteady_px.get(n, 0.0) for n in range(count)])
+    return np.minimum(doubt / (_ARM * surface.grid.largest_px), np.deg2rad(_LOST_DEG))
 
 
-def _notes(codec: str | None, wander: float) -> list[str]:
+def _notes(video: Path, stamps: list[float], codec: str | None, wander: float) -> list[str]:
     notes = []
+    step_s = np.diff(stamps)
+    told_hz = 1.0 / float(np.median(step_s))
+    even = float(np.mean(np.abs(step_s * told_hz - 1.0) < _EVEN)) > 1.0 - _EVEN
+    said_hz = declared_hz(video)
+    if even and said_hz is not None and abs(said_hz / told_hz - 1.0) > _OFF_RATE:
+        notes.append(
+            f"the file declares {said_hz:.4g} frames a second, and its presentation times say "
+            f"{told_hz:.4g}: the times are used, a slowed or sped copy needs a frames.csv"
+        )
     if codec is not None:
         notes.append(
             f"{codec} draws pictures from the ones before: what it only copied is left out, and "
@@ -205,8 +231,8 @@ def _notes(codec: str | None, wander: float) -> list[str]:
         )
     if wander > LEAST_PX:
         notes.append(
-            f"the camera moved by {wander:.2g} px rms, and the pivot with it: sigma allows for "
-            "that, a camera held fast would not need it"
+            f"the camera moved by {wander:.2g} px rms: its motion is read off the bench and taken "
+            "out, which costs accuracy; a camera held fast would not need it"
         )
     return notes
 

@@ -264,6 +264,13 @@ def tick_s(video: Path) -> float:
         return float(container.streams.video[0].time_base or 0.0)
 
 
+def declared_hz(video: Path) -> float | None:
+    """The frame rate that the file's header declares, None where it does not."""
+    with _opened(video) as container:
+        rate = container.streams.video[0].base_rate
+        return float(rate) if rate else None
+
+
 def predicting(video: Path) -> str | None:
     """The codec, where it tells a picture by what it loses of the one before; None where not."""
     with _opened(video) as container:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.tracking.steady import LEAST_PX, wander_px
+from servosight.tracking.steady import LEAST_PX, Bench, wander_px
 
 RNG = np.random.default_rng(7)
 BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0
@@ -35,3 +35,15 @@ def test_a_hand() -> None:
     images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
     true_px = float(np.sqrt(((shifts - shifts.mean(0)) ** 2).sum(1).mean()))
     assert wander_px(images) == pytest.approx(true_px, rel=0.1)
+
+
+def test_a_picture_is_laid_on_the_first() -> None:
+    """Shifted by 3 and -2 px: the doubt, some hundredths, covers what is left within four sigma."""
+    first, moved = picture(0.0, 0.0, 1.0, 0.0), picture(3.0, -2.0, 0.9, 8.0)
+    bench = Bench.of(first)
+    assert bench is not None
+    still, doubt_px = bench.held(moved)
+    before, after = bench.seen(still)
+    left = np.median(after - before, axis=0)
+    assert doubt_px < 0.1
+    assert np.hypot(*left) < 4.0 * doubt_px

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import av
 import numpy as np
 import pytest
 
 from servosight.models.errors import InputError
 from servosight.tracking.track import track
-from servosight.tracking.video import check, even_times, frames, read_frame_table
+from servosight.tracking.video import check, declared_hz, even_times, frames, read_frame_table
 
 Write = Callable[..., Path]
 
@@ -36,6 +38,23 @@ def test_presentation_times_come_from_the_file(tmp_path: Path, write: Write) -> 
     times = np.cumsum(np.resize([0.008, 0.009, 0.011], 60))
     path = write(tmp_path / "uneven.mkv", noise(60), times)
     assert [frame.time_s for frame in frames(path)] == pytest.approx(times, abs=1e-9)
+
+
+def test_a_declared_rate_is_told_beside_the_times(tmp_path: Path) -> None:
+    """H.264 says 30 and the times say 120, as where footage was slowed by its tag alone."""
+    path = tmp_path / "slowed.mkv"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 12000)
+        for number, picture in enumerate(noise(60)):
+            frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
+            frame.pts, frame.time_base = 100 * number, Fraction(1, 12000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    assert declared_hz(path) == pytest.approx(30.0)
+    times = [frame.time_s for frame in frames(path)]
+    assert float(np.median(np.diff(times))) == pytest.approx(1.0 / 120.0, rel=0.1)
 
 
 def test_rounding_of_an_even_rate_is_undone() -> None:
