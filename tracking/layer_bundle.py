@@ -21,14 +21,14 @@ from servosight.tracking.polar import Mask, Pixels, Single
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image, turning
 
-_ROUNDS = (3, 3, 1, 1)  # of so many pixels each uses one
+_ROUNDS = (3, 3, 1, 1, 1)  # of so many pixels each uses one
 _INSIDE_PX = 4.0
 _BIN_PX = 0.5
 _GATE = 4.5
 _LEAST_CLEAR = 2.0  # frames' worth of light that a pixel of the bench must have sent
 _UNLIKE = 5.0  # misfit, in noise variances, beyond which a place shows something else
 _STILL = 2  # rounds before the layers tell of motion
-_TRUSTING = 2  # rounds after which what is unlike is something else
+_TRUSTING = 3  # rounds after which what is unlike is something else
 _DIM = 0.2  # less of the bench's light than this does not tell what it is like
 _BANDS = 8
 

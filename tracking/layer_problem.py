@@ -14,7 +14,7 @@ from scipy import ndimage
 from servosight.tracking.layer_views import View
 from servosight.tracking.polar import Array, Grid, Single
 
-_STEPS = 28
+_STEPS = 24
 _DOUBT = 0.5  # about the cover of a cell, given that of others as near to the edge
 _HELD = 0.1  # what holds the light, in frames' worth
 _LEAST_RADIUS = 0.15

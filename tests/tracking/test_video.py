@@ -66,7 +66,7 @@ def test_rounding_of_an_even_rate_is_undone() -> None:
 
 
 def test_dropped_frames_keep_their_times() -> None:
-    stamps = np.round(np.delete(np.arange(300) / 120, [100, 101]), 3)
+    stamps = np.asarray(np.round(np.delete(np.arange(300) / 120, [100, 101]), 3), np.float64)
     assert np.array_equal(even_times(stamps, 1e-3), stamps)
 
 
