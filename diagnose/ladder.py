@@ -261,6 +261,7 @@ class Climber:
             swaps = self._led(self._tried_behind(left, f"in place of {name}", SWAPPED), 1)
             if swaps and _news(swaps[0], left) != name and self._beats(swaps[0], trial):
                 yield Rung(swaps[0], _news(swaps[0], left), name)
+                yield from itertools.islice(self._simpler(swaps[0]), 1)
                 return
 
     def _simpler(self, trial: Trial) -> Iterator[Rung]:
