@@ -25,8 +25,8 @@ FINALISTS = 6
 """all are sketched, and the best fitted to the end."""
 NESTED = 3.0
 """An effect that contains another must gain this much on it, in log-likelihood as all do,"""
-VISIBLE = 0.1
-"""take off this share of the floor, as an rms over all samples,"""
+VISIBLE = 1.0 / 3.0
+"""take off this share of the tolerance, as an rms over all samples,"""
 WORSE = 1.03
 """and leave the held-out error at most so many times as large."""
 MAX_RUNGS = 6
@@ -306,7 +306,7 @@ class Climber:
         gone = simple.mean_square - trial.mean_square
         return (
             evidence(trial, simple, self.bar.tolerance_deg) >= NESTED
-            and gone >= (VISIBLE * self.bar.floor_deg) ** 2
+            and gone >= (VISIBLE * self.bar.tolerance_deg) ** 2
             and trial.held_out_rmse_deg <= WORSE * simple.held_out_rmse_deg
         )
 
