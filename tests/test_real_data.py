@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servosight.diagnose.diagnose import diagnose
 from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem
 from servosight.models.importers.bam import read_bam
@@ -28,12 +29,8 @@ def data(*parts: str) -> Path:
     return Path(str(DATA)).joinpath(*parts)
 
 
-def test_emps_friction_and_offset_come_out_in_newtons() -> None:
-    """Published: Fc 20.39 N, held within 5 %, and an offset of -3.16 N, within a newton.
-
-    A position error of a metre is a force of gtau kv kp. Only every tenth sample is scored by the
-    fit, which leaves 2,484 of them.
-    """
+def emps_thinned() -> tuple[Recording, dict[str, float]]:
+    """Every tenth sample of EMPS, 2,484 of them, and what its file says of the loop."""
     whole = read_mat(data("emps", "DATA_EMPS.mat"), Request()).recording
     every_tenth = Recording(
         whole.name,
@@ -42,7 +39,23 @@ def test_emps_friction_and_offset_come_out_in_newtons() -> None:
         whole.time_s[::10],
         whole.angle_deg[::10],
     )
-    source = whole.details["source"]
+    return every_tenth, whole.details["source"]
+
+
+def test_the_ladder_names_coulomb_friction_on_emps() -> None:
+    """With a tolerance of two micrometres: by default the linear model is good enough."""
+    recording, _ = emps_thinned()
+    found = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=2e-4)
+    assert found.effects == ("coulomb_friction",)
+    assert found.verdict == "explained"
+
+
+def test_emps_friction_and_offset_come_out_in_newtons() -> None:
+    """Published: Fc 20.39 N, held within 5 %, and an offset of -3.16 N, within a newton.
+
+    A position error of a metre is a force of gtau kv kp.
+    """
+    every_tenth, source = emps_thinned()
     newtons_per_deg = source["gtau"] * source["kv"] * source["kp"] / EMPS_SCALE
     found = identify(
         [every_tenth], ["coulomb_friction"], catalogue=catalogue(), method="gradient"
