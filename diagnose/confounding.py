@@ -48,12 +48,19 @@ def confounded(
         for trial in trials
         if evidence(trial, base, look.tolerance_deg) > TIE
     }
+    gains = {name: evidence(trial, base, look.tolerance_deg) for name, trial in alive.items()}
+    best = max(gains.values(), default=0.0)
+
+    def anew(trial: Trial) -> Trial:
+        """Only what may be the answer is worth another fit."""
+        return whole(trial) if gains[_single(trial, base)] > best - OPEN else trial
+
     groups: dict[str, tuple[str, ...]] = {_single(trial, base): () for trial in trials}
     for name, trial in alive.items():
         groups[name] = tuple(
             other
             for other, rival in alive.items()
-            if other != name and agree(trial, rival, look, whole) is not None
+            if other != name and agree(trial, rival, look, anew) is not None
         )
     return groups
 

@@ -263,12 +263,18 @@ def search_effects(problem: Problem, base: Fit) -> Fit:
 
 def _starts(problem: Problem, base: Fit) -> Array:
     """The effects' guesses and weaker ones, (starts, coordinates), the most promising first."""
-    guesses = np.array(effect_starts(problem, base.standpoint))
-    idle = idle_start(problem, base.standpoint)
-    owned = {coordinate.name for coordinate in base.problem.coordinates}
-    new = np.array([coordinate.name not in owned for coordinate in problem.coordinates])
-    weaker = [np.where(new, idle + share * (guesses - idle), guesses) for share in SHRUNK]
-    return _promising(problem, base, np.vstack([guesses, *weaker]))
+    known = base.standpoint.ordered
+    made_for, starts = known.get(problem.effects, (None, None))
+    if starts is None or made_for is not problem.masks:
+        guesses = np.array(effect_starts(problem, base.standpoint))
+        idle = idle_start(problem, base.standpoint)
+        owned = {coordinate.name for coordinate in base.problem.coordinates}
+        new = np.array([coordinate.name not in owned for coordinate in problem.coordinates])
+        plain = guesses[guesses[:, 1] == guesses[:, 1].max()]  # with T as the base has it
+        weaker = [np.where(new, idle + share * (plain - idle), plain) for share in SHRUNK]
+        starts = _promising(problem, base, np.vstack([guesses, *weaker]))
+        known[problem.effects] = problem.masks, starts
+    return starts
 
 
 def _varied(problem: Problem, base: Fit, guesses: Array) -> Array:

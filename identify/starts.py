@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.problem import Problem
+from servosight.identify.problem import Mask, Problem
 from servosight.models.effect import Cues, Effect
 from servosight.models.readings import Traces
 
 Array = NDArray[np.float64]
+Masks = tuple[Mask, ...]
 
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
 _SHORTER_T = (1.0, 0.5, 0.2)
@@ -116,10 +117,14 @@ def traces(problem: Problem, point: Array) -> Traces:
 
 @dataclass(frozen=True)
 class Standpoint:
-    """A fitted model behind which others start: what it shows is worked out once."""
+    """A fitted model behind which others start: what it shows is worked out once.
+
+    ``ordered`` keeps, for each set of effects, masks and the starts that were put in order on them.
+    """
 
     problem: Problem
     point: Array
+    ordered: dict[tuple[str, ...], tuple[Masks, Array]] = field(default_factory=dict, compare=False)
     _guesses: dict[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict, compare=False)
 
     @functools.cached_property
