@@ -75,6 +75,8 @@ def detection(axes: Axes, lines: Sequence[Line]) -> None:
             axes.errorbar([middle], [rate], error, fmt="o", color="C0", capsize=3)
             axes.annotate(str(hit.count), (middle, 0.02), ha="center", fontsize=8)
     axes.set_xscale("log")
+    axes.set_xticks(BINS, [f"{edge:.2g}" for edge in BINS])
+    axes.minorticks_off()
     axes.set_ylim(0.0, 1.05)
     axes.set_xlabel("strength: misfit of the linear model over the noise (below: trials)")
     axes.set_ylabel("named exactly")
