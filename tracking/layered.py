@@ -57,12 +57,10 @@ class Layered:
         """
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
-        covered: list[int] = []
         last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
             shown = model.at(self.whole, angle, exposure, outwards=True)
-            covered[:] = [shown.chosen.size]
             last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
             return last[0][0]
 
@@ -81,7 +79,7 @@ class Layered:
             or fit.kept < LEAST_KEPT
         ):
             return None
-        in_view = float(np.clip(covered[0] / max(model.area_px, 1.0), 0.0, 1.0))
+        in_view = self.layers.in_view(fit.angle_rad)
         sample, held = last[0]
         delay, spread = sample.delay if exposure.slack_rad else (0.0, 0.0)
         return replace(fit, in_view=in_view, delay=delay, delay_spread=spread, held=held)

@@ -18,11 +18,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Grid, Pixels, Sample, Single, slopes, smeared, weights
+from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single, slopes, smeared, weights
 from servosight.tracking.shutter import Exposure
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover
+_ENOUGH = 1000  # cells that tell how much of a part is in view
 _GAP = 6  # cells that are not in use do not part a run
 
 
@@ -71,6 +72,30 @@ class Layers:
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
         count = (self.used > 0).sum(1)
         return float((count * radius).sum() * self.grid.step_px * self.grid.step_rad)
+
+    def in_view(self, angle_rad: float) -> float:
+        """The share, by area, of the cells in use that the picture holds with the surface there.
+
+        By place alone: where the bench behind it is unknown, a part is not cut off.
+        """
+        phi, radius = self._telling
+        x, y = self.grid.pivot_px
+        turned = phi + angle_rad
+        place = np.column_stack([x + radius * np.cos(turned), y - radius * np.sin(turned)])
+        height, width = self.bench.shape
+        column, row = self.grid.plane.to_picture(place).T
+        inside = (np.abs(column + 0.5 - 0.5 * width) < 0.5 * width) & (
+            np.abs(row + 0.5 - 0.5 * height) < 0.5 * height
+        )
+        return float(radius @ inside / radius.sum())
+
+    @cached_property
+    def _telling(self) -> tuple[Array, Array]:
+        """Polar angle at angle zero [rad] and radius [px] of some cells in use; (cells,) each."""
+        row, column = np.nonzero(self.used)
+        every = 1 + row.size // _ENOUGH
+        phi = self.grid.phi_rad + self.grid.step_rad * column[::every]
+        return phi, self.grid.radius_px + self.grid.step_px * row[::every]
 
     @cached_property
     def _runs(self) -> NDArray[np.intp]:
