@@ -94,8 +94,8 @@ class Layers:
         """Polar angle at angle zero [rad] and radius [px] of some cells in use; (cells,) each."""
         row, column = np.nonzero(self.used)
         every = 1 + row.size // _ENOUGH
-        phi = self.grid.phi_rad + self.grid.step_rad * column[::every]
-        return phi, self.grid.radius_px + self.grid.step_px * row[::every]
+        phi = self.grid.phi_rad + self.grid.step_rad * column[::every].astype(np.float64)
+        return phi, self.grid.radius_px + self.grid.step_px * row[::every].astype(np.float64)
 
     @cached_property
     def _runs(self) -> NDArray[np.intp]:

@@ -19,7 +19,7 @@ from servosight.models.recording_io import load_recording
 from servosight.sim.trajectory import Trajectory
 from servosight.sim.video import render_video
 from servosight.tracking.parts import swept, without
-from servosight.tracking.result import Track
+from servosight.tracking.result import Flag, Track
 from servosight.tracking.track import track
 
 Array = NDArray[np.float64]
@@ -32,13 +32,13 @@ FIN_DEG = 9 * np.sin(np.arange(120) / 9)
 HORN_DEG = 14 * np.sin(np.arange(120) / 9 + 0.3)
 
 
-def with_horn(pictures: list[NDArray[np.uint8]]) -> None:
-    """Draw a speckled bar that turns about ``PIVOT_PX``, at three times the size, in place."""
+def with_horn(pictures: list[NDArray[np.uint8]], pivot_px: tuple[float, float] = PIVOT_PX) -> None:
+    """Draw a speckled bar that turns about ``pivot_px``, at three times the size, in place."""
     rng = np.random.default_rng(5)
     height, width = pictures[0].shape
     size = (width * FINER, height * FINER)
     print_ = 128 + 40 * cv2.GaussianBlur(rng.standard_normal((size[1], size[0])), (0, 0), 4) * 12
-    pivot = (np.array(PIVOT_PX) + 0.5) * FINER - 0.5
+    pivot = (np.array(pivot_px) + 0.5) * FINER - 0.5
     cover = np.zeros((size[1], size[0]), np.float32)
     x, y = np.round(pivot).astype(int)
     half, length = HALF_PX * FINER, LENGTH_PX * FINER
@@ -101,6 +101,22 @@ def test_a_second_part_is_found_by_itself(video: Path, fin: Track) -> None:
     assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 0.2
     assert error_deg(horn, HORN_DEG) < 0.02
     np.testing.assert_array_equal(horn.time_s, fin.time_s)
+
+
+def test_a_part_beside_the_first_is_not_cut_off(
+    drawn: Callable[..., Path],
+    scene: Callable[..., Any],
+    write: Callable[..., Path],
+    pictures_of: Callable[[Path], list[Any]],
+    tmp_path: Path,
+) -> None:
+    """No bench is known where the fin comes by, but all of the horn lies in the picture."""
+    pivot = 70.0, 222.0
+    pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
+    with_horn(pictures, pivot)
+    place = write(tmp_path / "video.mkv", pictures, np.arange(len(pictures)) / RATE_HZ)
+    horn = track(place, beside=track(place), pivot=pivot, template=(53, 205, 111, 34))
+    assert not (horn.flags & Flag.CUT).any()
 
 
 def test_command_line_writes_and_reads_both(
