@@ -187,21 +187,27 @@ def _before(flat, at, b, bench):  # type: ignore[no-untyped-def]
 
 
 @_kernel
+def _placed(u, part, columns, rows, row):  # type: ignore[no-untyped-def]
+    """Weights of the four columns about a column ``u`` less ``part``; the first one's place in the
+    flattened layers at ``row``, and how far on the next is."""
+    u = min(max(u - part, np.float32(1.0)), np.float32(columns - 2.001))
+    m = np.int32(u)
+    stride = np.uint64(2 * rows)
+    return weights(u - np.float32(m)), np.uint64(2 * ((m - 1) * rows + row)), stride
+
+
+@_kernel
 def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
     columns, rows, _ = layers.shape
     flat = layers.reshape(-1)
     share = np.float32(1.0 / parts.size)
-    stride = np.uint64(2 * rows)
     for i in range(where.shape[1]):
         v, bench = where[1, i], behind[i]
         j = np.int32(v)
         b = weights(v - np.float32(j))
         total = np.float32(0.0)
         for part in parts:
-            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
-            m = np.int32(u)
-            a = weights(u - np.float32(m))
-            at = np.uint64(2 * ((m - 1) * rows + j - 1))
+            a, at, stride = _placed(where[0, i], part, columns, rows, j - 1)
             total += a[0] * _before(flat, at, b, bench)
             total += a[1] * _before(flat, at + stride, b, bench)
             total += a[2] * _before(flat, at + stride + stride, b, bench)
@@ -230,17 +236,13 @@ def _spread(layers, where, parts, behind, grey):  # type: ignore[no-untyped-def]
     columns, rows, _ = layers.shape
     flat = layers.reshape(-1)
     share = np.float32(1.0 / parts.size)
-    stride = np.uint64(2 * rows)
     for i in range(where.shape[1]):
         v, bench = where[1, i], behind[i]
         j = np.int32(v)
         b = weights(v - np.float32(j))
         own = share * grey[i]
         for part in parts:
-            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
-            m = np.int32(u)
-            a = weights(u - np.float32(m))
-            at = np.uint64(2 * ((m - 1) * rows + j - 1))
+            a, at, stride = _placed(where[0, i], part, columns, rows, j - 1)
             _laid(flat, at, own * a[0], b, bench)
             _laid(flat, at + stride, own * a[1], b, bench)
             _laid(flat, at + stride + stride, own * a[2], b, bench)
