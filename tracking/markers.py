@@ -18,11 +18,12 @@ from scipy.optimize import least_squares
 
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate_view import Camera, view_of
+from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.plane import Array
 from servosight.tracking.result import Flag, Track
 from servosight.tracking.sigma import gaps
 from servosight.tracking.surface import turned, turning
-from servosight.tracking.video import calm_frames, even_times, frames, read_frame_table, tick_s
+from servosight.tracking.video import calm_frames, even_times, frames, tick_s
 
 Family = Literal["aruco", "apriltag"]
 

@@ -15,6 +15,7 @@ from servosight.tracking.calibrate_view import Camera, Flattened, flattened, vie
 from servosight.tracking.fit import Fit
 from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
+from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.hinge import hinge, mended
 from servosight.tracking.layered import Layered
 from servosight.tracking.learn_layers import layered_stage
@@ -48,7 +49,6 @@ from servosight.tracking.video import (
     even_times,
     frames,
     predicting,
-    read_frame_table,
     tick_s,
 )
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from servosight.models.errors import InputError
+from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.track import track
-from servosight.tracking.video import check, declared_hz, even_times, frames, read_frame_table
+from servosight.tracking.video import check, declared_hz, even_times, frames
 
 Write = Callable[..., Path]
 
