@@ -9,40 +9,20 @@ ellipses are fitted at once, as circles in the plane.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
+from servosight.tracking.swing_features import LEAST_FRAMES, Index, Tracks
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Image = NDArray[np.uint8]
 
-_FEATURES = 1500
-_RATIO = 0.75
-_MOVED_PX = 1.5
-_LEAST_MATCHES = 15
-_LEAST_FRAMES = 4
-_GATE_PX = 1.5
 _ROUNDS = 30
 _SURE = 5.0  # sigma: features lean as a whole, too, by some of it
 _LEAST_WEIGHT = 6.0
 _OWN = 6  # unknowns beside the angles: shape of the plane 4, pivot 2
-
-
-@dataclass(frozen=True)
-class Tracks:
-    """Points of the surface found again: ``xy_px`` (n, 2) of point ``point`` in frame ``frame``."""
-
-    xy_px: Array
-    point: Index
-    frame: Index
-    shape: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -77,52 +57,6 @@ class Swing:
         return np.interp(angle_rad, self.angle_rad[order], self.doubt_rad[order])
 
 
-def feature_tracks(images: Sequence[Image]) -> Tracks | None:
-    """Features of one frame found again in the others, where they moved together; None: too few."""
-    # Without the precise upscaling OpenCV places all features a quarter of a pixel off.
-    finder = cv2.SIFT.create(_FEATURES, contrastThreshold=0.02, enable_precise_upscale=True)
-    found = [finder.detectAndCompute(image, None) for image in images]
-    best: list[tuple[int, Index, Array]] = []
-    home = 0
-    for reference in sorted({0, len(images) // 2, len(images) // 3}):
-        seen = [
-            (frame, *pair)
-            for frame in range(len(images))
-            if frame != reference
-            and (pair := _moved_together(found[reference], found[frame])) is not None
-        ]
-        if len(seen) > len(best):
-            best, home = seen, reference
-    if len(best) < _LEAST_FRAMES:
-        return None
-    points = np.unique(np.concatenate([point for _, point, _ in best]))
-    keys = np.array([keypoint.pt for keypoint in found[home][0]], np.float64)
-    best.append((home, points, keys[points]))
-    best.sort(key=lambda seen: seen[0])
-    frames = np.concatenate([np.full(point.size, n) for n, (_, point, _) in enumerate(best)])
-    point = np.searchsorted(points, np.concatenate([point for _, point, _ in best]))
-    return Tracks(np.vstack([xy for _, _, xy in best]), point, frames, images[0].shape)
-
-
-def _moved_together(first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Index, Array] | None:
-    """Features of the first frame that moved as one plane, and where they are in the second."""
-    if any(one[1] is None or len(one[1]) < 2 for one in (first, second)):
-        return None
-    pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first[1], second[1], k=2)
-    good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < _RATIO * p[1].distance]
-    before = np.array([first[0][m.queryIdx].pt for m in good], np.float64).reshape(-1, 2)
-    after = np.array([second[0][m.trainIdx].pt for m in good], np.float64).reshape(-1, 2)
-    moving = np.hypot(*(after - before).T) > _MOVED_PX
-    if moving.sum() < _LEAST_MATCHES:
-        return None
-    cv2.setRNGSeed(1)
-    _, inlier = cv2.findHomography(before[moving], after[moving], cv2.RANSAC, _GATE_PX)
-    if inlier is None or inlier.sum() < _LEAST_MATCHES:
-        return None
-    chosen = np.flatnonzero(moving)[inlier[:, 0] > 0]
-    return np.array([good[i].queryIdx for i in chosen], np.intp), after[chosen]
-
-
 def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     """The plane on which all tracks run on circles about one pivot; None where they tell none.
 
@@ -139,7 +73,7 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     rigid = seen.solve(free, held=4)
     full = seen.solve(rigid.values, held=0)
     told = full.told & rigid.told
-    if told.sum() < _LEAST_FRAMES or not told[0]:
+    if told.sum() < LEAST_FRAMES or not told[0]:
         return None
     matrix = _matrix(full.values[:4])
     pivot = mapped(matrix, full.values[None, 4:_OWN])[0] * size + middle

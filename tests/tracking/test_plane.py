@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from servosight.tracking.calibrate_swing import Swing, Tracks, calibrate_swing
+from servosight.tracking.calibrate_swing import Swing, calibrate_swing
 from servosight.tracking.plane import Lens, Plane, jacobian, like_picture, mapped
+from servosight.tracking.swing_features import Tracks
 
 Array = NDArray[np.float64]
 
