@@ -43,19 +43,16 @@ def confounded(
     Candidates that gain nothing on the linear model are not compared: they all predict what it
     predicts. ``whole`` fits a model to all samples.
     """
-    alive = {
-        _single(trial, base): trial
-        for trial in trials
-        if evidence(trial, base, look.tolerance_deg) > TIE
-    }
-    gains = {name: evidence(trial, base, look.tolerance_deg) for name, trial in alive.items()}
+    by_name = {_single(trial, base): trial for trial in trials}
+    gains = {name: evidence(one, base, look.tolerance_deg) for name, one in by_name.items()}
+    alive = {name: trial for name, trial in by_name.items() if gains[name] > TIE}
     best = max(gains.values(), default=0.0)
 
     def anew(trial: Trial) -> Trial:
         """Only what may be the answer is worth another fit."""
         return whole(trial) if gains[_single(trial, base)] > best - OPEN else trial
 
-    groups: dict[str, tuple[str, ...]] = {_single(trial, base): () for trial in trials}
+    groups: dict[str, tuple[str, ...]] = dict.fromkeys(gains, ())
     for name, trial in alive.items():
         groups[name] = tuple(
             other

@@ -245,7 +245,7 @@ class Climber:
 
     def _settle(self, trial: Trial) -> Iterator[Rung]:
         """Try simpler forms, to do without each earlier effect, then to swap each for another."""
-        simpler = next(self._simpler(trial), None)
+        simpler = self._simpler(trial)
         if simpler is not None:
             yield simpler
             yield from self._settle(simpler.trial)
@@ -261,16 +261,19 @@ class Climber:
             swaps = self._led(self._tried_behind(left, f"in place of {name}", SWAPPED), 1)
             if swaps and _news(swaps[0], left) != name and self._beats(swaps[0], trial):
                 yield Rung(swaps[0], _news(swaps[0], left), name)
-                yield from itertools.islice(self._simpler(swaps[0]), 1)
+                simpler = self._simpler(swaps[0])
+                if simpler is not None:
+                    yield simpler
                 return
 
-    def _simpler(self, trial: Trial) -> Iterator[Rung]:
-        """Rungs for special cases of an effect that do as well as the whole of it."""
+    def _simpler(self, trial: Trial) -> Rung | None:
+        """The rung to a special case of an effect that does as well as the whole of it."""
         for name in trial.effects:
             for simple in self.laboratory.catalogue[name].contains:
                 special = self.laboratory.swapped(trial, name, simple)
                 if not self._clearly_better(trial, special):
-                    yield Rung(special, simple, name)
+                    return Rung(special, simple, name)
+        return None
 
     def _needed(self, trial: Trial, smaller: Trial) -> bool:
         """True where ``trial`` earns its place, and the smaller model cannot do as well.

@@ -268,10 +268,8 @@ def _starts(problem: Problem, base: Fit) -> Array:
     if starts is None or made_for is not problem.masks:
         guesses = np.array(effect_starts(problem, base.standpoint))
         idle = idle_start(problem, base.standpoint)
-        owned = {coordinate.name for coordinate in base.problem.coordinates}
-        new = np.array([coordinate.name not in owned for coordinate in problem.coordinates])
         plain = guesses[guesses[:, 1] == guesses[:, 1].max()]  # with T as the base has it
-        weaker = [np.where(new, idle + share * (plain - idle), plain) for share in SHRUNK]
+        weaker = [idle + share * (plain - idle) for share in SHRUNK]
         starts = _promising(problem, base, np.vstack([guesses, *weaker]))
         known[problem.effects] = problem.masks, starts
     return starts

@@ -22,8 +22,13 @@ SOURCES = Path(__file__).resolve().parent.parent
 MAKING = (
     "models",
     "sim",
-    *(f"scenarios/{name}.py" for name in ("draws", "scenario")),
-    *(f"scenarios/hidden_{name}.py" for name in ("draw", "film", "plant", "trial", "truth")),
+    "scenarios/draws.py",
+    "scenarios/scenario.py",
+    "scenarios/hidden_draw.py",
+    "scenarios/hidden_film.py",
+    "scenarios/hidden_plant.py",
+    "scenarios/hidden_trial.py",
+    "scenarios/hidden_truth.py",
 )
 JUDGING = (*MAKING, "identify", "diagnose")
 """Files and folders whose text decides what is hidden, and what a diagnosis makes of it."""
