@@ -48,6 +48,7 @@ VARIED_BY = 0.6
 HEAT_GENERATIONS = 3
 _COMB = np.outer([-1.0, 1.0], np.geomspace(1e-5, 0.1, 40)).ravel()
 _COMBED = 0.999
+_LESS = 1.0 - 1e-9  # a smaller gain is rounding
 
 
 @dataclass(frozen=True)
@@ -132,20 +133,30 @@ def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | 
 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Fit:
     """Gauss-Newton from each start for a few generations, then to the end from the best."""
-    low, high = problem.bounds
-    descents = [GaussNewton(start, low, high, coordinate_scale(problem, start)) for start in starts]
+    descents = [_descent(problem, start) for start in starts]
     if len(descents) > 1:
         heat = HEAT_GENERATIONS * (len(problem.coordinates) + 7)
         heats = [drive(descent, problem.residuals, heat) for descent in descents]
         best = min(range(len(heats)), key=lambda i: heats[i].cost)
         descents = [descents[best].resumed()]
     fit = Fit(problem, drive(descents[0], problem.residuals, budget))
-    if fit.spent:
-        return fit
-    better = _idle(problem, fit.outcome)
-    if better is None:
-        better = _combed(problem, fit.outcome)
-    return fit if better is None else polish(problem, [better])
+    for _ in problem.coordinates:
+        better = None if fit.spent else _better(fit)
+        if better is None:
+            break
+        fit = Fit(problem, drive(_descent(problem, better), problem.residuals, POLISH_BUDGET))
+    return fit
+
+
+def _descent(problem: Problem, start: Array) -> GaussNewton:
+    low, high = problem.bounds
+    return GaussNewton(start, low, high, coordinate_scale(problem, start))
+
+
+def _better(fit: Fit) -> Array | None:
+    """A point from which it goes further down, as descents end early on rugged costs."""
+    idle = _idle(fit.problem, fit.outcome)
+    return idle if idle is not None else _combed(fit.problem, fit.outcome)
 
 
 def _idle(problem: Problem, outcome: Outcome) -> Array | None:
@@ -162,7 +173,7 @@ def _idle(problem: Problem, outcome: Outcome) -> Array | None:
         if bound in (low[j], high[j]):
             trials.append(outcome.point.copy())
             trials[-1][j] = bound
-    return _cheapest(problem, trials, outcome.cost)
+    return _cheapest(problem, trials, _LESS * outcome.cost)
 
 
 def _combed(problem: Problem, outcome: Outcome) -> Array | None:

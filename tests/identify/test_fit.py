@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from servosight.identify import fit
 from servosight.identify.fit import fit_effects
 from servosight.identify.problem import Problem
+from servosight.identify.starts import idle_start
 from servosight.models.registry import catalogue
 
 
@@ -31,3 +33,22 @@ def test_joint_predictions_are_those_of_each_recording(record: Any) -> None:
         alone = Problem.of([recording], catalogue(), ["backlash"])
         mine = np.hstack([points[:, : joint.physical], points[:, joint.physical + 3 * r :][:, :3]])
         np.testing.assert_array_equal(joint.predict(points)[r], alone.predict(mine)[0])
+
+
+def test_a_descent_comes_to_an_end_where_rounding_always_promises_less(
+    record: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A limit of next to nothing and none at all cost the same but for rounding."""
+    problem = Problem.of([record(2.0)], catalogue(), ["torque_saturation"])
+    linear = fit_effects(Problem.of(problem.recordings, catalogue(), []))
+    start = idle_start(problem, linear.standpoint)
+    offered = []
+
+    def same(found: fit.Fit) -> Any:
+        offered.append(found)
+        return found.outcome.point
+
+    monkeypatch.setattr(fit, "_better", same)
+    found = fit.polish(problem, [start])
+    assert found.outcome.cost <= linear.outcome.cost * (1.0 + 1e-9)
+    assert len(offered) <= len(problem.coordinates)
