@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.tracking.features import Index
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
-from servosight.tracking.swing_features import LEAST_FRAMES, Index, Tracks
+from servosight.tracking.swing_features import LEAST_FRAMES, Tracks
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from servosight.models.errors import InputError
+from servosight.tracking.features import matched
 from servosight.tracking.polar import Array
 from servosight.tracking.result import Box
 from servosight.tracking.surface import Image
@@ -89,18 +90,8 @@ def _largest_group(
 
 
 def _pairs(first: tuple[Any, Any], second: tuple[Any, Any], box: Box | None) -> tuple[Array, Array]:
-    """Matched features as (n, 2) positions in either frame, by Lowe's ratio test."""
-    if first[1] is None or second[1] is None or len(first[1]) < 2 or len(second[1]) < 2:
-        return np.empty((0, 2)), np.empty((0, 2))
-    matcher = cv2.BFMatcher(cv2.NORM_L2)
-    good = [
-        pair[0]
-        for pair in matcher.knnMatch(first[1], second[1], k=2)
-        if len(pair) == 2 and pair[0].distance < 0.75 * pair[1].distance
-    ]
-    before = np.array([first[0][match.queryIdx].pt for match in good], dtype=np.float64)
-    after = np.array([second[0][match.trainIdx].pt for match in good], dtype=np.float64)
-    before, after = before.reshape(-1, 2), after.reshape(-1, 2)
+    """Matched features as (n, 2) positions in either frame, those that begin in the box."""
+    _, before, after = matched(first, second)
     if box is not None:
         x, y, width, height = box
         low, high = np.array([x, y]), np.array([x + width - 1, y + height - 1])

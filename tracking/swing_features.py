@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from servosight.tracking.features import Index, matched
+from servosight.tracking.polar import Array
+
 Image = NDArray[np.uint8]
 
 _FEATURES = 1500
-_RATIO = 0.75
 _MOVED_PX = 1.5
 _LEAST_MATCHES = 15
 LEAST_FRAMES = 4
@@ -62,12 +62,7 @@ def feature_tracks(images: Sequence[Image]) -> Tracks | None:
 
 def _moved_together(first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Index, Array] | None:
     """Features of the first frame that moved as one plane, and where they are in the second."""
-    if any(one[1] is None or len(one[1]) < 2 for one in (first, second)):
-        return None
-    pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first[1], second[1], k=2)
-    good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < _RATIO * p[1].distance]
-    before = np.array([first[0][m.queryIdx].pt for m in good], np.float64).reshape(-1, 2)
-    after = np.array([second[0][m.trainIdx].pt for m in good], np.float64).reshape(-1, 2)
+    index, before, after = matched(first, second)
     moving = np.hypot(*(after - before).T) > _MOVED_PX
     if moving.sum() < _LEAST_MATCHES:
         return None
@@ -76,4 +71,4 @@ def _moved_together(first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[In
     if inlier is None or inlier.sum() < _LEAST_MATCHES:
         return None
     chosen = np.flatnonzero(moving)[inlier[:, 0] > 0]
-    return np.array([good[i].queryIdx for i in chosen], np.intp), after[chosen]
+    return index[chosen], after[chosen]
