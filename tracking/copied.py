@@ -6,6 +6,8 @@ the surface where it was, so its pixels say that the angle stands still, and say
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,13 +28,15 @@ def copied(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask:
     return np.asarray(often.repeat(_BLOCK_PX, 0).repeat(_BLOCK_PX, 1)[:height, :width])
 
 
-def news(sample: Sample, old: Mask) -> tuple[Sample, float]:
-    """The pixels of a sample that are not ``old``, and 0; or, where these tell next to nothing,
-    all of them, and the share that the old ones have in what they tell."""
+def news(sample: Sample, old: Mask | None) -> Sample:
+    """The pixels of a sample that are not ``old``; or, where these tell next to nothing, all of
+    them, and the share that the old ones have in what they tell."""
+    if old is None:
+        return sample
     stale = old.reshape(-1).take(sample.pixels.index.take(sample.chosen))
     worth = sample.per_turn.astype(np.float64) ** 2
     share = float(worth[stale].sum() / max(worth.sum(), 1e-30))
-    return (sample, share) if share > 1.0 - _LEAST_NEW else (sample.within(~stale), 0.0)
+    return replace(sample, held=share) if share > 1.0 - _LEAST_NEW else sample.within(~stale)
 
 
 def lag(angle: Array, held: Array) -> Array:

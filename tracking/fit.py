@@ -131,6 +131,7 @@ def gauss_newton(
         seen, rows, weight, solution, inverse[2], tile, int(tile.max()) + 1
     )
     sigma, plain = _sandwich(sums), float(np.sqrt(inverse[2, 2] * weighed / used))
+    delay, spread = now.delay
     told = None
     if now.per_px.size and len(rows) == 3:
         variance = weighed / used * max(sigma / plain, 1.0) ** 2
@@ -143,10 +144,13 @@ def gauss_newton(
         float(used / max(inside, 1)),
         float(1.0 - inside / seen.size),
         float(np.sqrt(squares / used)),
-        now.chosen.size,
+        now.chosen.size + now.left_out,
         plain_rad=plain,
+        delay=delay,
+        delay_spread=spread,
         gain=gain,
         offset=offset,
+        held=now.held,
         lean=told,
     )
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.errors import InputError
-from servosight.tracking.video import Array, reason
+from servosight.tracking.container import reason
+from servosight.tracking.polar import Array
 
 
 def read_frame_table(table: Path) -> tuple[Array, Array | None]:

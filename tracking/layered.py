@@ -12,7 +12,7 @@ from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
 from servosight.tracking.layers import Layers, Rings
 from servosight.tracking.polar import Mask, Sample
-from servosight.tracking.refine import LEAST_CORRELATION, LEAST_KEPT, Refine
+from servosight.tracking.refine import Refine, likely
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Image
 
@@ -57,12 +57,9 @@ class Layered:
         """
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
-        last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
-            shown = model.at(self.whole, angle, exposure, outwards=True)
-            last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
-            return last[0][0]
+            return news(model.at(self.whole, angle, exposure, outwards=True), old)
 
         def roughly(angle: float) -> Sample:
             return model.at(self.few, angle, exposure)
@@ -73,16 +70,9 @@ class Layered:
             return None
         light = rough.gain, rough.offset
         fit = gauss_newton(at, turn, picture, rough.angle_rad, shot, light, least=1)
-        if (
-            fit is None
-            or fit.correlation < LEAST_CORRELATION * self.layers.correlation
-            or fit.kept < LEAST_KEPT
-        ):
+        if fit is None or not likely(fit, self.layers.correlation):
             return None
-        in_view = self.layers.in_view(fit.angle_rad)
-        sample, held = last[0]
-        delay, spread = sample.delay if exposure.slack_rad else (0.0, 0.0)
-        return replace(fit, in_view=in_view, delay=delay, delay_spread=spread, held=held)
+        return replace(fit, in_view=self.layers.in_view(fit.angle_rad))
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

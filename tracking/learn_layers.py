@@ -16,7 +16,7 @@ from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import Shutter
-from servosight.tracking.video import Frame, predicting, stretches
+from servosight.tracking.video import Frame, stretches
 
 _STRETCHES = 8
 _LENGTH = 48
@@ -35,16 +35,17 @@ def layered_stage(
     refine: Refine,
     shutter: Callable[[int], Shutter],
     held: Callable[[Frame], Frame],
+    copies: bool = False,
     pivot_held: bool = False,
 ) -> Stage:
     """The layered stage, or ``refine`` where the layers do not tell the angle better.
 
-    ``held`` gives a frame as a camera that stands still would have taken it.
+    ``held`` gives a frame as a camera that stands still would have taken it; ``copies`` says that
+    the codec draws pictures from the ones before.
     """
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
     rough = refine.thinned(_THINNING)
-    copies = predicting(video) is not None
     for run in stretches(video, _STRETCHES, _LENGTH):
         stretch = [held(frame) for frame in run]
         home = rough.anywhere(stretch[0].image, 0.0, np.pi)

@@ -18,12 +18,13 @@ from scipy.optimize import least_squares
 
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate_view import Camera, view_of
+from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.plane import Array
 from servosight.tracking.result import Flag, Track
 from servosight.tracking.sigma import gaps
 from servosight.tracking.surface import turned, turning
-from servosight.tracking.video import calm_frames, even_times, frames, tick_s
+from servosight.tracking.video import calm_frames, even_times, frames
 
 Family = Literal["aruco", "apriltag"]
 
@@ -58,6 +59,7 @@ def track_marker(
     shutter an angle belongs to the marker's own row, and so does its time. Sigma is the scatter of
     the centre's distance from the hinge over that distance. Raises ``InputError``.
     """
+    header = check(video)
     images = [frame.image for frame in calm_frames(video)]
     view = view_of(images, camera)
     finder, chosen = _chosen(video, images, family, number)
@@ -74,7 +76,7 @@ def track_marker(
     if frame_table is not None:
         time_s = read_frame_table(frame_table)[0]
     else:
-        time_s = even_times(np.array(stamps), tick_s(video)) + 0.5 * (exposure_s + readout_s)
+        time_s = even_times(np.array(stamps), header.tick_s) + 0.5 * (exposure_s + readout_s)
     flat = view.plane.of_picture(seen.reshape(-1, 2)).reshape(-1, 4, 2)
     centre = view.plane.of_picture(place)
     hinge, doubt = (

@@ -142,7 +142,8 @@ class Sample:
 
     ``chosen`` are those pixels' places in the table ``pixels``; ``value`` in grey levels;
     ``per_turn`` its change with the surface's own angle, per radian, and ``per_px`` with the
-    pixel's radius.
+    pixel's radius. ``left_out`` counts pixels that it covers as well and that tell nothing new,
+    ``held`` is the share that such pixels have in what these tell.
     """
 
     pixels: Pixels
@@ -150,12 +151,15 @@ class Sample:
     value: Single
     per_turn: Single
     per_px: Single
+    left_out: int = 0
+    held: float = 0.0
 
     def within(self, kept: Mask) -> Sample:
         """The ``kept`` (pixels,) alone."""
         by_radius = self.per_px[kept] if self.per_px.size else self.per_px
         chosen, value, per_turn = self.chosen[kept], self.value[kept], self.per_turn[kept]
-        return Sample(self.pixels, chosen, value, per_turn, by_radius)
+        left_out = self.left_out + self.chosen.size - chosen.size
+        return Sample(self.pixels, chosen, value, per_turn, by_radius, left_out, self.held)
 
     def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """What a picture (height, width) shows at the pixels."""

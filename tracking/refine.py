@@ -15,8 +15,13 @@ from servosight.tracking.surface import Image, Surface
 
 # A fit that explains less of the picture than this share of what the learnt frames showed is of
 # something else; the same for pixels that pass the gate.
-LEAST_CORRELATION = 0.6
-LEAST_KEPT = 0.35
+_LEAST_CORRELATION = 0.6
+_LEAST_KEPT = 0.35
+
+
+def likely(fit: Fit, usual: float) -> bool:
+    """Whether a fit is of the surface, whose ``usual`` correlation the learnt frames showed."""
+    return fit.correlation >= _LEAST_CORRELATION * usual and fit.kept >= _LEAST_KEPT
 
 
 @dataclass(frozen=True)
@@ -48,27 +53,15 @@ class Refine:
         Pixels that are ``old`` are left out as long as others tell the angle.
         """
         model = self.surface.blurred(exposure.turn_rad)
-        covered: list[int] = []
-        last: list[tuple[Sample, float]] = []
 
         def at(angle: float) -> Sample:
-            shown = model.at(self.pixels, angle, exposure)
-            covered[:] = [shown.chosen.size]
-            last[:] = [news(shown, old) if old is not None else (shown, 0.0)]
-            return last[0][0]
+            return news(model.at(self.pixels, angle, exposure), old)
 
         fit = gauss_newton(at, turn, picture, angle_rad)
-        if (
-            fit is None
-            or fit.correlation < LEAST_CORRELATION * self.surface.correlation
-            or fit.kept < LEAST_KEPT
-        ):
+        if fit is None or not likely(fit, self.surface.correlation):
             return None
         whole = max(self.surface.area_px(model.columns), 1.0)
-        in_view = float(np.clip(covered[0] * self.every / whole, 0.0, 1.0))
-        sample, held = last[0]
-        delay, spread = sample.delay if exposure.slack_rad else (0.0, 0.0)
-        return replace(fit, in_view=in_view, delay=delay, delay_spread=spread, held=held)
+        return replace(fit, in_view=float(np.clip(fit.pixels * self.every / whole, 0.0, 1.0)))
 
     def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -12,6 +12,7 @@ from servosight.models.errors import InputError
 from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
 from servosight.tracking.calibrate_view import Camera, Flattened, flattened, view_of
+from servosight.tracking.container import Header, check
 from servosight.tracking.fit import Fit
 from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
@@ -44,12 +45,8 @@ from servosight.tracking.surface import Image, Surface, turned
 from servosight.tracking.video import (
     Frame,
     calm_frames,
-    check,
-    declared_hz,
     even_times,
     frames,
-    predicting,
-    tick_s,
 )
 
 Progress = Callable[[int, int], None]
@@ -91,25 +88,25 @@ def track(
                 f"camera.{name} in recording.toml."
             )
     times = read_frame_table(frame_table) if frame_table is not None else None
-    count = check(video)
+    header = check(video)
     if times is not None:
-        _same_length(frame_table, len(times[0]), video, count)
+        _same_length(frame_table, len(times[0]), video, header.count)
     exposures_s = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
 
     def shutter(index: int) -> Shutter:
         return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
 
+    copies = header.predicting is not None
     calm = calm_frames(video)
     images = [frame.image for frame in calm]
     wander = wander_px(images)
     bench = Bench.of(images[0]) if wander > LEAST_PX else None
-    unsteady: dict[int, float] = {}
 
     def held(frame: Frame) -> Frame:
         if bench is None:
             return frame
-        image, unsteady[frame.index] = bench.held(frame.image)
-        return replace(frame, image=image)
+        image, doubt_px = bench.held(frame.image)
+        return replace(frame, image=image, doubt_px=doubt_px)
 
     images = [held(frame).image for frame in calm]
     view = view_of(images, camera) if beside is None else same_view(beside)
@@ -126,19 +123,19 @@ def track(
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(video, refine, shutter, held, pivot_held=pivot is not None)
+        stage = layered_stage(video, refine, shutter, held, copies, pivot_held=pivot is not None)
 
-    stamps, fits, exposures, repeated = [], [], [], []
+    stamps, unsteady_px, fits, exposures, repeated = [], [], [], [], []
     source = ahead(map(held, frames(video)), _AHEAD)
-    codec = predicting(video)
     tip_px = surface.grid.largest_px
-    for seen in follow(stage, source, home_rad, shutter, tip_px, codec is not None):
+    for seen in follow(stage, source, home_rad, shutter, tip_px, copies):
         stamps.append(seen.frame.time_s)
+        unsteady_px.append(seen.frame.doubt_px)
         fits.append(seen.fit)
         exposures.append(seen.exposure)
         repeated.append(seen.repeated)
         if progress is not None:
-            progress(seen.frame.index + 1, count)
+            progress(seen.frame.index + 1, header.count)
     if all(fit is None for fit in fits):
         raise InputError(
             f"{video}: the surface was found in none of {len(fits)} frames; expected it in most of "
@@ -148,7 +145,7 @@ def track(
         _same_length(frame_table, len(times[0]), video, len(stamps))
         time_s = times[0]
     else:
-        time_s = even_times(np.array(stamps), tick_s(video)) + 0.5 * (exposure_s + readout_s)
+        time_s = even_times(np.array(stamps), header.tick_s) + 0.5 * (exposure_s + readout_s)
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
@@ -170,9 +167,9 @@ def track(
         + doubt**2
         + uneven(angle, time_s, exposures_s) ** 2
         + view.doubt_rad(angle - angle[0]) ** 2
-        + _shaken(unsteady, len(fits), surface) ** 2
+        + _shaken(np.array(unsteady_px), surface) ** 2
         + (shared**2).sum(1)
-        + (scatter(angle) ** 2 if codec or bench else 0.0)
+        + (scatter(angle) ** 2 if copies or bench else 0.0)
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
     x, y = view.plane.to_picture(np.array([pivot_px]) + moved_px)[0]
@@ -187,7 +184,7 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *_notes(video, stamps, codec, wander)),
+        (view.note, *_notes(header, stamps, wander)),
         np.rad2deg(shared),
     )
 
@@ -207,27 +204,27 @@ def _acquired(
     return replace(surface, grid=replace(surface.grid, plane=plane))
 
 
-def _shaken(unsteady_px: dict[int, float], count: int, surface: Surface) -> Array:
+def _shaken(doubt_px: Array, surface: Surface) -> Array:
     """Doubt [rad] of frames that were laid on the first one, to some pixels; (frames,)."""
-    doubt = np.array([unsteady_px.get(n, 0.0) for n in range(count)])
-    return np.minimum(doubt / (_ARM * surface.grid.largest_px), np.deg2rad(_LOST_DEG))
+    return np.minimum(doubt_px / (_ARM * surface.grid.largest_px), np.deg2rad(_LOST_DEG))
 
 
-def _notes(video: Path, stamps: list[float], codec: str | None, wander: float) -> list[str]:
+def _notes(header: Header, stamps: list[float], wander: float) -> list[str]:
     notes = []
     step_s = np.diff(stamps)
     told_hz = 1.0 / float(np.median(step_s))
     even = float(np.mean(np.abs(step_s * told_hz - 1.0) < _EVEN)) > 1.0 - _EVEN
-    said_hz = declared_hz(video)
+    said_hz = header.declared_hz
     if even and said_hz is not None and abs(said_hz / told_hz - 1.0) > _OFF_RATE:
         notes.append(
             f"the file declares {said_hz:.4g} frames a second, and its presentation times say "
             f"{told_hz:.4g}: the times are used, a slowed or sped copy needs a frames.csv"
         )
-    if codec is not None:
+    if header.predicting is not None:
         notes.append(
-            f"{codec} draws pictures from the ones before: what it only copied is left out, and "
-            "sigma holds the scatter from frame to frame, but not an error that stays for long"
+            f"{header.predicting} draws pictures from the ones before: what it only copied is left "
+            "out, and sigma holds the scatter from frame to frame, but not an error that stays for "
+            "long"
         )
     if wander > LEAST_PX:
         notes.append(
@@ -240,18 +237,17 @@ def _notes(video: Path, stamps: list[float], codec: str | None, wander: float) -
 def _about_pivot(fits: list[Fit | None]) -> tuple[list[Fit | None], Array, Array]:
     """The fits about the pivot that all of them tell; by how much it is another [px], and what its
     own sigma leaves in the angles [rad], (frames, 2)."""
-    places = [n for n, fit in enumerate(fits) if fit and fit.lean]
-    leans = [fit.lean for fit in fits if fit and fit.lean]
-    angle = np.array([fit.angle_rad for fit in fits if fit and fit.lean])
+    leaning = {n: (fit, fit.lean) for n, fit in enumerate(fits) if fit and fit.lean}
+    angle = np.array([fit.angle_rad for fit, _ in leaning.values()])
+    leans = [lean for _, lean in leaning.values()]
     found = hinge(angle, leans)
     shared = np.zeros((len(fits), 2))
     if found is None:
         return fits, np.zeros(2), shared
-    about, shared[places] = mended(angle, leans, found)
+    about, shared[list(leaning)] = mended(angle, leans, found)
     told = list(fits)
-    for place, own in zip(places, about.tolist(), strict=True):
-        fit = fits[place]
-        told[place] = fit and replace(fit, angle_rad=own)
+    for (place, (fit, _)), own in zip(leaning.items(), about.tolist(), strict=True):
+        told[place] = replace(fit, angle_rad=own)
     return told, found.shift_px, shared
 
 

@@ -3,99 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.errors import InputError
-
-if TYPE_CHECKING:
-    from av.container import InputContainer
+from servosight.tracking.container import declared_end_s, opened
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-MIN_FRAMES = 50
 _RUNS, _RUN_PARTS, _PART = 8, 4, 10
 _LARGEST_SIDE_PX = 8192
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One decoded picture: its place in the file, presentation time [s], grey (height, width)."""
+    """One decoded picture: its place in the file, presentation time [s], grey (height, width).
+
+    ``doubt_px`` is what is not known of where the camera stood, if its motion was taken out.
+    """
 
     index: int
     time_s: float
     image: Image
-
-
-@contextmanager
-def _opened(video: Path) -> Iterator[InputContainer]:
-    """The file's container; everything that FFmpeg refuses becomes one sentence."""
-    import av
-
-    if not video.is_file():
-        raise InputError(f"{video}: no such file; expected a video, give the path of one.")
-    try:
-        with av.open(str(video)) as container:
-            if not container.streams.video:
-                raise InputError(
-                    f"{video}: holds no video stream; expected a video of the moving surface, "
-                    "check that the right file is named."
-                )
-            stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            stream.thread_count = 2
-            yield container
-    except (av.FFmpegError, EOFError) as error:
-        raise InputError(
-            f"{video}: cannot be read as a video to its end ({reason(error)}); expected a whole "
-            "file that FFmpeg reads, copy or record it again."
-        ) from error
-
-
-def reason(error: BaseException) -> str:
-    """Why a file cannot be read, in the system's words."""
-    return str(getattr(error, "strerror", None) or error).strip().rstrip(".").lower()
-
-
-def _declared_end_s(stream: Any, container: InputContainer) -> float | None:
-    """Where the header says that the video ends [s], on the clock of the presentation times."""
-    if stream.duration is not None and stream.time_base is not None:
-        return float(((stream.start_time or 0) + stream.duration) * stream.time_base)
-    if container.duration is not None:
-        return float((container.start_time or 0) + container.duration) / 1e6
-    return None
-
-
-def check(video: Path) -> int:
-    """Read a video through without decoding it, and count its pictures.
-
-    Raises ``InputError`` for a file that cannot be read, ends before its header says, or holds
-    fewer than 50 pictures.
-    """
-    with _opened(video) as container:
-        stream = container.streams.video[0]
-        base = float(stream.time_base or 0)
-        stamps = [packet.pts for packet in container.demux(stream) if packet.size]
-        last_s = base * max((stamp for stamp in stamps if stamp is not None), default=0)
-        end_s = _declared_end_s(stream, container)
-        if end_s is not None and end_s - last_s > max(4.0 * end_s / max(len(stamps), 1), 0.1):
-            raise InputError(
-                f"{video}: truncated, its header declares {end_s:.3f} s and its last frame is at "
-                f"{last_s:.3f} s; expected a whole file, copy it again or cut it with FFmpeg to "
-                "what is there."
-            )
-    if len(stamps) < MIN_FRAMES:
-        raise InputError(
-            f"{video}: holds {len(stamps)} frames; expected at least {MIN_FRAMES}, record longer."
-        )
-    return len(stamps)
+    doubt_px: float = 0.0
 
 
 def frames(video: Path) -> Iterator[Frame]:
@@ -105,7 +41,7 @@ def frames(video: Path) -> Iterator[Frame]:
     serves only a file without them. Raises ``InputError`` for a file that cannot be decoded, that
     changes its picture size, or whose time does not advance.
     """
-    with _opened(video) as container:
+    with opened(video) as container:
         stream = container.streams.video[0]
         rate = stream.average_rate or stream.guessed_rate
         shape: tuple[int, ...] | None = None
@@ -161,7 +97,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
     Seeks, so that a long file costs no full pass; ``index`` is exact for the first frame only
     (others carry their rank in the sample).
     """
-    with _opened(video) as container:
+    with opened(video) as container:
         stream = container.streams.video[0]
         base = float(stream.time_base or Fraction(1, 1000))
         decoder = container.decode(stream)
@@ -174,7 +110,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
         start_s = _time_s(video, 0, first, rate)
         _checked_shape(video, image := _grey(first))
         sampled = [Frame(0, start_s, image)]
-        end_s = _declared_end_s(stream, container)
+        end_s = declared_end_s(stream, container)
         if end_s is None or first.pts is None or end_s <= start_s:
             return sampled + _by_decoding(decoder, count, video, rate)
         for target_s in np.linspace(start_s, end_s, count + 1)[1:-1]:
@@ -197,11 +133,11 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
     """
     last_s = -np.inf
     for number in range(count):
-        with _opened(video) as container:
+        with opened(video) as container:
             stream = container.streams.video[0]
             base = float(stream.time_base or Fraction(1, 1000))
             rate = stream.average_rate or stream.guessed_rate or Fraction(0)
-            end_s = _declared_end_s(stream, container)
+            end_s = declared_end_s(stream, container)
             if number and end_s is None:
                 return
             start_s = float(stream.start_time or 0) * base
@@ -256,26 +192,6 @@ def _by_decoding(
             if len(kept) >= 2 * count:
                 kept, stride = kept[1::2], 2 * stride
     return kept
-
-
-def tick_s(video: Path) -> float:
-    """The unit in which the file counts its presentation times [s]."""
-    with _opened(video) as container:
-        return float(container.streams.video[0].time_base or 0.0)
-
-
-def declared_hz(video: Path) -> float | None:
-    """The frame rate that the file's header declares, None where it does not."""
-    with _opened(video) as container:
-        rate = container.streams.video[0].base_rate
-        return float(rate) if rate else None
-
-
-def predicting(video: Path) -> str | None:
-    """The codec, where it tells a picture by what it loses of the one before; None where not."""
-    with _opened(video) as container:
-        codec = container.streams.video[0].codec_context.codec
-        return codec.name if codec.lossy and not codec.intra_only else None
 
 
 def even_times(time_s: Array, tick_s: float) -> Array:

@@ -35,12 +35,12 @@ def sample() -> Sample:
 
 def test_old_pixels_are_left_out_unless_they_are_all_there_is() -> None:
     whole, old = sample(), copied(*pictures())
-    new, held = news(whole, old)
+    new = news(whole, old)
     column = new.pixels.index.take(new.chosen) % SHAPE[1]
-    assert held == 0.0
+    assert (new.held, new.left_out) == (0.0, whole.chosen.size - new.chosen.size)
     assert column.min() == 32
-    everything, held = news(whole, np.ones(SHAPE, bool))
-    assert held == 1.0
+    everything = news(whole, np.ones(SHAPE, bool))
+    assert everything.held == 1.0
     assert everything.chosen.size == whole.chosen.size
 
 

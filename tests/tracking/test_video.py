@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from servosight.models.errors import InputError
+from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.track import track
-from servosight.tracking.video import check, declared_hz, even_times, frames
+from servosight.tracking.video import even_times, frames
 
 Write = Callable[..., Path]
 
@@ -53,7 +54,7 @@ def test_a_declared_rate_is_told_beside_the_times(tmp_path: Path) -> None:
             frame.pts, frame.time_base = 100 * number, Fraction(1, 12000)
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    assert declared_hz(path) == pytest.approx(30.0)
+    assert check(path).declared_hz == pytest.approx(30.0)
     times = [frame.time_s for frame in frames(path)]
     assert float(np.median(np.diff(times))) == pytest.approx(1.0 / 120.0, rel=0.1)
 
@@ -114,7 +115,7 @@ def test_too_short_a_video(tmp_path: Path, write: Write) -> None:
 
 def test_truncated_video(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path / "whole.mkv", noise(120), np.arange(120) / 100)
-    assert check(path) == 120
+    assert check(path).count == 120
     half = tmp_path / "half.mkv"
     half.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     refused(lambda: track(half), "half.mkv", "truncated")
