@@ -135,7 +135,7 @@ def gauss_newton(
     told = None
     if now.per_px.size and len(rows) == 3:
         variance = weighed / used * max(sigma / plain, 1.0) ** 2
-        told = lean(now, seen, rows, weight, solution, variance)
+        told = lean(now, seen, rows, weight, matrix, solution, variance)
     return Fit(
         angle_rad,
         sigma,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.tracking.fit_kernels import normal
+from servosight.tracking.fit_kernels import shifted
 from servosight.tracking.polar import Array, Sample, Single
 
 _LEAST_FRAMES = 8
@@ -46,20 +46,20 @@ def lean(
     seen: NDArray[np.uint8],
     rows: Single,
     weight: Single,
+    normal: Array,
     solution: Array,
     variance: float,
 ) -> Lean:
-    """That of a fit of ``rows`` (3, pixels; light, offset and turn) with its ``solution`` (3,).
+    """That of a fit of ``rows`` (3, pixels; light, offset and turn) with its ``normal`` matrix
+    (3, 3) and ``solution`` (3,).
 
     ``weight`` (pixels,) is each pixel's, ``variance`` what residuals of weight 1 have.
     """
-    gain = np.float32(solution[0])
-    free = np.concatenate([rows, gain * np.stack(sample.per_shift)])
-    left = seen - solution.astype(np.float32) @ rows
-    matrix, right = normal(left, free, weight)
-    across = np.linalg.solve(matrix[:3, :3], matrix[:3, 3:])
-    own = matrix[3:, 3:] - matrix[3:, :3] @ across
-    return Lean(own / variance, (right[3:] - across.T @ right[:3]) / variance, across[2])
+    table = sample.pixels
+    radius, outwards = table.radius_px.take(sample.chosen), table.outwards.take(sample.chosen, 1)
+    common, own, right = shifted(seen, rows, weight, solution, sample.per_px, radius, outwards)
+    across = np.linalg.solve(normal, common)
+    return Lean((own - common.T @ across) / variance, right / variance, across[2])
 
 
 def turning(angle_rad: Array) -> Array:

@@ -23,7 +23,7 @@ from servosight.tracking.shutter import Exposure
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover
-_ENOUGH = 1000  # cells that tell how much of a part is in view
+_ENOUGH = 300  # cells that tell how much of a part is in view
 _GAP = 6  # cells that are not in use do not part a run
 
 
@@ -191,15 +191,12 @@ def _layered(  # type: ignore[no-untyped-def]
                 for n in range(4):
                     p0 = corner + np.uint64(2 * n)
                     p1, p2, p3 = p0 + stride, p0 + stride + stride, p0 + stride + stride + stride
-                    across = b[0] * flat[p0] + b[1] * flat[p1] + b[2] * flat[p2] + b[3] * flat[p3]
-                    clear = b[0] * flat[p0 + one] + b[1] * flat[p1 + one]
-                    clear += b[2] * flat[p2 + one] + b[3] * flat[p3 + one]
-                    across += behind * clear
-                    along = e[0] * (flat[p0] + behind * flat[p0 + one])
-                    along += e[1] * (flat[p1] + behind * flat[p1 + one])
-                    along += e[2] * (flat[p2] + behind * flat[p2 + one])
-                    along += e[3] * (flat[p3] + behind * flat[p3 + one])
-                    outwards += a[n] * along
+                    c0, c1, c2, c3 = flat[p0], flat[p1], flat[p2], flat[p3]
+                    if use == SEEN_THROUGH:
+                        c0, c1 = c0 + behind * flat[p0 + one], c1 + behind * flat[p1 + one]
+                        c2, c3 = c2 + behind * flat[p2 + one], c3 + behind * flat[p3 + one]
+                    across = b[0] * c0 + b[1] * c1 + b[2] * c2 + b[3] * c3
+                    outwards += a[n] * (e[0] * c0 + e[1] * c1 + e[2] * c2 + e[3] * c3)
                     value += a[n] * across
                     slope += d[n] * across
             chosen[count] = here

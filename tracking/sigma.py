@@ -20,6 +20,9 @@ _SAME = 0.9  # of what tells the angle: a picture repeated, but for what a codec
 _MEDIAN = 0.6745  # of the size of normal scatter of 1
 _SCATTER = 15  # frames whose scatter is taken together
 _NEAR = 7  # frames
+_FEWEST = 50  # frames that tell a scatter
+_EIGHTH = 12870.0  # sum of the squares of the weights of an eighth difference
+_FAR_OUT = 25.0  # times the median of a square: 3.4 standard deviations
 
 
 def flags_of(fit: Fit | None) -> int:
@@ -41,14 +44,18 @@ def gaps(time_s: Array) -> NDArray[np.bool_]:
 
 
 def columns(
-    fits: Sequence[Fit | None], flags: NDArray[np.uint8], repeated: Sequence[bool]
+    fits: Sequence[Fit | None],
+    flags: NDArray[np.uint8],
+    repeated: Sequence[bool],
+    shown: float = 1.0,
 ) -> tuple[Array, Array, NDArray[np.uint8]]:
     """Angle and sigma [rad] of every frame, and its flags with those of near repetition.
 
     Sigma is wider by what the flags say, and by what ``repeated`` or copied pictures leave open.
+    ``shown`` is the share that counts of what residuals add by hanging together.
     """
     angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
-    sigma = _calmed(fits)
+    sigma = _calmed(fits, shown)
     for number, fit in enumerate(fits):
         if fit is not None and flags[number] & (Flag.COVERED | Flag.CUT | Flag.SATURATED):
             # What is hidden or cut may be hidden unevenly: its share is doubt, not only less data.
@@ -71,13 +78,22 @@ def columns(
     return angle, np.hypot(sigma, behind), flags
 
 
-def _calmed(fits: Sequence[Fit | None]) -> Array:
+def _calmed(fits: Sequence[Fit | None], shown: float) -> Array:
     """Sigma [rad] of each frame without the chance in one frame's own estimate of it.
 
     What residuals that hang together add is much alike from frame to frame (a codec, the learnt
     picture's own noise), and one frame's few dozen tiles tell it to a tenth at best: the ratio to
-    the plain sigma is averaged over neighbours, but for frames that stand out.
+    the plain sigma is averaged over neighbours, but for frames that stand out. Of what it adds,
+    the share ``shown`` counts.
     """
+    plain, calm = _alike(fits)
+    own = np.array([fit.sigma_rad if fit else np.nan for fit in fits])
+    calmer = np.sqrt(plain**2 + shown * (calm**2 - plain**2))
+    return np.where(np.isfinite(calmer) & (own < _ODD * calm), calmer, own)
+
+
+def _alike(fits: Sequence[Fit | None]) -> tuple[Array, Array]:
+    """Sigma [rad] for pixels that err each for itself, and for such as hang together; (frames,)."""
     plain = np.array([fit.plain_rad if fit and fit.plain_rad else np.nan for fit in fits])
     own = np.array([fit.sigma_rad if fit else np.nan for fit in fits])
     ratio = (own / plain) ** 2
@@ -85,8 +101,27 @@ def _calmed(fits: Sequence[Fit | None]) -> Array:
     total = ndimage.uniform_filter1d(np.where(known, ratio, 0.0), _NEIGHBOURS, mode="nearest")
     share = ndimage.uniform_filter1d(known.astype(float), _NEIGHBOURS, mode="nearest")
     mean = np.maximum(total / np.maximum(share, 1e-9), 1.0)
-    calm = plain * np.sqrt(mean)
-    return np.where(known & (own < _ODD * calm), calm, own)
+    return plain, np.where(known, plain * np.sqrt(mean), np.nan)
+
+
+def shown_share(fits: Sequence[Fit | None]) -> float:
+    """How much of what residuals add by hanging together shows in the angles' scatter, 0 to 1.
+
+    What is always the same in the same place does not move the angle from frame to frame. By
+    eighth differences, which leave nothing of a motion slower than a twentieth of the frame rate;
+    a faster one only adds to them. In squares, without what is far out; 1 where too few tell.
+    """
+    angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
+    if angle.size < _FEWEST:
+        return 1.0
+    low, high = (sigma[4:-4] ** 2 for sigma in _alike(fits))
+    ratio = np.diff(angle, 8) ** 2 / _EIGHTH / high
+    known = np.isfinite(ratio)
+    if np.count_nonzero(known) < _FEWEST:
+        return 1.0
+    ratio, least = ratio[known], float(np.mean(low[known] / high[known]))
+    near = ratio < _FAR_OUT * np.median(ratio)
+    return float(np.clip((np.mean(ratio[near]) - least) / max(1.0 - least, 1e-6), 0.0, 1.0))
 
 
 def scatter(angle: Array) -> Array:

@@ -37,6 +37,7 @@ from servosight.tracking.sigma import (
     flags_of,
     gaps,
     scatter,
+    shown_share,
     speeds,
     uneven,
 )
@@ -157,7 +158,9 @@ def track(
     else:
         gain = np.array([fit.gain if fit else np.nan for fit in fits])
         late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
-    angle, sigma, flags = columns(fits, flags, repeated)
+    # Rows out of step leave errors that last, which no scatter shows.
+    shown = 1.0 if readout_s > 0.0 else shown_share(fits)
+    angle, sigma, flags = columns(fits, flags, repeated, shown)
     if readout_s == 0.0:
         speed, unsure = speeds(angle, time_s)
         angle = angle - speed * late_s
