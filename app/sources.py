@@ -93,6 +93,7 @@ def track_folder(
     from servosight.app.clock import known_camera, video_offset
     from servosight.app.geometry import Geometry
     from servosight.models.errors import InputError
+    from servosight.models.shared_error import write_shared
 
     if folder.video is None:
         raise InputError(
@@ -101,12 +102,11 @@ def track_folder(
         )
     settings = folder.settings
     place = output or folder.angle
-    notes: list[str] = []
+    clock: list[tuple[float, str]] = []
 
     def offset_s(surface: Track) -> float:
-        value, note = video_offset(folder, surface, light_px)
-        notes.append(note)
-        return value
+        clock.append(video_offset(folder, surface, light_px))
+        return clock[0][0]
 
     tracks = track_video(
         folder.video,
@@ -121,9 +121,13 @@ def track_folder(
         exposure_s=settings.exposure_s,
         readout_s=settings.readout_s,
     )
+    surface, (later_s, note) = tracks[0], clock[0]
     if place == folder.angle:
-        Geometry.of(tracks[0], folder.video).save(folder.path)
-    return [replace(tracks[0], notes=(*tracks[0].notes, *notes)), *tracks[1:]]
+        rows, shared = surface.measured, surface.shared_deg
+        told = None if shared is None else shared[rows]
+        write_shared(folder.path, surface.time_s[rows] + later_s, told, settings.unit_scale)
+        Geometry.of(surface, folder.video).save(folder.path)
+    return [replace(surface, notes=(*surface.notes, note)), *tracks[1:]]
 
 
 def track_video(

@@ -143,6 +143,21 @@ class Problem:
         among = np.sqrt(np.mean(sizes**2)) / sizes
         return tuple(weight * share for weight, share in zip(within, among, strict=True))
 
+    @cached_property
+    def shared(self) -> Array:
+        """What one sigma of each error that a recording's samples share makes of the weighted
+        residuals, (scored, errors); an error belongs to one recording."""
+        scored = sum(int(mask.sum()) for mask in self.masks)
+        columns, begin = [np.zeros((scored, 0))], 0
+        for recording, weight, mask in zip(self.recordings, self.weights, self.masks, strict=True):
+            end = begin + int(mask.sum())
+            if recording.shared_deg is not None:
+                own = np.zeros((scored, recording.shared_deg.shape[1]))
+                own[begin:end] = (recording.shared_deg * weight[:, None])[mask]
+                columns.append(own)
+            begin = end
+        return np.hstack(columns)
+
     def rows(self, points: Array, recording: int) -> Array:
         """Rows of plant parameters (batch, width) for search points (batch, coordinates)."""
         batch = np.tile(np.array(self.plant.layout.neutral_row()), (points.shape[0], 1))

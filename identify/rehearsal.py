@@ -90,6 +90,7 @@ def rehearsal(
         time_s=fresh.time_s,
         angle_deg=fresh.angle_deg,
         sigma_deg=None,
+        shared_deg=None,
         hold="zero",
     )
 

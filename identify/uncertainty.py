@@ -57,7 +57,8 @@ class Uncertainty:
 
         The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
         Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
-        are white it is s^2 (J'J)^-1.
+        are white it is s^2 (J'J)^-1. Errors that all samples of a recording share add to it what
+        they make of the coordinates: no number of samples averages them out.
         """
         known = np.isfinite(np.diag(self.inverse))
         part = self.inverse[np.ix_(known, known)]
@@ -74,6 +75,8 @@ class Uncertainty:
             begin = end
         samples = self.jacobian.shape[0]
         meat *= samples / max(samples - int(self.free.sum()), 1)
+        shared = self.jacobian[:, known].T @ self.problem.shared
+        meat += shared @ shared.T
         result = np.full(self.inverse.shape, np.nan)
         result[np.ix_(known, known)] = part @ meat @ part
         return result

@@ -34,8 +34,10 @@ class Recording:
     ``command_time_s`` (rows,) and ``command_deg`` (rows,): held between rows (``hold`` "zero")
     or joined by lines ("linear"); before the first row the first value holds, after the last
     the last. ``time_s`` (samples,) is mid-exposure, ``angle_deg`` (samples,) the measured angle,
-    ``sigma_deg`` (samples,) its standard deviation where known. ``exposure_s`` is the time over
-    which one sample averages the angle. ``relative_gain`` and ``relative_load`` are the gain of the
+    ``sigma_deg`` (samples,) its standard deviation where known, and ``shared_deg`` (samples,
+    errors) what one sigma of each error that all samples share makes of them, such as that of the
+    hinge's place in the picture. ``exposure_s`` is the time over which one sample averages the
+    angle. ``relative_gain`` and ``relative_load`` are the gain of the
     position loop and the load on the surface relative to those that a model's parameters refer to.
     ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
     ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them.
@@ -56,6 +58,7 @@ class Recording:
     details: dict[str, Any] = field(default_factory=dict)
     horn: Stream | None = None
     side: Side = "surface"
+    shared_deg: Array | None = None
 
     @property
     def duration_s(self) -> float:
@@ -90,5 +93,6 @@ def _views(recording: Recording) -> list[Recording]:
         video=None,
         horn=None,
         side="horn",
+        shared_deg=None,
     )
     return [replace(recording, horn=None), seen]

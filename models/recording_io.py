@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from servosight.models import series as check
+from servosight.models import shared_error
 from servosight.models.atomic import new_folder, write_text
 from servosight.models.csv_io import Sheet, read_sheet, table_text
 from servosight.models.errors import InputError
@@ -21,7 +22,7 @@ from servosight.models.settings import FORMAT, Settings, read_settings
 
 Array = NDArray[np.float64]
 
-FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv")
+FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
 """What ``save_recording`` writes."""
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings by which a video is told from a table that cannot be read."""
@@ -130,7 +131,10 @@ def load_recording(
     if horn_file is not None and horn_file.exists():
         horn = _streams(command, read_sheet(horn_file), scale)
     name = place.resolve().name if place.is_dir() else place.stem
-    return recording_of(name, streams, settings, path=place, video=video, horn=horn)
+    read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
+    if not place.is_dir():
+        return read
+    return replace(read, shared_deg=shared_error.read_shared(place, read.time_s, scale))
 
 
 def recording_of(
@@ -196,6 +200,8 @@ def save_recording(
                 continue
             sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
             write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
+        if recording.shared_deg is not None:
+            shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
 
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:

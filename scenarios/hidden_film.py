@@ -33,4 +33,5 @@ def film(setup: Setup) -> Recording:
         angle_deg=found.angle_deg[seen],
         sigma_deg=found.sigma_deg[seen],
         exposure_s=setup.camera.exposure_s,
+        shared_deg=None if found.shared_deg is None else found.shared_deg[seen],
     )

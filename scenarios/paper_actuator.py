@@ -49,12 +49,13 @@ def scenario(motion: Motion, duration_s: float, *, video: bool, seed: int = 5) -
 def settled(recording: Recording, after_s: float = SETTLED_S) -> Recording:
     """The recording from ``after_s`` on: of a sine, the steady motion alone."""
     keep = recording.time_s > recording.time_s[0] + after_s
-    sigma = recording.sigma_deg
+    sigma, shared = recording.sigma_deg, recording.shared_deg
     return replace(
         recording,
         time_s=recording.time_s[keep],
         angle_deg=recording.angle_deg[keep],
         sigma_deg=None if sigma is None else sigma[keep],
+        shared_deg=None if shared is None else shared[keep],
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from servosight.tracking.features import Index
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
+from servosight.tracking.shared import one_sigma
 from servosight.tracking.swing_features import LEAST_FRAMES, Tracks
 
 Array = NDArray[np.float64]
@@ -31,16 +32,22 @@ class Swing:
     """What a swing tells of its plane.
 
     ``angle_rad`` (frames,) with the first at zero; ``rigid_rad`` what they are if the picture is
-    taken for the plane; ``doubt_rad`` sigma of their differences from the first, as the plane's
-    own uncertainty makes it. ``noise_px`` is that of a point.
+    taken for the plane; ``shared_rad`` (frames, 4) by how much their differences from the first are
+    off where the plane is by one sigma, along each axis of its covariance. ``noise_px`` is that of
+    a point.
     """
 
     plane: Plane
     pivot_px: tuple[float, float]
     angle_rad: Array
     rigid_rad: Array
-    doubt_rad: Array
+    shared_rad: Array
     noise_px: float
+
+    @property
+    def doubt_rad(self) -> Array:
+        """Sigma of the angles' differences from the first, as the plane's makes it; (frames,)."""
+        return np.asarray(np.sqrt((self.shared_rad**2).sum(1)))
 
     @property
     def gain_rad(self) -> float:
@@ -52,10 +59,11 @@ class Swing:
         """True where the picture is surely not the plane: what it mends outweighs its doubt."""
         return self.gain_rad > _SURE * float(np.sqrt(np.mean(self.doubt_rad**2)))
 
-    def doubt_at(self, angle_rad: Array) -> Array:
-        """Sigma [rad] from the plane at other angles against the first frame's."""
+    def shared_at(self, angle_rad: Array) -> Array:
+        """The same [rad] at other angles against the first frame's, (n,); (n, 4)."""
         order = np.argsort(self.angle_rad)
-        return np.interp(angle_rad, self.angle_rad[order], self.doubt_rad[order])
+        known, shared = self.angle_rad[order], self.shared_rad[order]
+        return np.column_stack([np.interp(angle_rad, known, column) for column in shared.T])
 
 
 def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
@@ -87,7 +95,7 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
         (float(x), float(y)),
         full.angle_rad[told],
         rigid.angle_rad[told],
-        full.doubt_rad()[told],
+        full.shared_rad()[told],
         full.noise * size,
     )
 
@@ -122,14 +130,14 @@ class _Fitted:
         """Each frame's angle against the first's."""
         return np.append(0.0, self.values[_OWN:])
 
-    def doubt_rad(self) -> Array:
-        """Sigma of each frame's angle against the first's from the plane's shape; (frames,).
+    def shared_rad(self) -> Array:
+        """What one sigma of the plane's shape along each axis of its covariance makes of each
+        frame's angle against the first's; (frames, 4).
 
         As the shape's error passes into angles and pivot when these are fitted with it held.
         """
         passed = -np.linalg.lstsq(self.normal[4:, 4:], self.normal[4:, :4], rcond=1e-12)[0][2:]
-        variance = np.einsum("fi,ij,fj->f", passed, self.covariance[:4, :4], passed)
-        return np.append(0.0, np.sqrt(variance))
+        return np.vstack([np.zeros(4), passed @ one_sigma(self.covariance[:4, :4])])
 
 
 @dataclass(frozen=True)

@@ -42,11 +42,12 @@ class View:
     swing: Swing | None
     note: str
 
-    def doubt_rad(self, angle_rad: Array) -> Array:
-        """Sigma of angles against the first frame's, from what is not known of the plane."""
+    def shared_rad(self, angle_rad: Array) -> Array:
+        """Errors of angles (n,) against the first frame's, one sigma of each, (n, errors), from
+        what is not known of the plane."""
         if self.swing is None or self.plane is not self.swing.plane:
-            return np.zeros_like(angle_rad)
-        return self.swing.doubt_at(angle_rad)
+            return np.zeros((len(angle_rad), 0))
+        return self.swing.shared_at(angle_rad)
 
 
 def view_of(images: Sequence[Image], camera: Camera | None = None) -> View:

@@ -16,6 +16,7 @@ Motion = Callable[[Sample], Single]
 
 _LEAST_PIXELS = 60
 _ITERATIONS = 12
+_CLEAR = 0.98  # of the pixels within the gate: nothing covers them
 _SHRINK = 0.03  # of a step near the answer, the next one
 
 
@@ -121,7 +122,9 @@ def gauss_newton(
         # Steps shrink by about the same share each time: the next one is not worth its while.
         shrink = min(abs(step) / before, 1.0) if iteration > 1 else _SHRINK
         sigma = np.sqrt(inverse[2, 2]) * gate / GATE
-        if iteration >= least and abs(step) * shrink < max(exact * sigma, 1e-7):
+        # What covers a part bends the first step.
+        clear = iteration > 1 or used > _CLEAR * inside
+        if iteration >= least and clear and abs(step) * shrink < max(exact * sigma, 1e-7):
             break
         before = max(abs(step), 1e-12)
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)

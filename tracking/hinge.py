@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from servosight.tracking.fit_kernels import shifted
 from servosight.tracking.polar import Array, Sample, Single
+from servosight.tracking.shared import one_sigma
 
 _LEAST_FRAMES = 8
 _ALIKE_RAD = np.deg2rad(0.3)
@@ -107,5 +108,4 @@ def mended(angle_rad: Array, leans: Sequence[Lean], found: Hinge) -> tuple[Array
     turn = np.array([one.turn for one in leans])
     by_pivot = np.einsum("na,nab->nb", turn, np.eye(2) - turning(angle_rad))
     apart = by_pivot - by_pivot[0]
-    size, axes = np.linalg.eigh(found.covariance)
-    return angle_rad - by_pivot @ found.shift_px, apart @ (axes * np.sqrt(np.maximum(size, 0.0)))
+    return angle_rad - by_pivot @ found.shift_px, apart @ one_sigma(found.covariance)

@@ -22,6 +22,7 @@ from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.plane import Array
 from servosight.tracking.result import Flag, Track
+from servosight.tracking.shared import one_sigma, principal
 from servosight.tracking.sigma import gaps
 from servosight.tracking.surface import turned, turning
 from servosight.tracking.video import calm_frames, even_times, frames
@@ -96,9 +97,8 @@ def track_marker(
     angle, arm, radius = angle[held], arm[held], radius[held]
     # A hinge that is off turns the angle by what it moves across the arm, less at the first frame.
     across = np.column_stack([-arm[:, 1], arm[:, 0]]) / radius[:, None] ** 2
-    sigma = np.sqrt(
-        sigma**2 + np.einsum("fi,ij,fj->f", across - across[0], doubt, across - across[0])
-    )
+    of_hinge = (across - across[0]) @ one_sigma(doubt)
+    shared = principal(np.hstack([of_hinge, view.shared_rad(angle - angle[0])]))
     flags = np.where(found, Flag.NONE, Flag.LOST).astype(np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     first = flat[int(np.argmax(found))]
@@ -111,13 +111,14 @@ def track_marker(
         "marker",
         time_s + late * readout_s,
         np.rad2deg(angle - angle[0]),
-        np.rad2deg(np.hypot(sigma, view.doubt_rad(angle - angle[0]))),
+        np.rad2deg(np.sqrt(sigma**2 + (shared**2).sum(1))),
         flags,
         (float(x), float(y)),
         (int(low[0]), int(low[1]), int(size[0]), int(size[1])),
         outline,
         view.plane,
         (view.note, f"marker {chosen} of {family}"),
+        np.rad2deg(shared),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntFlag
 from pathlib import Path
 from typing import Literal
@@ -41,9 +41,9 @@ class Track:
     centres, y down), ``template_px`` the box (x, y, width, height) on the first frame,
     ``outline_px`` (points, 2) the moving part's contour at angle zero. ``plane`` is that in which
     it turns, ``notes`` what to know about the view and the times, a sentence each.
-    ``shared_deg`` (frames, errors) is what one sigma of each error that all frames share makes of
-    the angles, the pivot's along two axes: ``sigma_deg`` holds their size, but they do not average
-    out over frames.
+    ``shared_deg`` (frames, errors), where known, is what one sigma of each error that all frames
+    share makes of the angles, by pivot and plane: ``sigma_deg`` holds their size, but they do not
+    average out over frames.
     """
 
     video: Path
@@ -57,7 +57,7 @@ class Track:
     outline_px: Array
     plane: Plane = PICTURE
     notes: tuple[str, ...] = ()
-    shared_deg: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    shared_deg: Array | None = None
 
     @property
     def frames(self) -> int:

@@ -31,6 +31,7 @@ from servosight.tracking.result import Flag as Flag
 from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
+from servosight.tracking.shared import principal
 from servosight.tracking.shutter import STILL, Shutter
 from servosight.tracking.sigma import (
     columns,
@@ -150,9 +151,9 @@ def track(
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
-    moved_px, shared = np.zeros(2), np.zeros((len(fits), 0))
+    moved_px, of_pivot = np.zeros(2), np.zeros((len(fits), 0))
     if pivot is None:
-        fits, moved_px, shared = _about_pivot(fits)
+        fits, moved_px, of_pivot = _about_pivot(fits)
     if readout_s > 0.0:
         fits, doubt = at_middle_row(time_s, fits, exposures, readout_s)
     else:
@@ -165,11 +166,11 @@ def track(
         speed, unsure = speeds(angle, time_s)
         angle = angle - speed * late_s
         doubt = np.hypot(speed * late_doubt_s, unsure * late_s)
+    shared = principal(np.hstack([of_pivot, view.shared_rad(angle - angle[0])]))
     sigma = np.sqrt(
         sigma**2
         + doubt**2
         + uneven(angle, time_s, exposures_s) ** 2
-        + view.doubt_rad(angle - angle[0]) ** 2
         + _shaken(np.array(unsteady_px), surface) ** 2
         + (shared**2).sum(1)
         + (scatter(angle) ** 2 if copies or bench else 0.0)

@@ -409,6 +409,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             (320.5, 240.25),
             (300, 150, 40, 40),
             np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
+            shared_deg=1e-4 * (angle - angle[0])[:, None],
         )
 
     monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
@@ -443,7 +444,10 @@ def test_track_a_recording(
     # What was not seen leaves neither a row nor its doubt, which would count as noise.
     assert len(rows) == 1 + 298
     assert all(row.endswith(",0.001") for row in rows[1:])
-    kept = geometry_of(load_recording(rec))
+    read = load_recording(rec)
+    assert read.shared_deg is not None
+    assert read.shared_deg[:, 0] == pytest.approx(1e-4 * (read.angle_deg - read.angle_deg[0]))
+    kept = geometry_of(read)
     assert kept is not None
     assert [kept.frame_of(row) for row in (0, 149, 150, 297)] == [0, 149, 152, 299]
     (rec / "video.mkv").unlink()

@@ -26,9 +26,9 @@ def coloured(rho: float, count: int, seed: int) -> Any:
     return white[200:]
 
 
-def assessed(recording: Any) -> Uncertainty:
+def assessed(*recordings: Any) -> Uncertainty:
     """The uncertainty of a linear fit."""
-    fit = fit_effects(Problem.of([recording], catalogue(), []))
+    fit = fit_effects(Problem.of(recordings, catalogue(), []))
     return Uncertainty(fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
 
 
@@ -160,6 +160,22 @@ def test_sigma_of_an_effect_is_calibrated(effect: dict[str, float], record: Any)
     print(f"chi-square of 30: {np.sum(np.square(scores)):.1f}")
     assert abs(np.sum(np.square(scores)) - 30.0) < 25.0
     assert np.sum(np.abs(scores) < 2.0) >= 25
+
+
+def test_what_all_samples_share_does_not_average_out(record: Any) -> None:
+    """One sigma of a camera's tilt, say, turns every angle by 1 in 1,000: so it does k.
+
+    Where another recording tells as much and is free of it, by half as much.
+    """
+    recording = record(6.0)
+    off = (recording.angle_deg - recording.angle_deg[0])[:, None] * 1e-3
+    leaning = replace(recording, shared_deg=off)
+    own, whole = assessed(recording), assessed(leaning)
+    k = float(own.point[0])
+    assert np.hypot(own.sigma[0], 1e-3 * k) == pytest.approx(whole.sigma[0], rel=0.02)
+    assert whole.sigma[1] == pytest.approx(own.sigma[1], rel=0.05)
+    both = assessed(leaning, record(6.0, seed=1))
+    assert both.sigma[0] == pytest.approx(0.5e-3 * k, rel=0.05)
 
 
 def test_masked_samples_do_not_count(record: Any) -> None:
