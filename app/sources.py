@@ -118,8 +118,8 @@ def track_folder(
         marker=marker,
         scale=settings.unit_scale,
         frame_table=folder.frames,
-        exposure_s=settings.exposure_s,
-        readout_s=settings.readout_s,
+        exposure_s=settings.exposure_s if settings.shutter_told else None,
+        readout_s=settings.readout_s if settings.shutter_told else None,
     )
     surface, (later_s, note) = tracks[0], clock[0]
     if place == folder.angle:

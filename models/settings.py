@@ -40,7 +40,8 @@ class Settings:
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
-    those of the others that share its physics.
+    those of the others that share its physics. ``shutter_told`` is False where neither exposure nor
+    readout stands in the file: they are then 0 for want of better.
     """
 
     hold: Hold = "zero"
@@ -50,6 +51,7 @@ class Settings:
     neutral_us: float | None = None
     exposure_s: float = 0.0
     readout_s: float = 0.0
+    shutter_told: bool = False
     relative_gain: float = 1.0
     relative_load: float = 1.0
     details: dict[str, Any] = field(default_factory=dict)
@@ -107,6 +109,7 @@ def read_settings(path: Path) -> Settings:
         neutral_us=_optional(path, "neutral_us", table),
         exposure_s=exposure_s,
         readout_s=readout_s,
+        shutter_told=any(key in camera for key in CAMERA_KEYS),
         relative_gain=_ratio(path, "relative_gain", table, lowest=1e-3),
         relative_load=_ratio(path, "relative_load", table, lowest=0.0),
         details=table,

@@ -1,8 +1,4 @@
-"""From a first pass over stretches of the video to the layers, if they tell more than the surface.
-
-The first pass measures on pixels well inside the surface. Stretches of neighbouring frames rather
-than single ones, so that each frame's speed, and with it its smear and its rows' times, is known.
-"""
+"""From a first pass over a video to its layers, where these tell more than the surface."""
 
 from __future__ import annotations
 
@@ -11,15 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.tracking.follow import Seen, Stage, follow
+from servosight.tracking.first_pass import first_pass
+from servosight.tracking.follow import Seen, Stage
 from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import Shutter
-from servosight.tracking.video import Frame, stretches
+from servosight.tracking.video import Frame
 
-_STRETCHES = 8
-_LENGTH = 48
 _FROM_EACH = 12
 _LEAST = 12
 _BLURRED_PX = 14.0  # smear at the tip that learning can undo
@@ -27,7 +22,6 @@ _ENOUGH = 32
 _KEPT = 0.9
 _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
-_THINNING = 3  # of so many pixels one is enough for the first pass
 
 
 def layered_stage(
@@ -45,16 +39,8 @@ def layered_stage(
     """
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
-    rough = refine.thinned(_THINNING)
-    for run in stretches(video, _STRETCHES, _LENGTH):
-        stretch = [held(frame) for frame in run]
-        home = rough.anywhere(stretch[0].image, 0.0, np.pi)
-        seen = [
-            s
-            for s in follow(rough, stretch, home, shutter, radius, copies)
-            if s.fit and not s.repeated
-        ]
-        chosen += _slowest(seen, _FROM_EACH)
+    for run in first_pass(video, refine, shutter, held, copies):
+        chosen += _slowest([s for s in run if s.fit and not s.repeated], _FROM_EACH)
     chosen = [
         s
         for s in chosen

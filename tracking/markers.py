@@ -49,8 +49,8 @@ def track_marker(
     pivot: tuple[float, float] | None = None,
     camera: Camera | None = None,
     frame_table: Path | None = None,
-    exposure_s: float = 0.0,
-    readout_s: float = 0.0,
+    exposure_s: float | None = None,
+    readout_s: float | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Track:
     """The angle of a marker's centre about the hinge in every frame.
@@ -61,6 +61,7 @@ def track_marker(
     the centre's distance from the hinge over that distance. Raises ``InputError``.
     """
     header = check(video)
+    rolls_s = readout_s or 0.0
     images = [frame.image for frame in calm_frames(video)]
     view = view_of(images, camera)
     finder, chosen = _chosen(video, images, family, number)
@@ -77,7 +78,7 @@ def track_marker(
     if frame_table is not None:
         time_s = read_frame_table(frame_table)[0]
     else:
-        time_s = even_times(np.array(stamps), header.tick_s) + 0.5 * (exposure_s + readout_s)
+        time_s = even_times(np.array(stamps), header.tick_s) + 0.5 * ((exposure_s or 0.0) + rolls_s)
     flat = view.plane.of_picture(seen.reshape(-1, 2)).reshape(-1, 4, 2)
     centre = view.plane.of_picture(place)
     hinge, doubt = (
@@ -109,7 +110,7 @@ def track_marker(
     return Track(
         video,
         "marker",
-        time_s + late * readout_s,
+        time_s + late * rolls_s,
         np.rad2deg(angle - angle[0]),
         np.rad2deg(np.sqrt(sigma**2 + (shared**2).sum(1))),
         flags,

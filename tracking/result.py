@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.polar import Array
+from servosight.tracking.shutter import Shutters
 from servosight.tracking.surface import turned
 
 Method = Literal["match", "refine", "marker"]
@@ -43,7 +44,7 @@ class Track:
     it turns, ``notes`` what to know about the view and the times, a sentence each.
     ``shared_deg`` (frames, errors), where known, is what one sigma of each error that all frames
     share makes of the angles, by pivot and plane: ``sigma_deg`` holds their size, but they do not
-    average out over frames.
+    average out over frames. ``shutters`` are those that were told or found.
     """
 
     video: Path
@@ -58,6 +59,7 @@ class Track:
     plane: Plane = PICTURE
     notes: tuple[str, ...] = ()
     shared_deg: Array | None = None
+    shutters: Shutters | None = None
 
     @property
     def frames(self) -> int:

@@ -23,6 +23,27 @@ class Shutter:
 
 
 @dataclass(frozen=True)
+class Shutters:
+    """Those of a video's frames: ``exposures_s`` of each (frames,), or of all of them (1,), and the
+    ``readout_s`` of all; sigma of the readout [s], and a sentence on how they were found, if so."""
+
+    exposures_s: Array
+    readout_s: float
+    readout_doubt_s: float = 0.0
+    note: str | None = None
+
+    def __call__(self, index: int) -> Shutter:
+        """A frame's, by its number."""
+        place = min(index, len(self.exposures_s) - 1)
+        return Shutter(float(self.exposures_s[place]), self.readout_s)
+
+    @property
+    def middle_s(self) -> float:
+        """From the start of the first row's exposure to the middle of the middle row's."""
+        return 0.5 * (float(np.median(self.exposures_s)) + self.readout_s)
+
+
+@dataclass(frozen=True)
 class Exposure:
     """Motion about mid-exposure of the middle row.
 

@@ -13,6 +13,8 @@ from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
 from servosight.tracking.calibrate_view import Camera, Flattened, flattened, view_of
 from servosight.tracking.container import Header, check
+from servosight.tracking.find_shutter import find_shutter
+from servosight.tracking.first_pass import first_pass
 from servosight.tracking.fit import Fit
 from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
@@ -32,7 +34,7 @@ from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
 from servosight.tracking.shared import principal
-from servosight.tracking.shutter import STILL, Shutter
+from servosight.tracking.shutter import STILL, Shutters
 from servosight.tracking.sigma import (
     columns,
     flags_of,
@@ -67,8 +69,8 @@ def track(
     template: Box | None = None,
     method: Method = "refine",
     frame_table: Path | None = None,
-    exposure_s: float = 0.0,
-    readout_s: float = 0.0,
+    exposure_s: float | None = None,
+    readout_s: float | None = None,
     camera: Camera | None = None,
     beside: Track | None = None,
     progress: Progress | None = None,
@@ -78,26 +80,17 @@ def track(
     ``pivot`` (x, y) [px] and ``template`` (x, y, width, height) on the first frame are found from
     the motion where not given. ``frame_table`` is a frames.csv with mid-exposure times, which goes
     before the file's own presentation times (start of the first row's exposure, to which half of
-    ``exposure_s`` and of ``readout_s``, the time from the first row to the last, are added).
+    ``exposure_s`` and of ``readout_s``, the time from the first row to the last, are added). Where
+    neither is told, both are found from smear and shear.
     ``camera`` is what a calibration tells; the view is found from the swing where it does not.
     ``beside`` is a part of the same video that is tracked already: another one is looked for.
     ``progress`` is called with the numbers of frames done and of all. Raises ``InputError``.
     """
-    for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
-        if not (np.isfinite(value) and 0.0 <= value < 10.0):
-            raise InputError(
-                f"{video}: {name} is {value:g}; expected seconds from 0 to 10, mend "
-                f"camera.{name} in recording.toml."
-            )
     times = read_frame_table(frame_table) if frame_table is not None else None
     header = check(video)
     if times is not None:
         _same_length(frame_table, len(times[0]), video, header.count)
-    exposures_s = times[1] if times is not None and times[1] is not None else np.array([exposure_s])
-
-    def shutter(index: int) -> Shutter:
-        return Shutter(float(exposures_s[min(index, len(exposures_s) - 1)]), readout_s)
-
+    shutters = _told(video, exposure_s, readout_s, times[1] if times is not None else None)
     copies = header.predicting is not None
     calm = calm_frames(video)
     images = [frame.image for frame in calm]
@@ -122,15 +115,21 @@ def track(
     outline = turned(surface.outline_px, surface.pivot_px, home_rad)
     box = template or choose_box(outline, surface.pivot_px, flat(images[0]))
     stage: Stage
+    if shutters is None and beside is not None:
+        shutters = beside.shutters
+    if shutters is None:
+        still = Shutters(np.zeros(1), 0.0)
+        rough = first_pass(video, refine, still, held, copies) if method == "refine" else ()
+        shutters = find_shutter(refine, rough)
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(video, refine, shutter, held, copies, pivot_held=pivot is not None)
+        stage = layered_stage(video, refine, shutters, held, copies, pivot_held=pivot is not None)
 
     stamps, unsteady_px, fits, exposures, repeated = [], [], [], [], []
     source = ahead(map(held, frames(video)), _AHEAD)
     tip_px = surface.grid.largest_px
-    for seen in follow(stage, source, home_rad, shutter, tip_px, copies):
+    for seen in follow(stage, source, home_rad, shutters, tip_px, copies):
         stamps.append(seen.frame.time_s)
         unsteady_px.append(seen.frame.doubt_px)
         fits.append(seen.fit)
@@ -147,30 +146,32 @@ def track(
         _same_length(frame_table, len(times[0]), video, len(stamps))
         time_s = times[0]
     else:
-        time_s = even_times(np.array(stamps), header.tick_s) + 0.5 * (exposure_s + readout_s)
+        time_s = even_times(np.array(stamps), header.tick_s) + shutters.middle_s
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
     moved_px, of_pivot = np.zeros(2), np.zeros((len(fits), 0))
     if pivot is None:
         fits, moved_px, of_pivot = _about_pivot(fits)
-    if readout_s > 0.0:
-        fits, doubt = at_middle_row(time_s, fits, exposures, readout_s)
+    rolls = shutters.readout_s > 0.0
+    if rolls:
+        fits, doubt = at_middle_row(time_s, fits, exposures, shutters.readout_s)
     else:
         gain = np.array([fit.gain if fit else np.nan for fit in fits])
-        late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(exposures_s)))
+        late_s, late_doubt_s = light_centre(time_s, gain, float(np.median(shutters.exposures_s)))
     # Rows out of step leave errors that last, which no scatter shows.
-    shown = 1.0 if readout_s > 0.0 else shown_share(fits)
+    shown = 1.0 if rolls else shown_share(fits)
     angle, sigma, flags = columns(fits, flags, repeated, shown)
-    if readout_s == 0.0:
+    if not rolls:
         speed, unsure = speeds(angle, time_s)
         angle = angle - speed * late_s
         doubt = np.hypot(speed * late_doubt_s, unsure * late_s)
-    shared = principal(np.hstack([of_pivot, view.shared_rad(angle - angle[0])]))
+    of_readout = _by_readout(angle, time_s, fits, shutters.readout_doubt_s)
+    shared = principal(np.hstack([of_pivot, of_readout, view.shared_rad(angle - angle[0])]))
     sigma = np.sqrt(
         sigma**2
         + doubt**2
-        + uneven(angle, time_s, exposures_s) ** 2
+        + uneven(angle, time_s, shutters.exposures_s) ** 2
         + _shaken(np.array(unsteady_px), surface) ** 2
         + (shared**2).sum(1)
         + (scatter(angle) ** 2 if copies or bench else 0.0)
@@ -188,9 +189,37 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *_notes(header, stamps, wander)),
+        (view.note, *([shutters.note] if shutters.note else []), *_notes(header, stamps, wander)),
         np.rad2deg(shared),
+        shutters,
     )
+
+
+def _told(
+    video: Path, exposure_s: float | None, readout_s: float | None, exposures_s: Array | None
+) -> Shutters | None:
+    """The shutters that are told, None where nothing is; ``exposures_s`` are a frames.csv's."""
+    for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
+        if value is not None and not (np.isfinite(value) and 0.0 <= value < 10.0):
+            raise InputError(
+                f"{video}: {name} is {value:g}; expected seconds from 0 to 10, mend "
+                f"camera.{name} in recording.toml."
+            )
+    if exposures_s is None and exposure_s is None and readout_s is None:
+        return None
+    every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
+    return Shutters(every_s, readout_s or 0.0)
+
+
+def _by_readout(angle: Array, time_s: Array, fits: list[Fit | None], doubt_s: float) -> Array:
+    """What one sigma of the readout makes of the angles (frames, 1), but for a shift in time that
+    all have; (frames, 0) where it is known."""
+    if doubt_s == 0.0:
+        return np.zeros((angle.size, 0))
+    delay = np.array([fit.delay if fit else np.nan for fit in fits])
+    apart = np.nan_to_num(delay - np.nanmean(delay))
+    speed = np.gradient(angle, time_s)
+    return np.asarray(speed * apart * doubt_s, np.float64)[:, None]
 
 
 def _acquired(
