@@ -96,6 +96,11 @@ SHOTS = (
     Shot("other print, 16 ms readout", other, _ROLLING, _OTHER_PRINT, 0.01, 2.2, seed=7),
 )
 
+LARGE = Shot(
+    "960 x 720", two_sines, Camera(exposure_s=0.002, width=960, height=720), duration_s=1.0
+)
+"""For speed alone: some 13,000 pixels move."""
+
 
 def filmed(shot: Shot, folder: Path) -> tuple[Path, Truth]:
     """The shot's video and truth, rendered into ``folder`` unless they are there."""

@@ -6,7 +6,7 @@ import math
 
 from servosight.models.effect import Cues, Effect, Place
 from servosight.models.parameter import TORQUE, Parameter
-from servosight.models.readings import waves
+from servosight.models.wave import wave_resolution, wave_starts
 
 
 def term(theta: float, w: float, amplitude: float, period: float, phase: float) -> float:
@@ -14,21 +14,9 @@ def term(theta: float, w: float, amplitude: float, period: float, phase: float) 
     return amplitude * math.sin(6.283185307179586 * theta / period + phase)
 
 
-def resolution(
-    T: float, w: float, acceleration: float, amplitude: float, period: float, phase: float
-) -> float:
-    """Longest step [s]: a tenth of a period's way, and of the swing in a detent."""
-    way = 0.1 * period
-    passage = 2.0 * way / (w + math.sqrt(w * w + 2.0 * acceleration * way) + 1e-12)
-    swing = 0.4 * T / math.sqrt(1.0 + 6.283185307179586 * abs(amplitude) / period)
-    return max(min(passage, swing), 0.01 * T)
-
-
 def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
     """The strongest lines in the residual's spectrum over angle."""
-    size, range_deg = cues.residual_deg, 2.0 * cues.amplitude_deg
-    read = waves(cues.traces, 0.5, 180.0, 0.02 * cues.drive_deg)
-    return read or ((2.0 * size, 0.2 * range_deg, 0.0), (2.0 * size, 0.5 * range_deg, 0.0))
+    return wave_starts(cues, 180.0)
 
 
 EFFECT = Effect(
@@ -52,5 +40,5 @@ EFFECT = Effect(
     "MuJoCo's dcmotor cogging",
     starts=starts,
     term=term,
-    resolution=resolution,
+    resolution=wave_resolution,
 )
