@@ -172,9 +172,10 @@ def speed(shot: Shot) -> str:
     stage = layered_stage(video, refine, lambda _: shutter, lambda frame: frame)
     pictures = list(frames(video))
     radius = refine.surface.grid.largest_px
+    home_rad = refine.anywhere(pictures[0].image, 0.0, np.pi)
 
     def run() -> list[int]:
-        seen = follow(stage, pictures, 0.0, lambda _: shutter, radius)
+        seen = follow(stage, pictures, home_rad, lambda _: shutter, radius)
         return [one.fit.pixels for one in seen if one.fit]
 
     pixels = int(np.median(run()))

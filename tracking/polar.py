@@ -168,11 +168,8 @@ class Sample:
     @property
     def delay(self) -> tuple[float, float]:
         """The readout's share about the middle row at which the angle is told: mean, variance."""
-        worth = self.per_turn.astype(np.float64) ** 2
-        worth /= max(float(worth.sum()), 1e-30)
-        delay = self.pixels.delay.take(self.chosen)
-        mean = float(worth @ delay)
-        return mean, float(worth @ (delay - mean) ** 2)
+        found: tuple[float, float] = _told_at(self.per_turn, self.pixels.delay, self.chosen)
+        return found
 
     @property
     def block(self) -> NDArray[np.intp]:
@@ -185,6 +182,18 @@ class Sample:
         cos, sin = self.pixels.outwards.take(self.chosen, axis=1)
         along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
         return along * sin - self.per_px * cos, along * cos + self.per_px * sin
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _told_at(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
+    """Mean and variance of the delays of some pixels, weighed by their slopes' squares."""
+    worth, first, second = 1e-30, 0.0, 0.0
+    for i in range(chosen.size):
+        own = per_turn[i] * per_turn[i]
+        at = delay[chosen[i]]
+        worth, first, second = worth + own, first + own * at, second + own * at * at
+    mean = first / worth
+    return mean, max(second / worth - mean * mean, 0.0)
 
 
 def sample(
