@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _PARTS = 3
-_UNEVEN_RAD = np.deg2rad(2e-4)  # less is even enough
+_UNEVEN_RAD = np.deg2rad(5e-4)  # less is even enough
+_GRAIN_RAD = np.deg2rad(0.4)
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,9 @@ class Exposure:
         """For a speed [rad/s] and an acceleration [rad/s^2] at mid-exposure of the middle row."""
         length, readout = shutter.exposure_s, shutter.readout_s
         parts = np.zeros(1)
-        if abs(acceleration) * length**2 / 12.0 > _UNEVEN_RAD:
+        # A smear that is short against the print's grain shows its middle and no more.
+        shown = 1.0 / (1.0 + (_GRAIN_RAD / max(abs(speed) * length, 1e-12)) ** 2)
+        if shown * abs(acceleration) * length**2 / 12.0 > _UNEVEN_RAD:
             middle = ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5) * length
             parts = speed * middle + 0.5 * acceleration * (middle**2 - np.mean(middle**2))
         return cls(
