@@ -42,7 +42,7 @@ def video_offset(
     )
     file = folder.path / "recording.toml"
     if light is None:
-        _write(file, clock_note=f'"{CONFOUNDED}"')
+        set_keys(file, clock_note=f'"{CONFOUNDED}"')
         return assumed_s, CONFOUNDED
     x, y = light.place_px
     seen = (
@@ -51,10 +51,10 @@ def video_offset(
     )
     if stated and abs(light.offset_s - assumed_s) <= _SURE * light.sigma_s:
         note = f"{seen}, which agrees with video_offset_s"
-        _write(file, clock_note=f'"{note}"')
+        set_keys(file, clock_note=f'"{note}"')
         return assumed_s, note
     note = f"{seen}, {1e3 * (light.offset_s - assumed_s):+.3f} ms from what was assumed"
-    _write(file, video_offset_s=f"{light.offset_s:.7f}", clock_note=f'"{note}"')
+    set_keys(file, video_offset_s=f"{light.offset_s:.7f}", clock_note=f'"{note}"')
     return light.offset_s, note
 
 
@@ -82,7 +82,7 @@ def _command(file: Path) -> tuple[Array, Array]:
     return table[:, 0] / SECONDS.get(names[0].removeprefix("time_"), 1.0), table[:, 1]
 
 
-def _write(file: Path, **keys: str) -> None:
+def set_keys(file: Path, **keys: str) -> None:
     """Set top-level keys of a TOML file and leave all else as its author wrote it."""
     from servosight.models.atomic import write_text
 

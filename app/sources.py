@@ -90,7 +90,7 @@ def track_folder(
     calibration, in place of recording.toml's own; ``light_px`` a light that shows the command;
     ``marker`` one to follow instead of the surface's own print, by family and number.
     """
-    from servosight.app.clock import known_camera, video_offset
+    from servosight.app.clock import known_camera, set_keys, video_offset
     from servosight.app.geometry import Geometry
     from servosight.models.errors import InputError
     from servosight.models.shared_error import write_shared
@@ -127,6 +127,9 @@ def track_folder(
         told = None if shared is None else shared[rows]
         write_shared(folder.path, surface.time_s[rows] + later_s, told, settings.unit_scale)
         Geometry.of(surface, folder.video).save(folder.path)
+        if surface.shutters is not None and surface.shutters.note is not None:
+            found_s = float(surface.shutters.exposures_s[0])
+            set_keys(folder.path / "recording.toml", found_exposure_s=f"{found_s:.6f}")
     return [replace(surface, notes=(*surface.notes, note)), *tracks[1:]]
 
 

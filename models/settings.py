@@ -27,6 +27,7 @@ KEYS = (
     "neutral_us",
     "relative_gain",
     "relative_load",
+    "found_exposure_s",
     "camera",
 )
 CAMERA_KEYS = ("exposure_s", "readout_s")
@@ -41,7 +42,7 @@ class Settings:
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
     those of the others that share its physics. ``shutter_told`` is False where neither exposure nor
-    readout stands in the file: they are then 0 for want of better.
+    readout stands in the file: the exposure is then the one that the tracker found, if it did.
     """
 
     hold: Hold = "zero"
@@ -92,12 +93,18 @@ def read_settings(path: Path) -> Settings:
     _check_spelling(path, "camera.", camera, CAMERA_KEYS)
     exposure_s = _number(path, "camera.exposure_s", camera.get("exposure_s", 0.0))
     readout_s = _number(path, "camera.readout_s", camera.get("readout_s", 0.0))
-    for key, value in (("camera.exposure_s", exposure_s), ("camera.readout_s", readout_s)):
+    found_s = _number(path, "found_exposure_s", table.get("found_exposure_s", 0.0))
+    for key, value in (
+        ("camera.exposure_s", exposure_s),
+        ("camera.readout_s", readout_s),
+        ("found_exposure_s", found_s),
+    ):
         if not 0.0 <= value <= LONGEST_EXPOSURE_S:
             raise InputError(
                 f"{path}: key {key} is {value:g}, expected 0 to {LONGEST_EXPOSURE_S:g} seconds; "
                 f"write 8 ms as 0.008"
             )
+    told = any(key in camera for key in CAMERA_KEYS)
     scale = _number(path, "unit_scale", table.get("unit_scale", 1.0))
     if scale == 0.0:
         raise InputError(f"{path}: key unit_scale is 0, expected degrees in one unit; mend it")
@@ -107,9 +114,9 @@ def read_settings(path: Path) -> Settings:
         unit_scale=scale,
         deg_per_us=_optional(path, "deg_per_us", table),
         neutral_us=_optional(path, "neutral_us", table),
-        exposure_s=exposure_s,
+        exposure_s=exposure_s if told else found_s,
         readout_s=readout_s,
-        shutter_told=any(key in camera for key in CAMERA_KEYS),
+        shutter_told=told,
         relative_gain=_ratio(path, "relative_gain", table, lowest=1e-3),
         relative_load=_ratio(path, "relative_load", table, lowest=0.0),
         details=table,

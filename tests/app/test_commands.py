@@ -21,6 +21,7 @@ from servosight.models.recording_io import load_recording
 from servosight.models.registry import CATALOGUE, catalogue
 from servosight.tracking import clock
 from servosight.tracking.result import Flag, Track
+from servosight.tracking.shutter import Shutters
 
 T, XI = 0.05, 0.7
 
@@ -395,6 +396,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
     def track(video: Path, **options: Any) -> Any:
         kept.update(options, video=video)
+        told = options.get("exposure_s") is not None
         options["progress"](300, 300)
         time_s = 0.01 * np.arange(300)
         angle = np.array([10 * response(t, 3) + 5 * response(t, 11) for t in time_s])
@@ -410,6 +412,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             (300, 150, 40, 40),
             np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
             shared_deg=1e-4 * (angle - angle[0])[:, None],
+            shutters=Shutters(np.array([0.003]), 0.0, 1e-4, None if told else "found"),
         )
 
     monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
@@ -452,6 +455,21 @@ def test_track_a_recording(
     assert [kept.frame_of(row) for row in (0, 149, 150, 297)] == [0, 149, 152, 299]
     (rec / "video.mkv").unlink()
     complaint(capsys, ["track", str(rec)], "holds no video", "expected")
+
+
+def test_an_exposure_that_is_not_told_is_found_and_kept(
+    tmp_path: Path, tracker: dict[str, Any]
+) -> None:
+    rec = filmed(tmp_path / "rec")
+    for _ in range(2):
+        assert main(["track", str(rec)]) == 0
+        assert tracker["exposure_s"] is None
+        assert load_recording(rec).exposure_s == pytest.approx(0.003)
+    with (rec / "recording.toml").open("a") as file:
+        file.write("[camera]\nexposure_s = 0.004\n")
+    assert main(["track", str(rec)]) == 0
+    assert tracker["exposure_s"] == 0.004
+    assert load_recording(rec).exposure_s == 0.004
 
 
 def test_track_a_bare_video(
