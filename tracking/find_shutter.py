@@ -2,7 +2,8 @@
 
 A picture is smeared as long as its rows were exposed, and sheared as far as the readout kept them
 apart. Both change what the learnt surface leaves unexplained, so the pair that leaves least is the
-camera's: one number each for all frames.
+camera's: one number each for all frames. A picture that stands on its head was read from its last
+row up, a readout below zero.
 """
 
 from __future__ import annotations
@@ -67,19 +68,21 @@ def find_shutter(refine: Refine, runs: Iterable[Sequence[Seen]]) -> Shutters:
     def exposure(readout_s: float, at: Array) -> tuple[float, float]:
         return _least(at, [left(Shutter(float(s), readout_s)) for s in at])
 
-    coarse = frame_s * np.arange(_STEPS + 1) / _STEPS
+    coarse = frame_s * np.arange(-_STEPS, _STEPS + 1) / _STEPS
     rolls_s, _ = readout(0.0, coarse)
-    opens_s, _ = exposure(rolls_s, coarse)
-    rolls_s, rolls_doubt_s = readout(opens_s, _about(rolls_s, frame_s))
-    opens_s, opens_doubt_s = exposure(rolls_s, _about(opens_s, frame_s))
+    opens_s, _ = exposure(rolls_s, coarse[_STEPS:])
+    rolls_s, rolls_doubt_s = readout(opens_s, _about(rolls_s, -frame_s, frame_s))
+    opens_s, opens_doubt_s = exposure(rolls_s, _about(opens_s, 0.0, frame_s))
     opens_doubt_s, rolls_doubt_s = (
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
         for doubt_s in (opens_doubt_s, rolls_doubt_s)
     )
-    if rolls_s < _SURE * rolls_doubt_s:
-        rolls_s, rolls_doubt_s = 0.0, max(rolls_s, rolls_doubt_s)
+    if abs(rolls_s) < _SURE * rolls_doubt_s:
+        rolls_s, rolls_doubt_s = 0.0, max(abs(rolls_s), rolls_doubt_s)
+    upwards = " from the last row up" if rolls_s < 0.0 else ""
     note = (
-        f"exposure {1e3 * opens_s:.2g} ms and readout {1e3 * rolls_s:.2g} ms are not told and "
+        f"exposure {1e3 * opens_s:.2g} ms and readout {1e3 * abs(rolls_s):.2g} ms{upwards} are not "
+        "told and "
         f"found from smear and shear, with a sigma of {1e3 * opens_doubt_s:.1g} and "
         f"{1e3 * rolls_doubt_s:.1g} ms: [camera] in recording.toml tells them better"
     )
@@ -143,8 +146,8 @@ def _vertex(at_s: Array, total: Array) -> float:
     return float(np.clip(middle - 0.5 * unit * slope / bend, at_s[0], at_s[-1]))
 
 
-def _about(value_s: float, frame_s: float) -> Array:
-    """Finer steps about a value, within 0 and a frame time."""
-    step = frame_s / _STEPS / _FINER
-    low = float(np.clip(value_s - 3 * step, 0.0, frame_s - 6 * step))
+def _about(value_s: float, low_s: float, high_s: float) -> Array:
+    """Finer steps about a value, from ``low_s`` to ``high_s``, a frame time, at most."""
+    step = high_s / _STEPS / _FINER
+    low = float(np.clip(value_s - 3 * step, low_s, high_s - 6 * step))
     return low + step * np.arange(7.0)

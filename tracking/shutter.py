@@ -26,7 +26,8 @@ class Shutter:
 @dataclass(frozen=True)
 class Shutters:
     """Those of a video's frames: ``exposures_s`` of each (frames,), or of all of them (1,), and the
-    ``readout_s`` of all; sigma of the readout [s], and a sentence on how they were found, if so."""
+    ``readout_s`` of all, below zero where the last row came first; sigma of the readout [s], and a
+    sentence on how they were found, if so."""
 
     exposures_s: Array
     readout_s: float
@@ -40,8 +41,8 @@ class Shutters:
 
     @property
     def middle_s(self) -> float:
-        """From the start of the first row's exposure to the middle of the middle row's."""
-        return 0.5 * (float(np.median(self.exposures_s)) + self.readout_s)
+        """From the start of the first exposure to the middle of the middle row's."""
+        return 0.5 * (float(np.median(self.exposures_s)) + abs(self.readout_s))
 
 
 @dataclass(frozen=True)

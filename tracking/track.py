@@ -153,7 +153,7 @@ def track(
     moved_px, of_pivot = np.zeros(2), np.zeros((len(fits), 0))
     if pivot is None:
         fits, moved_px, of_pivot = _about_pivot(fits)
-    rolls = shutters.readout_s > 0.0
+    rolls = shutters.readout_s != 0.0
     if rolls:
         fits, doubt = at_middle_row(time_s, fits, exposures, shutters.readout_s)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,28 @@ def test_300_deg_per_second(tmp_path: Path, camera: Camera, bound_deg: float) ->
     error -= np.median(error)
     assert np.sqrt(np.mean(error**2)) < 0.01
     assert np.mean(np.abs(error) < 3 * untold.sigma_deg) > 0.9
+
+
+def test_a_picture_on_its_head_was_read_from_its_last_row_up(
+    tmp_path: Path, pictures_of: Callable[[Path], list[Any]], write: Callable[..., Path]
+) -> None:
+    """Mirrored, the surface turns the other way; the readout is right to a thirtieth of a frame."""
+    time_s = np.arange(0.0, 1.05, 0.0005)
+    camera = Camera(rate_hz=60.0, exposure_s=0.002, readout_s=0.016)
+    angle = 20 * np.sin(2 * np.pi * 2.4 * time_s)
+    video, truth = filmed(tmp_path, angle, time_s, camera)
+    stamps = np.arange(len(truth.angle_deg)) / camera.rate_hz
+    mirrored = write(tmp_path / "mirrored.mkv", [p[::-1] for p in pictures_of(video)], stamps)
+
+    result = track(mirrored)
+
+    assert result.shutters is not None
+    assert result.shutters.readout_s == pytest.approx(-0.016, abs=1.0 / 30.0 / 60.0)
+    assert any("from the last row up" in note for note in result.notes)
+    error = -result.angle_deg - truth.angle_deg
+    error -= np.median(error)
+    assert np.sqrt(np.mean(error**2)) < 0.01
+    assert np.mean(np.abs(error) < 3 * result.sigma_deg) > 0.9
 
 
 def test_angle_pivot_and_light_from_the_twins_video(tmp_path: Path) -> None:
