@@ -28,15 +28,19 @@ def video_offset(
     sigma.
     """
     from servosight.tracking.clock import CONFOUNDED, find_light
+    from servosight.tracking.shutter import Shutter
 
     settings = folder.settings
+    shutter = Shutter(settings.exposure_s, settings.readout_s)
+    if track.shutters is not None:  # told or found
+        shutter = track.shutters(0)
     stated = "video_offset_s" in settings.details
     assumed_s = settings.video_offset_s
     light = find_light(
         track,
         *_command(folder.path / "command.csv"),
-        exposure_s=settings.exposure_s,
-        readout_s=settings.readout_s,
+        exposure_s=shutter.exposure_s,
+        readout_s=shutter.readout_s,
         offset_s=assumed_s,
         place_px=light_px,
     )

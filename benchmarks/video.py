@@ -23,6 +23,7 @@ from servosight.models.atomic import write_text
 from servosight.models.camera import Camera
 from servosight.tracking.acquire import acquire
 from servosight.tracking.calibrate_view import Camera as Calibration
+from servosight.tracking.first_pass import first_pass
 from servosight.tracking.follow import follow
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.refine import Refine
@@ -169,7 +170,8 @@ def speed(shot: Shot) -> str:
     calm = [frame.image for frame in calm_frames(video)]
     refine = Refine.of(acquire(video, calm), calm[0].shape)
     shutter = Shutter(shot.camera.exposure_s, shot.camera.readout_s)
-    stage = layered_stage(video, refine, lambda _: shutter, lambda frame: frame)
+    seen = first_pass(video, refine, lambda _: shutter, lambda frame: frame)
+    stage = layered_stage(seen, refine)
     pictures = list(frames(video))
     radius = refine.surface.grid.largest_px
     home_rad = refine.anywhere(pictures[0].image, 0.0, np.pi)

@@ -132,8 +132,6 @@ def load_recording(
         horn = _streams(command, read_sheet(horn_file), scale)
     name = place.resolve().name if place.is_dir() else place.stem
     read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
-    if not place.is_dir():
-        return read
     return replace(read, shared_deg=shared_error.read_shared(place, read.time_s, scale))
 
 
@@ -200,8 +198,7 @@ def save_recording(
                 continue
             sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
             write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
-        if recording.shared_deg is not None:
-            shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
+        shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
 
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:

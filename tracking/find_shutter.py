@@ -8,7 +8,7 @@ row up, a readout below zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,20 +59,16 @@ def find_shutter(refine: Refine, runs: Iterable[Sequence[Seen]]) -> Shutters:
         )
         return Shutters(np.zeros(1), 0.0, unknown, note)
 
-    def left(shutter: Shutter) -> Array:
-        return _left(refine, moving, shutter)
-
-    def readout(exposure_s: float, at: Array) -> tuple[float, float]:
-        return _least(at, [left(Shutter(exposure_s, float(s))) for s in at])
-
-    def exposure(readout_s: float, at: Array) -> tuple[float, float]:
-        return _least(at, [left(Shutter(float(s), readout_s)) for s in at])
+    def least(at_s: Array, shutter: Callable[[float], Shutter]) -> tuple[float, float]:
+        return _least(at_s, [_left(refine, moving, shutter(value)) for value in at_s.tolist()])
 
     coarse = frame_s * np.arange(-_STEPS, _STEPS + 1) / _STEPS
-    rolls_s, _ = readout(0.0, coarse)
-    opens_s, _ = exposure(rolls_s, coarse[_STEPS:])
-    rolls_s, rolls_doubt_s = readout(opens_s, _about(rolls_s, -frame_s, frame_s))
-    opens_s, opens_doubt_s = exposure(rolls_s, _about(opens_s, 0.0, frame_s))
+    rolls_s, _ = least(coarse, lambda s: Shutter(0.0, s))
+    opens_s, _ = least(coarse[_STEPS:], lambda s: Shutter(s, rolls_s))
+    about_s = _about(rolls_s, -frame_s, frame_s)
+    rolls_s, rolls_doubt_s = least(about_s, lambda s: Shutter(opens_s, s))
+    about_s = _about(opens_s, 0.0, frame_s)
+    opens_s, opens_doubt_s = least(about_s, lambda s: Shutter(s, rolls_s))
     opens_doubt_s, rolls_doubt_s = (
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
         for doubt_s in (opens_doubt_s, rolls_doubt_s)

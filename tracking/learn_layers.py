@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from servosight.tracking.first_pass import first_pass
 from servosight.tracking.follow import Seen, Stage
 from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.refine import Refine
-from servosight.tracking.shutter import Shutter
-from servosight.tracking.video import Frame
 
 _FROM_EACH = 12
 _LEAST = 12
@@ -25,21 +21,13 @@ _GAIN = 1.0
 
 
 def layered_stage(
-    video: Path,
-    refine: Refine,
-    shutter: Callable[[int], Shutter],
-    held: Callable[[Frame], Frame],
-    copies: bool = False,
-    pivot_held: bool = False,
+    runs: Iterable[Sequence[Seen]], refine: Refine, pivot_held: bool = False
 ) -> Stage:
-    """The layered stage, or ``refine`` where the layers do not tell the angle better.
-
-    ``held`` gives a frame as a camera that stands still would have taken it; ``copies`` says that
-    the codec draws pictures from the ones before.
-    """
+    """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
+    tell the angle better."""
     chosen: list[Seen] = []
     radius = refine.surface.grid.largest_px
-    for run in first_pass(video, refine, shutter, held, copies):
+    for run in runs:
         chosen += _slowest([s for s in run if s.fit and not s.repeated], _FROM_EACH)
     chosen = [
         s

@@ -118,13 +118,15 @@ def track(
     if shutters is None and beside is not None:
         shutters = beside.shutters
     if shutters is None:
-        still = Shutters(np.zeros(1), 0.0)
-        rough = first_pass(video, refine, still, held, copies) if method == "refine" else ()
-        shutters = find_shutter(refine, rough)
+        shutters = Shutters(np.zeros(1), 0.0)
+        if method == "refine":
+            shutters = find_shutter(refine, first_pass(video, refine, shutters, held, copies))
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(video, refine, shutters, held, copies, pivot_held=pivot is not None)
+        stage = layered_stage(
+            first_pass(video, refine, shutters, held, copies), refine, pivot_held=pivot is not None
+        )
 
     stamps, unsteady_px, fits, exposures, repeated = [], [], [], [], []
     source = ahead(map(held, frames(video)), _AHEAD)

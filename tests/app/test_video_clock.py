@@ -10,7 +10,9 @@ import pytest
 from servosight.app.clock import known_camera, video_offset
 from servosight.models.errors import InputError
 from servosight.models.recording_io import inspect_folder
+from servosight.tracking import clock
 from servosight.tracking.result import Track
+from servosight.tracking.shutter import Shutters
 
 NOTES = "# my rig\nformat = 1\nvideo_offset_s = 0.25 # by hand\n\n[camera]\nexposure_s = 0.002\n"
 
@@ -30,6 +32,22 @@ def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path)
     text = (tmp_path / "recording.toml").read_text()
     assert text.count("clock_note") == 1
     assert text.endswith(NOTES)
+
+
+def test_the_light_is_timed_by_the_shutter_that_was_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
+    still = np.zeros(60)
+    track = Track(
+        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
+        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
+        shutters=Shutters(np.array([0.004]), -0.008),
+    )  # fmt: skip
+    asked: dict[str, float] = {}
+    monkeypatch.setattr(clock, "find_light", lambda *known, **more: asked.update(more))
+    video_offset(inspect_folder(tmp_path), track)
+    assert (asked["exposure_s"], asked["readout_s"]) == (0.004, -0.008)
 
 
 def test_a_recording_may_hold_its_cameras_geometry(tmp_path: Path) -> None:

@@ -26,3 +26,10 @@ def test_a_slow_surface_does_not_tell_the_shutter(
     np.testing.assert_allclose(untold.angle_deg, told.angle_deg, atol=0.005)
     assert np.all(untold.sigma_deg >= 0.99 * told.sigma_deg)
     assert np.max(untold.sigma_deg**2 - told.sigma_deg**2) < (0.1 * 0.5) ** 2
+
+
+def test_template_matching_knows_no_shutter(
+    drawn: Callable[..., Path], scene: Callable[..., Any]
+) -> None:
+    matched = track(drawn("slow", scene(SLOW_DEG)), method="match")
+    assert not any("not told" in note for note in matched.notes)
