@@ -1,8 +1,9 @@
-"""Layers, pivot, angles and light of some frames, by one least squares over all of their pixels.
+"""Layers, angles and light of some frames, by one least squares over all of their pixels.
 
-Averaging frames turned back blurs the picture, and angles, pivot and edges settle slowly when each
-waits for the others. Here all are unknowns of one linear problem, as in bundle adjustment (Triggs
-et al. 2000). What lies still behind it follows in closed form, and the problem is made anew.
+Averaging frames turned back blurs the picture, and angles and edges settle slowly when each waits
+for the others. Here all are unknowns of one linear problem, as in bundle adjustment (Triggs et al.
+2000). What lies still behind it follows in closed form, and the problem is made anew. The pivot is
+taken as it is: these few frames hardly tell it, all of a video do (see ``hinge``).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from servosight.tracking.layer_problem import Bundle, Rest, closer
 from servosight.tracking.layer_views import View
 from servosight.tracking.polar import Mask, Pixels, Single
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image, turning
+from servosight.tracking.surface import Image
 
 _ROUNDS = (3, 3, 1, 1, 1)  # of so many pixels each uses one
 _INSIDE_PX = 4.0
@@ -38,22 +39,22 @@ def settled(
     exposures: Sequence[Exposure],
     start: Bundle,
     inside_px: Single,
-    pivot_held: bool,
 ) -> tuple[Bundle, list[Rest]]:
-    """Fit all unknowns, from ``start``; not the pivot where it is held.
+    """Fit all unknowns, from ``start``.
 
     ``inside_px`` (columns, rows) is how far inside the outline a cell lies. Deep inside nothing
     shines through, and far outside all is the bench's.
     """
+    pixels = Pixels.about(start.grid, images[0].shape)
     inside, near = inside_px > _INSIDE_PX, inside_px > -PAD_PX
     free = np.stack([near, near & ~inside], axis=2).astype(np.float32)
-    now, rest = _looked(images, exposures, start, inside, near, _ROUNDS[0], strict=False)
+    now, rest = _looked(images, exposures, start, pixels, inside, near, _ROUNDS[0], strict=False)
     for number, every in enumerate((*_ROUNDS[1:], 1)):
         likely = _likely(now.layers, inside_px)
         # Nothing tells of motion yet where the layers are blank.
-        now = closer(now, rest, free, likely, pivot_held, number < _STILL)
+        now = closer(now, rest, free, likely, number < _STILL)
         strict = number >= _TRUSTING
-        now, rest = _looked(images, exposures, now, inside, near, every, strict)
+        now, rest = _looked(images, exposures, now, pixels, inside, near, every, strict)
     return now, rest
 
 
@@ -61,6 +62,7 @@ def _looked(
     images: Sequence[Image],
     exposures: Sequence[Exposure],
     now: Bundle,
+    pixels: Pixels,
     inside: Mask,
     near: Mask,
     every: int,
@@ -71,7 +73,6 @@ def _looked(
     In one of ``every`` so many pixels. Where ``strict``, what looks otherwise than the rest is not
     trusted.
     """
-    pixels = Pixels.about(now.grid, images[0].shape)
     wanted = near.astype(np.uint8)
     views = [
         View.of(pixels, now.grid, angle, exposure, wanted)
@@ -104,11 +105,7 @@ def _rest(image: Image, now: Bundle, view: View, n: int, inside: Mask, worth: in
     light, clear, *by = view.linear(now.layers)
     model = light + clear * behind
     per_turn = -(by[0] + by[1] * behind) / np.float32(now.grid.step_rad)
-    per_px = (by[2] + by[3] * behind) / np.float32(now.grid.step_px)
-    cos, sin, along = np.cos(view.phi_rad), np.sin(view.phi_rad), -per_turn / view.radius_px
-    shift = np.stack([along * sin - per_px * cos, along * cos + per_px * sin])
-    back = (np.eye(2) - turning(float(now.angle_rad[n]))).astype(np.float32)
-    rows = np.stack([per_turn, model, np.ones_like(model), *(back.T @ shift)])
+    rows = np.stack([per_turn, model, np.ones_like(model)])
     trust = (known | inside[view.cell]) & (shown > 0) & (shown < 255)
     return Rest(view, behind, grey, model, (trust * worth).astype(np.float32), rows)
 

@@ -1,4 +1,4 @@
-"""The layers of some frames of which angles and pivot are roughly known."""
+"""The layers of some frames of which the angles are roughly known."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ def learn_layers(
     light: Array,
     surface: Surface,
     noise: float,
-    pivot_held: bool,
 ) -> Layers:
     """Layers from frames with rough angles [rad] and the light's gain and offset (frames, 2).
 
     ``surface`` gives pivot and outline; ``exposures`` say what moved while each frame was taken;
-    ``noise`` [grey levels] is theirs, roughly. The pivot is fitted unless it is held.
+    ``noise`` [grey levels] is theirs, roughly.
     """
     grid = wide(surface, images[0].shape)
     inside_px = depth(surface, grid)
@@ -45,7 +44,7 @@ def learn_layers(
         light[:, 1],
         noise=noise,
     )
-    bundle, rest = settled(images, exposures, start, inside_px, pivot_held)
+    bundle, rest = settled(images, exposures, start, inside_px)
     return _judged(bundle, rest)
 
 

@@ -1,7 +1,6 @@
-"""The linear problem about layers, pivot, angles and light, and some steps towards its answer.
+"""The linear problem about layers, angles and light, and some steps towards its answer.
 
-By conjugate gradients that know how a spline, a bench that hardly varies, and a pivot and its
-angles hang together.
+By conjugate gradients that know how a spline and a bench that hardly varies hang together.
 """
 
 from __future__ import annotations
@@ -9,7 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy import ndimage
+from numpy.typing import NDArray
+from scipy import fft, ndimage
 
 from servosight.tracking.layer_views import View
 from servosight.tracking.polar import Array, Grid, Single
@@ -18,6 +18,7 @@ _STEPS = 24
 _DOUBT = 0.5  # about the cover of a cell, given that of others as near to the edge
 _HELD = 0.1  # what holds the light, in frames' worth
 _LEAST_RADIUS = 0.15
+_FINEST_PX = 1.0  # wavelength along the columns that is held smooth as much as it is seen
 _OWN = 3  # unknowns of each frame: angle, gain, offset
 
 
@@ -45,8 +46,8 @@ class Bundle:
 class Rest:
     """What a bundle leaves in one frame: ``grey`` [grey levels] beside ``model``; (pixels,).
 
-    Where the bench is not known, or something else is seen, ``trust`` is 0. ``rows`` (5, pixels)
-    are the model's changes with the frame's angle, gain and offset, and with the pivot.
+    Where the bench is not known, or something else is seen, ``trust`` is 0. ``rows`` (3, pixels)
+    are the model's changes with the frame's angle, gain and offset.
     """
 
     view: View
@@ -62,7 +63,6 @@ def closer(
     rest: list[Rest],
     free: Single,
     likely: Single,
-    pivot_held: bool,
     still: bool,
 ) -> Bundle:
     """Some steps of conjugate gradients, of the layers alone where ``still``."""
@@ -70,7 +70,7 @@ def closer(
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
         for r, gain in zip(rest, now.gain, strict=True)
     ]
-    problem = _Problem(now, rest, weight, free, likely, pivot_held, still)
+    problem = _Problem(now, rest, weight, free, likely, still)
     left = [r.grey - r.model for r in rest]
     x = np.zeros(problem.size, np.float32)
     down = problem.back(left) + problem.held(np.zeros_like(x))
@@ -86,15 +86,12 @@ def closer(
         easy = problem.eased(down)
         before, power = power, float(easy @ down)
         step = easy + np.float32(power / before) * step
-    layers, own, moved = problem.parts(x)
-    pivot = np.array(now.grid.pivot_px) + moved
-    gain = now.gain * (1.0 + own[:, 1])
+    layers, own = problem.parts(x)
     return replace(
         now,
-        grid=replace(now.grid, pivot_px=(float(pivot[0]), float(pivot[1]))),
         layers=now.layers + layers,
         angle_rad=now.angle_rad + own[:, 0],
-        gain=gain,
+        gain=now.gain * (1.0 + own[:, 1]),
         offset=now.offset + now.gain * own[:, 2],
     )
 
@@ -113,16 +110,17 @@ class _Problem:
         weight: list[Single],
         free: Single,
         likely: Single,
-        pivot_held: bool,
         still: bool,
     ) -> None:
         self.now, self.rest, self.weight, self.free = now, rest, weight, free
         self.cells, self.frames = free.size, len(rest)
-        self.size = self.cells + _OWN * self.frames + 2
+        self.size = self.cells + _OWN * self.frames
         bench = now.bench[np.isfinite(now.bench)]
         self.middle = np.float32(bench.mean()) if bench.size else np.float32(0.0)
         self.spread = np.float32(bench.var()) if bench.size else np.float32(1.0)
         self.likely = likely - now.layers
+        self.before = now.layers.copy()
+        self.before[:, :, 0] += self.middle * now.layers[:, :, 1]
         held = (now.noise / _DOUBT) ** 2
         self.doubt = np.array([_HELD, held], np.float32) * free
         radius = now.grid.radius_px + now.grid.step_px * np.arange(now.grid.rows)
@@ -130,67 +128,80 @@ class _Problem:
         mean = sum(float(w.sum()) for w in weight) / max(sum(w.size for w in weight), 1)
         self.sizes = (1.0, float(self.spread) + held / (mean * self.frames))
         self.easing = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
+        # Near the pivot many columns share a pixel: what is finer than that would hold what each
+        # frame has to itself, a pivot that is not exact among it.
+        finest = (2.0 * np.pi * radius / (now.grid.largest_px * _FINEST_PX)) ** 4
+        smooth = (share * np.float32(mean * self.frames) / finest).astype(np.float32)
+        self.smooth = smooth[:, None] * np.array([1.0, self.spread], np.float32)
+        self.easing_of_wave = _easing_of_wave(now.grid.columns, finest)
         power = np.array([(r.rows * w) @ r.rows.T for r, w in zip(rest, weight, strict=True)])
-        # Angles and pivot tell nearly the same: their block is inverted as a whole, an arrow.
-        self.still = still
-        self.own = np.linalg.inv(power[:, :_OWN, :_OWN] + 1e-6 * np.eye(_OWN))
-        self.across = power[:, _OWN:, :_OWN] @ self.own
-        left = power[:, _OWN:, _OWN:] - self.across @ power[:, :_OWN, _OWN:]
-        self.common = np.linalg.inv(left.sum(0) + 1e-6 * np.eye(2))
-        if pivot_held:
-            self.common = np.zeros((2, 2))
+        self.own = np.zeros_like(power) if still else np.linalg.inv(power + 1e-6 * np.eye(_OWN))
 
-    def parts(self, x: Single) -> tuple[Single, Single, Single]:
-        """Change of the layers (columns, rows, 2), of the frames (frames, 3), of the pivot."""
+    def parts(self, x: Single) -> tuple[Single, Single]:
+        """Change of the layers (columns, rows, 2) and of the frames (frames, 3)."""
         layers = x[: self.cells].reshape(self.free.shape).copy()
         layers[:, :, 0] -= self.middle * layers[:, :, 1]
-        return layers, x[self.cells : -2].reshape(self.frames, _OWN), x[-2:]
+        return layers, x[self.cells :].reshape(self.frames, _OWN)
 
     def shown(self, x: Single) -> list[Single]:
         """What a change does to the frames' pixels."""
-        layers, own, moved = self.parts(x)
+        layers, own = self.parts(x)
         return [
-            np.asarray(r.view.shown(layers, r.behind) + np.concatenate([o, moved]) @ r.rows)
+            np.asarray(r.view.shown(layers, r.behind) + o @ r.rows)
             for r, o in zip(self.rest, own, strict=True)
         ]
 
     def back(self, left: list[Single]) -> Single:
         """The transpose, weighed."""
         layers = np.zeros(self.free.shape, np.float32)
-        rows = np.zeros((self.frames, _OWN + 2), np.float32)
+        own = np.zeros((self.frames, _OWN), np.float32)
         for n, (r, w, residual) in enumerate(zip(self.rest, self.weight, left, strict=True)):
             grey = w * residual
             layers += r.view.spread(grey, r.behind, self.free.shape)
-            rows[n] = r.rows @ grey
+            own[n] = r.rows @ grey
         layers[:, :, 1] -= self.middle * layers[:, :, 0]
         layers *= self.free
-        own, common = rows[:, :_OWN], rows[:, _OWN:].sum(0)
-        return np.concatenate([layers.ravel(), own.ravel(), common])
+        return np.concatenate([layers.ravel(), own.ravel()])
 
     def held(self, x: Single) -> Single:
         """The pull towards what is likely without any frame."""
         change = x[: self.cells].reshape(self.free.shape)
         pull = np.zeros_like(x)
-        pull[: self.cells] = (self.doubt * (self.likely - change)).ravel()
+        rough = _bent(self.smooth * _bent(self.before + change)) * self.free
+        pull[: self.cells] = (self.doubt * (self.likely - change) - rough).ravel()
         return pull
 
     def stiff(self, x: Single) -> float:
         """What that pull adds to the square of a change."""
         change = x[: self.cells].reshape(self.free.shape)
-        return float((self.doubt * change * change).sum())
+        return float((self.doubt * change**2 + self.smooth * _bent(change) ** 2).sum())
 
     def eased(self, x: Single) -> Single:
         """Preconditioned: by the inverse of the spline's own products, cells alike in weight."""
         layers = x[: self.cells].reshape(self.free.shape).copy()
         for side, size in enumerate(self.sizes):
             sheet = layers[:, :, side] * self.easing
-            for _ in range(2):
-                sheet = ndimage.spline_filter(sheet, order=3, output=np.float32)
+            sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
+            waves = fft.dct(sheet, axis=0, norm="ortho") * self.easing_of_wave
+            sheet = fft.idct(waves, axis=0, norm="ortho").astype(np.float32)
+            sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
             layers[:, :, side] = sheet * self.easing / np.float32(size)
         layers *= self.free
-        if self.still:
-            return np.append(layers.ravel(), np.zeros(x.size - self.cells, np.float32))
-        down = x[self.cells : -2].reshape(self.frames, _OWN)
-        common = self.common @ (x[-2:] - np.einsum("nab,nb->a", self.across, down))
-        own = np.einsum("nab,nb->na", self.own, down) - np.einsum("nba,b->na", self.across, common)
-        return np.concatenate([layers.ravel(), own.ravel(), common]).astype(np.float32)
+        own = np.einsum("nab,nb->na", self.own, x[self.cells :].reshape(self.frames, _OWN))
+        return np.concatenate([layers.ravel(), own.ravel()]).astype(np.float32)
+
+
+def _easing_of_wave(columns: int, finest: NDArray[np.floating]) -> Single:
+    """Inverse of the spline's own product and of the smoothing, for each wave along the columns.
+
+    Smoothing is as strong as the product where a second difference squared is ``finest`` (rows,);
+    (columns, rows).
+    """
+    cos = np.cos(np.pi * np.arange(columns) / columns)[:, None]
+    return np.asarray(1.0 / (((4.0 + 2.0 * cos) / 6.0) ** 2 + (2.0 - 2.0 * cos) ** 2 / finest))
+
+
+def _bent(layers: Single) -> Single:
+    """Second differences along the columns; at either end the layers go on as they are."""
+    padded = np.pad(layers, ((1, 1), (0, 0), (0, 0)), "edge")
+    return np.asarray(2.0 * layers - padded[:-2] - padded[2:])

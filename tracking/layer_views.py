@@ -23,14 +23,11 @@ class View:
     """The pixels of one frame that show wanted cells; (pixels,).
 
     ``index`` is their place in the flattened picture, ``where`` (2, pixels) the column and row of
-    the lattice that they show, ``phi_rad`` and ``radius_px`` their own place about the pivot.
-    ``smear`` and ``parts`` (stretches,) are its exposure's, in columns.
+    the lattice that they show. ``smear`` and ``parts`` (stretches,) are its exposure's, in columns.
     """
 
     index: NDArray[np.intp]
     where: Single
-    phi_rad: Single
-    radius_px: Single
     smear: float
     parts: Single
 
@@ -48,8 +45,6 @@ class View:
         return cls(
             pixels.index.take(chosen),
             np.ascontiguousarray(where),
-            pixels.phi_rad.take(chosen).astype(np.float32),
-            pixels.radius_px.take(chosen).astype(np.float32),
             exposure.smear_rad / grid.step_rad,
             (exposure.parts_rad / grid.step_rad).astype(np.float32),
         )
@@ -61,8 +56,6 @@ class View:
             self,
             index=self.index[some],
             where=np.ascontiguousarray(self.where[:, some]),
-            phi_rad=self.phi_rad[some],
-            radius_px=self.radius_px[some],
         )
 
     @property
@@ -72,11 +65,11 @@ class View:
         return column, row
 
     def linear(self, layers: Single) -> Single:
-        """Light and clearness (0, 1), their slopes by column (2, 3) and by row (4, 5); (6, pixels).
+        """Light and clearness (0, 1) and their slopes by column (2, 3); (4, pixels).
 
         ``layers`` (columns, rows, 2) are splines' coefficients.
         """
-        out = np.zeros((6, self.index.size), np.float32)
+        out = np.zeros((4, self.index.size), np.float32)
         _linear(self._smeared(layers), self.where, self.parts, out)
         return out
 
@@ -153,7 +146,7 @@ def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
     for i in range(where.shape[1]):
         v = where[1, i]
         j = int(v)
-        b, e = weights(v - np.float32(j)), slopes(v - np.float32(j))
+        b = weights(v - np.float32(j))
         for part in parts:
             u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
             m = int(u)
@@ -163,13 +156,10 @@ def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
                 c = flat[start : start + 8]
                 for side in range(2):
                     across = np.float32(0.0)
-                    along = np.float32(0.0)
                     for n in range(4):
                         across += b[n] * c[2 * n + side]
-                        along += e[n] * c[2 * n + side]
                     out[side, i] += share * a[k] * across
                     out[2 + side, i] += share * d[k] * across
-                    out[4 + side, i] += share * a[k] * along
 
 
 @_kernel

@@ -65,7 +65,7 @@ class Layered:
             return model.at(self.few, angle, exposure)
 
         shot = self.layers.shot
-        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=1.0)
+        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.2)
         if rough is None:
             return None
         light = rough.gain, rough.offset

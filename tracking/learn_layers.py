@@ -20,9 +20,7 @@ _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
 
 
-def layered_stage(
-    runs: Iterable[Sequence[Seen]], refine: Refine, pivot_held: bool = False
-) -> Stage:
+def layered_stage(runs: Iterable[Sequence[Seen]], refine: Refine) -> Stage:
     """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
     tell the angle better."""
     chosen: list[Seen] = []
@@ -45,7 +43,6 @@ def layered_stage(
         np.array([(s.fit.gain, s.fit.offset) for s in taught if s.fit]),
         refine.surface,
         float(np.median([s.fit.noise for s in taught if s.fit])),
-        pivot_held,
     )
     stage = Layered.of(layers, refine)
     ratios = []

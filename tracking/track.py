@@ -124,9 +124,7 @@ def track(
     if method == "match":
         stage, home_rad = Flattened(Match(flat(images[0]), surface.pivot_px, box), flat), 0.0
     else:
-        stage = layered_stage(
-            first_pass(video, refine, shutters, held, copies), refine, pivot_held=pivot is not None
-        )
+        stage = layered_stage(first_pass(video, refine, shutters, held, copies), refine)
 
     stamps, unsteady_px, fits, exposures, repeated = [], [], [], [], []
     source = ahead(map(held, frames(video)), _AHEAD)

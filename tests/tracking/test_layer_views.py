@@ -42,14 +42,12 @@ def test_linear_tells_what_is_shown_and_how_it_changes(exposure: Exposure) -> No
     x = layers(5)
     view = View.of(PIXELS, GRID, 0.1, exposure, WANTED)
     behind = np.full(view.index.size, 2.0, np.float32)
-    light, clear, by_light, by_clear, *_ = view.linear(x)
+    light, clear, by_light, by_clear = view.linear(x)
     np.testing.assert_allclose(light + 2.0 * clear, view.shown(x, behind), atol=2e-4)
     ahead = view.where + np.array([[0.01], [0.0]], np.float32)
     behind_it = view.where - np.array([[0.01], [0.0]], np.float32)
     moved = [
-        View(view.index, place, view.phi_rad, view.radius_px, view.smear, view.parts).shown(
-            x, behind
-        )
+        View(view.index, place, view.smear, view.parts).shown(x, behind)
         for place in (ahead, behind_it)
     ]
     inside = (view.where[0] > 3) & (view.where[0] < GRID.columns - 4)
