@@ -24,6 +24,7 @@ _PACE_PX = (1.0, 24.0)  # at the tip, from frame to frame: less tells nothing, m
 _STEPS = 8  # of a frame time, at first
 _FINER = 3
 _AROUND = 2
+_ROUNDS = 8  # of the finer steps, each of which goes three on at most
 _SURE = 4.0
 # The surface is learnt from pictures of the same shutter, which is a small error in all of them:
 # on the twin's videos readouts came out within 2 % of a frame time, exposures within 5 %.
@@ -59,19 +60,11 @@ def find_shutter(refine: Refine, runs: Iterable[Sequence[Seen]]) -> Shutters:
         )
         return Shutters(np.zeros(1), 0.0, unknown, note)
 
-    def least(at_s: Array, shutter: Callable[[float], Shutter]) -> tuple[float, float]:
-        return _least(at_s, [_left(refine, moving, shutter(value)) for value in at_s.tolist()])
-
-    coarse = frame_s * np.arange(-_STEPS, _STEPS + 1) / _STEPS
-    rolls_s, _ = least(coarse, lambda s: Shutter(0.0, s))
-    opens_s, _ = least(coarse[_STEPS:], lambda s: Shutter(s, rolls_s))
-    about_s = _about(rolls_s, -frame_s, frame_s)
-    rolls_s, rolls_doubt_s = least(about_s, lambda s: Shutter(opens_s, s))
-    about_s = _about(opens_s, 0.0, frame_s)
-    opens_s, opens_doubt_s = least(about_s, lambda s: Shutter(s, rolls_s))
+    found = lowest(lambda shutter: _left(refine, moving, shutter), frame_s)
+    opens_s, rolls_s = found.shutter.exposure_s, found.shutter.readout_s
     opens_doubt_s, rolls_doubt_s = (
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
-        for doubt_s in (opens_doubt_s, rolls_doubt_s)
+        for doubt_s in (found.exposure_doubt_s, found.readout_doubt_s)
     )
     if abs(rolls_s) < _SURE * rolls_doubt_s:
         rolls_s, rolls_doubt_s = 0.0, max(abs(rolls_s), rolls_doubt_s)
@@ -83,6 +76,42 @@ def find_shutter(refine: Refine, runs: Iterable[Sequence[Seen]]) -> Shutters:
         f"{1e3 * rolls_doubt_s:.1g} ms: [camera] in recording.toml tells them better"
     )
     return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note)
+
+
+@dataclass(frozen=True)
+class Lowest:
+    """The shutter that leaves least, and one sigma of its exposure and readout by chance alone."""
+
+    shutter: Shutter
+    exposure_doubt_s: float
+    readout_doubt_s: float
+
+
+def lowest(left: Callable[[Shutter], Array], frame_s: float) -> Lowest:
+    """The shutter at which frames leave least, each squared residual by ``left`` (frames,).
+
+    One number after the other, over all that a frame time allows and then in finer steps, until
+    both stay: a wrong exposure can pass for a readout.
+    """
+
+    def readout(at_s: Array, opens_s: float) -> tuple[float, float]:
+        return _least(at_s, [left(Shutter(opens_s, s)) for s in at_s.tolist()])
+
+    def exposure(at_s: Array, rolls_s: float) -> tuple[float, float]:
+        return _least(at_s, [left(Shutter(s, rolls_s)) for s in at_s.tolist()])
+
+    step_s = frame_s / _STEPS
+    coarse: Array = step_s * np.arange(-_STEPS, _STEPS + 1.0)
+    rolls_s, _ = readout(coarse, 0.0)
+    opens_s, _ = exposure(coarse[_STEPS:], rolls_s)
+    for _ in range(_ROUNDS):
+        before_s = rolls_s, opens_s
+        rolls_s, rolls_doubt_s = readout(_about(rolls_s, -frame_s, frame_s), opens_s)
+        opens_s, opens_doubt_s = exposure(_about(opens_s, 0.0, frame_s), rolls_s)
+        moved_s = np.subtract((rolls_s, opens_s), before_s)
+        if np.abs(moved_s).max() < step_s / _FINER:
+            break
+    return Lowest(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s)
 
 
 def _moving(run: Sequence[Seen]) -> list[_Moving]:

@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from servosight.tracking.find_shutter import lowest
+from servosight.tracking.shutter import Shutter
 from servosight.tracking.track import track
 
 SLOW_DEG = 4.0 * np.sin(2 * np.pi * np.arange(60) / 240.0)
@@ -33,3 +36,23 @@ def test_template_matching_knows_no_shutter(
 ) -> None:
     matched = track(drawn("slow", scene(SLOW_DEG)), method="match")
     assert not any("not told" in note for note in matched.notes)
+
+
+@pytest.mark.parametrize(
+    ("exposure_s", "readout_s"), [(0.0078, 0.0), (0.001, 0.0075), (0.004, -0.006)]
+)
+def test_a_wrong_exposure_may_pass_for_a_readout(exposure_s: float, readout_s: float) -> None:
+    """A bent valley: without the exposure the readout looks 3 ms off, beyond the finer steps about
+    it. Noise of 0.1 % in 24 frames leaves a few microseconds; a fine step is 0.35 ms."""
+    rng = np.random.default_rng(1)
+    noise = 1.0 + 0.001 * rng.standard_normal(24)
+
+    def left(shutter: Shutter) -> np.ndarray:
+        opens = (shutter.exposure_s - exposure_s) / 0.002
+        rolls = (shutter.readout_s - readout_s) / 0.002 - 0.4 * opens
+        return noise + opens**2 + 0.5 * rolls**2
+
+    found = lowest(left, 1.0 / 120.0)
+
+    assert found.shutter.exposure_s == pytest.approx(exposure_s, abs=1e-4)
+    assert found.shutter.readout_s == pytest.approx(readout_s, abs=1e-4)
