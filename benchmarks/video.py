@@ -45,7 +45,7 @@ _UNTOLD = (
     "H.264, crf 23",
     "other print, 16 ms readout",
 )
-_SERVO_SEEDS = range(11, 19)
+_SERVO_SEEDS = range(11, 27)
 
 
 def measured(shot: Shot) -> tuple[Track, Truth, Array, float]:
@@ -185,8 +185,9 @@ def speed(shot: Shot) -> str:
     run()
     rate = len(pictures) / (time.process_time() - start)
     reached = "met" if rate >= 1000 else "**not met**"
-    name = f"frames/s of one core, {pixels} px, decoding apart"
-    return f"| {name} | at least 1000 | {rate:.0f} | {reached} |"
+    part = cv2.contourArea(refine.surface.outline_px.astype(np.float32))
+    name = f"frames/s of one core, moving part of {part:.0f} px ({pixels} tell), decoding apart"
+    return f"| {name} | at least 1000 up to 13,000 px | {rate:.0f} | {reached} |"
 
 
 def peers(shot: Shot) -> list[str]:

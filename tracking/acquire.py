@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from servosight.models.errors import InputError
 from servosight.tracking.outline import tightened
-from servosight.tracking.polar import Array, Grid, Mask, Single
+from servosight.tracking.polar import Array, Grid, Image, Mask, Single
 from servosight.tracking.result import Box
 from servosight.tracking.rigid import POINT, centre_of, motions_of
 from servosight.tracking.search import search
-from servosight.tracking.surface import Image, Surface, learn, single, spread
+from servosight.tracking.surface import Surface, learn, single, spread
 from servosight.tracking.surface_mask import surface_mask
 
 _COARSE_PX = 1.5

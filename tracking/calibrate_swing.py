@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from servosight.tracking.features import Index
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
+from servosight.tracking.rotation import turning
 from servosight.tracking.shared import one_sigma
 from servosight.tracking.swing_features import LEAST_FRAMES, Tracks
 
@@ -164,7 +165,7 @@ class _Seen:
             b, a = before - before.mean(0), after - after.mean(0)
             cross = (b[:, 0] * a[:, 1] - b[:, 1] * a[:, 0]).sum()
             angles[frame] = -np.arctan2(cross, (a * b).sum())
-            turn = _turning(angles[frame])
+            turn = turning(angles[frame])
             rows.append(np.eye(2) - turn)
             values.append(after.mean(0) - turn @ before.mean(0))
         stacked = np.vstack(rows)
@@ -255,11 +256,6 @@ class _Seen:
         solved = np.asarray(np.linalg.solve(normal + 1e-12 * np.eye(2), sums), np.float64)
         right = right - own @ solved[self.point]
         return right[:, :, 0], right[:, :, 1:], solved
-
-
-def _turning(angle_rad: float) -> Array:
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    return np.array([[cos, sin], [-sin, cos]])
 
 
 def _bend(weight: Array) -> float:

@@ -10,9 +10,8 @@ import numpy as np
 
 from servosight.tracking.copied import copied
 from servosight.tracking.fit import Fit
-from servosight.tracking.polar import Mask
+from servosight.tracking.polar import Image, Mask
 from servosight.tracking.shutter import STILL, Exposure, Shutter, local_motion
-from servosight.tracking.surface import Image
 from servosight.tracking.video import Frame
 
 _REACH = 2  # neighbours on either side that tell how the surface moves

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from servosight.tracking.fit_kernels import shifted
 from servosight.tracking.polar import Array, Sample, Single
+from servosight.tracking.rotation import turning
 from servosight.tracking.shared import one_sigma
 
 _LEAST_FRAMES = 8
@@ -61,12 +62,6 @@ def lean(
     common, own, right = shifted(seen, rows, weight, solution, sample.per_px, radius, outwards)
     across = np.linalg.solve(normal, common)
     return Lean((own - common.T @ across) / variance, right / variance, across[2])
-
-
-def turning(angle_rad: Array) -> Array:
-    """Rotations counter-clockwise as seen, on x and y with y down; (frames, 2, 2)."""
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    return np.moveaxis(np.array([[cos, sin], [-sin, cos]]), 2, 0)
 
 
 def hinge(angle_rad: Array, leans: Sequence[Lean]) -> Hinge | None:

@@ -12,9 +12,9 @@ from servosight.tracking.layer_bundle import settled, usual
 from servosight.tracking.layer_lattice import depth, wide
 from servosight.tracking.layer_problem import Bundle, Rest
 from servosight.tracking.layers import SEEN_THROUGH, Layers
-from servosight.tracking.polar import Array, Grid, Single
+from servosight.tracking.polar import Array, Grid, Image, Single
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image, Surface
+from servosight.tracking.surface import Surface
 
 _OPAQUE = 0.02
 _TOLD = 0.94  # share of what the pixels tell that is worth their time

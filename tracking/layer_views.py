@@ -12,8 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Grid, Mask, Pixels, Single, slopes, smeared, weights
+from servosight.tracking.polar import Grid, Mask, Pixels, Single
 from servosight.tracking.shutter import Exposure
+from servosight.tracking.spline import slopes, smeared, weights
 
 _LEAST_SMEAR = 0.3  # columns; less is no smear
 

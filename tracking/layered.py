@@ -11,10 +11,9 @@ import numpy as np
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
 from servosight.tracking.layers import Layers, Rings
-from servosight.tracking.polar import Mask, Sample
+from servosight.tracking.polar import Image, Mask, Sample
 from servosight.tracking.refine import Refine, likely
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image
 
 # Blurred layers are kept by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0
@@ -65,7 +64,7 @@ class Layered:
             return model.at(self.few, angle, exposure)
 
         shot = self.layers.shot
-        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.2)
+        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.3)
         if rough is None:
             return None
         light = rough.gain, rough.offset

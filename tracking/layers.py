@@ -18,8 +18,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single, slopes, smeared, weights
+from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single
 from servosight.tracking.shutter import Exposure
+from servosight.tracking.spline import slopes, smeared, weights
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover

@@ -22,9 +22,9 @@ from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.plane import Array
 from servosight.tracking.result import Flag, Track
+from servosight.tracking.rotation import turned, turning
 from servosight.tracking.shared import one_sigma, principal
 from servosight.tracking.sigma import gaps
-from servosight.tracking.surface import turned, turning
 from servosight.tracking.video import calm_frames, even_times, frames
 
 Family = Literal["aruco", "apriltag"]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.tracking.fit import Fit
-from servosight.tracking.polar import Array, Mask
+from servosight.tracking.polar import Array, Image, Mask
+from servosight.tracking.rotation import turning
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image, turning
 
 Box = tuple[int, int, int, int]
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
-from servosight.tracking.polar import Mask, Pixels, Sample
+from servosight.tracking.polar import Image, Mask, Pixels, Sample
 from servosight.tracking.search import search
 from servosight.tracking.shutter import Exposure
-from servosight.tracking.surface import Image, Surface
+from servosight.tracking.surface import Surface
 
 # A fit that explains less of the picture than this share of what the learnt frames showed is of
 # something else; the same for pixels that pass the gate.

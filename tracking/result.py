@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.polar import Array
+from servosight.tracking.rotation import turned
 from servosight.tracking.shutter import Shutters
-from servosight.tracking.surface import turned
 
 Method = Literal["match", "refine", "marker"]
 Box = tuple[int, int, int, int]

@@ -13,9 +13,8 @@ import numpy as np
 
 from servosight.models.errors import InputError
 from servosight.tracking.features import matched
-from servosight.tracking.polar import Array
+from servosight.tracking.polar import Array, Image
 from servosight.tracking.result import Box
-from servosight.tracking.surface import Image
 
 _MOVED_PX = 1.5
 _LEAST_FEATURES = 8

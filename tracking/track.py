@@ -26,13 +26,14 @@ from servosight.tracking.match import Match, choose_box
 from servosight.tracking.middle_row import at_middle_row
 from servosight.tracking.parts import same_view, without
 from servosight.tracking.plane import Plane
-from servosight.tracking.polar import Array
+from servosight.tracking.polar import Array, Image
 from servosight.tracking.refine import Refine
 from servosight.tracking.result import Box as Box
 from servosight.tracking.result import Flag as Flag
 from servosight.tracking.result import Method
 from servosight.tracking.result import Track as Track
 from servosight.tracking.result import outline_at as outline_at
+from servosight.tracking.rotation import turned
 from servosight.tracking.shared import principal
 from servosight.tracking.shutter import STILL, Shutters
 from servosight.tracking.sigma import (
@@ -45,7 +46,7 @@ from servosight.tracking.sigma import (
     uneven,
 )
 from servosight.tracking.steady import LEAST_PX, Bench, wander_px
-from servosight.tracking.surface import Image, Surface, turned
+from servosight.tracking.surface import Surface
 from servosight.tracking.video import (
     Frame,
     calm_frames,

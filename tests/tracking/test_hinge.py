@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.hinge import Lean, hinge, lean, mended, turning
+from servosight.tracking.hinge import Lean, hinge, lean, mended
 from servosight.tracking.polar import Grid, Pixels, Sample
+from servosight.tracking.rotation import turning
 
 OFF_PX = np.array([0.01, -0.004])
 OWN_PX = np.array([0.002, 0.003])  # of the learnt picture

@@ -48,7 +48,7 @@ def section(story: Story) -> Section | None:
     number, index, geometry = found
     recording = story.before.judged[number].recording
     assert recording.video is not None
-    from servosight.tracking.surface import turned
+    from servosight.tracking.rotation import turned
     from servosight.tracking.video import read_frame
 
     frame = geometry.frame_of(index)
