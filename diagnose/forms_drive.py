@@ -21,7 +21,8 @@ from servosight.diagnose.form import (
     as_found,
     times,
 )
-from servosight.diagnose.forms_load import TIME, coefficient, drift_times, nameless, warmth
+from servosight.diagnose.forms_load import coefficient, nameless
+from servosight.diagnose.forms_time import TIME, drift_times, warmth
 from servosight.models.effect import Effect, Place
 from servosight.models.parameter import FIXED, Parameter, Scaling
 

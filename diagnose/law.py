@@ -22,6 +22,7 @@ from servosight.diagnose.form import Extent, Form, Motion, Point
 from servosight.diagnose.forms_drive import DRIVES
 from servosight.diagnose.forms_friction import FRICTIONS
 from servosight.diagnose.forms_load import LOADS
+from servosight.diagnose.forms_time import TIMES
 from servosight.diagnose.torque import Loop
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.identify.estimator import half_squares
@@ -32,7 +33,7 @@ from servosight.models.actuator import Estimate
 
 Array = NDArray[np.float64]
 
-FORMS: Mapping[str, Form] = {form.effect.id: form for form in (*LOADS, *DRIVES, *FRICTIONS)}
+FORMS: Mapping[str, Form] = {form.effect.id: form for form in (*LOADS, *TIMES, *DRIVES, *FRICTIONS)}
 """The terms that a law can have."""
 
 MOST_TERMS = 3
@@ -245,7 +246,7 @@ def promising(trial: Trial, forms: Mapping[str, Form], count: int, noise_deg: fl
     # A loop that was fitted without friction has taken most of it for damping: what promises less
     # may still be right, so that each kind has its best tried.
     chosen = []
-    for kind in (LOADS, DRIVES, FRICTIONS):
+    for kind in ((*LOADS, *TIMES), DRIVES, FRICTIONS):
         names = {form.effect.id for form in kind}
         chosen += sorted((one for one in found if one.name in names), key=_cost)[:FITTED]
     return sorted(chosen, key=_cost)
