@@ -36,16 +36,25 @@ class Camera:
 
 @dataclass(frozen=True)
 class View:
-    """The plane that the tracker works in, what the swing told of it, and that in a sentence."""
+    """The plane that the tracker works in, what the swing told of it, and that in a sentence.
+
+    ``calibrated`` says that a calibration gave it.
+    """
 
     plane: Plane
     swing: Swing | None
     note: str
+    calibrated: bool = False
+
+    @property
+    def found(self) -> bool:
+        """Whether the plane is the one that the swing told."""
+        return self.swing is not None and self.plane is self.swing.plane
 
     def shared_rad(self, angle_rad: Array) -> Array:
         """Errors of angles (n,) against the first frame's, one sigma of each, (n, errors), from
         what is not known of the plane."""
-        if self.swing is None or self.plane is not self.swing.plane:
+        if self.swing is None or not self.found:
             return np.zeros((len(angle_rad), 0))
         return self.swing.shared_at(angle_rad)
 
@@ -55,7 +64,8 @@ def view_of(images: Sequence[Image], camera: Camera | None = None) -> View:
     lens = camera.lens if camera is not None else None
     if camera is not None and camera.onto is not None:
         middle = 0.5 * (np.array(images[0].shape[1::-1], np.float64) - 1.0)
-        return View(Plane(like_picture(camera.onto, middle), lens), None, "view as calibrated")
+        plane = Plane(like_picture(camera.onto, middle), lens)
+        return View(plane, None, "view as calibrated", calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
     tracks = feature_tracks(images[::stride])
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
@@ -79,9 +89,8 @@ def view_of(images: Sequence[Image], camera: Camera | None = None) -> View:
     return View(
         swing.plane,
         swing,
-        f"camera {tilt:.3g} deg off the hinge's axis, found from the swing and corrected; without "
-        f"it angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms, with it sigma "
-        f"grows by up to {doubt_deg:.2g} deg",
+        f"camera {tilt:.3g} deg off the hinge's axis, found from the swing and corrected: without "
+        f"that angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms",
     )
 
 

@@ -66,28 +66,20 @@ def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def shifted(seen, rows, weight, solution, per_px, radius, outwards):  # type: ignore[no-untyped-def]
-    """What a shift along x and y has in common with the unknowns (unknowns, 2) and with itself
-    (2, 2), and the right side (2,) behind a solution; ``rows`` are of light, offset and turn."""
-    common, own, right = np.zeros((3, 2)), np.zeros((2, 2)), np.zeros(2)
-    gain, offset, turn = np.float32(solution[0]), np.float32(solution[1]), np.float32(solution[2])
-    vx = vy = ox = oy = tx = ty = xx = xy = yy = rx = ry = 0.0
-    for i in range(seen.size):
-        value, by_turn = rows[0, i], rows[2, i]
-        along, cos, sin = by_turn / radius[i], outwards[0, i], outwards[1, i]
-        out = gain * per_px[i]
-        x, y = -along * sin - out * cos, out * sin - along * cos
-        wx, wy = weight[i] * x, weight[i] * y
-        left = np.float32(seen[i]) - gain * value - offset - turn * by_turn
-        vx, vy = vx + wx * value, vy + wy * value
-        ox, oy = ox + wx, oy + wy
-        tx, ty = tx + wx * by_turn, ty + wy * by_turn
-        xx, xy, yy = xx + wx * x, xy + wx * y, yy + wy * y
-        rx, ry = rx + wx * left, ry + wy * left
-    common[0], common[1], common[2] = (vx, vy), (ox, oy), (tx, ty)
-    own[0], own[1] = (xx, xy), (xy, yy)
-    right[0], right[1] = rx, ry
-    return common, own, right
+def swayed(by_turn, by_radius, radius, outwards, farthest, out):  # type: ignore[no-untyped-def]
+    """Change of each pixel with a sway of the surface, (6, pixels) [grey levels/px]: shift along x
+    and along y; stretch along x, stretch aslant, perspective along x and against y, by how far
+    these move what is ``farthest`` from the pivot."""
+    for i in range(by_turn.size):
+        along, cos, sin = by_turn[i] / radius[i], outwards[0, i], outwards[1, i]
+        out[0, i] = -along * sin - by_radius[i] * cos
+        out[1, i] = by_radius[i] * sin - along * cos
+        near = radius[i] / farthest
+        cos2, sin2 = cos * cos - sin * sin, np.float32(2.0) * cos * sin
+        out[2, i] = -near * (along * sin2 + by_radius[i] * cos2)
+        out[3, i] = near * (along * cos2 - by_radius[i] * sin2)
+        out[4, i] = -near * near * by_radius[i] * cos
+        out[5, i] = -near * near * by_radius[i] * sin
 
 
 @_kernel

@@ -7,7 +7,7 @@ angle. Inside, angles are radians, counter-clockwise positive as seen (y points 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -75,7 +75,8 @@ class Pixels:
     """A picture's pixels by rising polar angle about a pivot, twice round so that no slice wraps.
 
     ``index`` is the place in the flattened picture, ``block`` the number of the 8 x 8 px tile,
-    ``delay`` the row's place in the readout, -1/2 (first) to 1/2 (last).
+    ``delay`` the row's place in the readout, -1/2 (first) to 1/2 (last). ``farthest_px`` is the
+    lattice's largest radius.
     """
 
     phi_rad: Array
@@ -83,6 +84,7 @@ class Pixels:
     index: NDArray[np.intp]
     block: NDArray[np.intp]
     delay: Single
+    farthest_px: float
 
     @classmethod
     def about(
@@ -109,6 +111,7 @@ class Pixels:
             np.tile(index, 2),
             np.tile(block, 2),
             np.tile(delay, 2),
+            grid.largest_px,
         )
 
     @cached_property
@@ -118,12 +121,13 @@ class Pixels:
 
     def at(self, places: NDArray[np.intp]) -> Pixels:
         """Those at some places of the table (pixels,), in that order."""
-        return Pixels(
-            self.phi_rad[places],
-            self.radius_px[places],
-            self.index[places],
-            self.block[places],
-            self.delay[places],
+        return replace(
+            self,
+            phi_rad=self.phi_rad[places],
+            radius_px=self.radius_px[places],
+            index=self.index[places],
+            block=self.block[places],
+            delay=self.delay[places],
         )
 
     def covering(self, grid: Grid, angle_rad: float, slack_rad: float = 0.0) -> tuple[slice, float]:

@@ -19,10 +19,10 @@ from servosight.tracking.fit import Fit
 from servosight.tracking.flicker import light_centre
 from servosight.tracking.follow import Stage, follow
 from servosight.tracking.frame_table import read_frame_table
-from servosight.tracking.hinge import hinge, mended
 from servosight.tracking.layered import Layered
 from servosight.tracking.learn_layers import layered_stage
 from servosight.tracking.match import Match, choose_box
+from servosight.tracking.mend import about_hinge
 from servosight.tracking.middle_row import at_middle_row
 from servosight.tracking.parts import same_view, without
 from servosight.tracking.plane import Plane
@@ -151,9 +151,8 @@ def track(
     flags = np.array([flags_of(fit) for fit in fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     doubt = np.zeros(len(fits))
-    moved_px, of_pivot = np.zeros(2), np.zeros((len(fits), 0))
-    if pivot is None:
-        fits, moved_px, of_pivot = _about_pivot(fits)
+    mend = about_hinge(fits, view, pivot is not None)
+    fits = mend.fits
     rolls = shutters.readout_s != 0.0
     if rolls:
         fits, doubt = at_middle_row(time_s, fits, exposures, shutters.readout_s)
@@ -168,7 +167,7 @@ def track(
         angle = angle - speed * late_s
         doubt = np.hypot(speed * late_doubt_s, unsure * late_s)
     of_readout = _by_readout(angle, time_s, fits, shutters.readout_doubt_s)
-    shared = principal(np.hstack([of_pivot, of_readout, view.shared_rad(angle - angle[0])]))
+    shared = principal(np.hstack([mend.shared_rad, of_readout]))
     sigma = np.sqrt(
         sigma**2
         + doubt**2
@@ -178,7 +177,7 @@ def track(
         + (scatter(angle) ** 2 if copies or bench else 0.0)
     )
     pivot_px = stage.layers.grid.pivot_px if isinstance(stage, Layered) else surface.pivot_px
-    x, y = view.plane.to_picture(np.array([pivot_px]) + moved_px)[0]
+    x, y = view.plane.to_picture(np.array([pivot_px]) + mend.moved_px)[0]
     return Track(
         video,
         method,
@@ -190,7 +189,11 @@ def track(
         box,
         view.plane.to_picture(outline),
         view.plane,
-        (view.note, *([shutters.note] if shutters.note else []), *_notes(header, stamps, wander)),
+        (
+            *(mend.notes or (view.note,)),
+            *([shutters.note] if shutters.note else []),
+            *_notes(header, stamps, wander),
+        ),
         np.rad2deg(shared),
         shutters,
     )
@@ -266,23 +269,6 @@ def _notes(header: Header, stamps: list[float], wander: float) -> list[str]:
             "out, which costs accuracy; a camera held fast would not need it"
         )
     return notes
-
-
-def _about_pivot(fits: list[Fit | None]) -> tuple[list[Fit | None], Array, Array]:
-    """The fits about the pivot that all of them tell; by how much it is another [px], and what its
-    own sigma leaves in the angles [rad], (frames, 2)."""
-    leaning = {n: (fit, fit.lean) for n, fit in enumerate(fits) if fit and fit.lean}
-    angle = np.array([fit.angle_rad for fit, _ in leaning.values()])
-    leans = [lean for _, lean in leaning.values()]
-    found = hinge(angle, leans)
-    shared = np.zeros((len(fits), 2))
-    if found is None:
-        return fits, np.zeros(2), shared
-    about, shared[list(leaning)] = mended(angle, leans, found)
-    told = list(fits)
-    for (place, (fit, _)), own in zip(leaning.items(), about.tolist(), strict=True):
-        told[place] = replace(fit, angle_rad=own)
-    return told, found.shift_px, shared
 
 
 def _same_length(table: Path | None, rows: int, video: Path, count: int) -> None:

@@ -5,59 +5,100 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.hinge import Lean, hinge, lean, mended
+from servosight.tracking.hinge import PIVOT, PLANE, Lean, carried, hinge, lean, mended
 from servosight.tracking.polar import Grid, Pixels, Sample
-from servosight.tracking.rotation import turning
 
-OFF_PX = np.array([0.01, -0.004])
-OWN_PX = np.array([0.002, 0.003])  # of the learnt picture
+OFF_PX = np.array([0.01, -0.004, 0.2, -0.1, 0.05, 0.08])
+OWN_PX = np.array([0.002, 0.003, -0.1, 0.05, 0.03, 0.02])  # of the learnt picture
 SIGMA_PX = 0.002
-TURN = np.array([0.004, -0.002])  # rad/px
+TURN = np.array([0.004, -0.002, 0.001, 0.006, 0.002, 0.003])  # rad/px
+SWAYS = pytest.mark.parametrize("free", [PIVOT, PLANE, slice(0, 6)], ids=["pivot", "plane", "both"])
 
 
-def drawn(angle: np.ndarray, seed: int) -> list[Lean]:
-    """What frames tell of a pivot that is off, each with noise of its own."""
+def of(free: slice, sway: np.ndarray) -> np.ndarray:
+    """The same with those that are held at zero."""
+    only = np.zeros(6)
+    only[free] = sway[free]
+    return only
+
+
+def drawn(angle: np.ndarray, seed: int, free: slice = PIVOT) -> list[Lean]:
+    """What frames tell of a pivot or plane that is off, each with noise of its own."""
     rng = np.random.default_rng(seed)
-    turns = turning(angle)
-    shift = (np.eye(2) - turns) @ OFF_PX + turns @ OWN_PX
-    seen = shift + SIGMA_PX * rng.standard_normal(shift.shape)
-    weight = np.eye(2) / SIGMA_PX**2
+    own = carried(angle, 6)
+    sway = (np.eye(6) - own) @ of(free, OFF_PX) + own @ of(free, OWN_PX)
+    seen = sway + SIGMA_PX * rng.standard_normal(sway.shape)
+    weight = np.eye(6) / SIGMA_PX**2
     return [Lean(weight, weight @ one, TURN) for one in seen]
 
 
-def test_pivot_is_found_to_its_covariance() -> None:
-    """The squared error over covariance of 40 draws: chi-square of 2 x 40, within 4 sigma."""
+@SWAYS
+def test_pivot_and_plane_are_found_to_their_covariance(free: slice) -> None:
+    """The squared error over covariance of 40 draws: chi-square of 40 for each unknown, within 4
+    sigma."""
     angle = np.deg2rad(np.linspace(-20.0, 25.0, 60))
     total = 0.0
     for seed in range(40):
-        found = hinge(angle, drawn(angle, seed))
+        found = hinge(angle, drawn(angle, seed, free), free)
         assert found is not None
-        error = found.shift_px - OFF_PX
+        error = found.sway_px - OFF_PX[free]
         total += float(error @ np.linalg.solve(found.covariance, error))
-    assert total == pytest.approx(80.0, abs=4.0 * np.sqrt(160.0))
+    count = 40.0 * (free.stop - free.start)
+    assert total == pytest.approx(count, abs=4.0 * np.sqrt(2.0 * count))
 
 
-def test_angles_are_told_about_the_true_pivot() -> None:
+@SWAYS
+def test_angles_are_told_about_the_true_hinge(free: slice) -> None:
     angle = np.deg2rad(np.linspace(-20.0, 25.0, 400))
-    wrong = angle + ((np.eye(2) - turning(angle)) @ OFF_PX) @ TURN
-    leans = drawn(angle, 1)
-    found = hinge(wrong, leans)
+    wrong = angle + ((np.eye(6) - carried(angle, 6)) @ of(free, OFF_PX)) @ TURN
+    leans = drawn(angle, 1, free)
+    found = hinge(wrong, leans, free)
     assert found is not None
-    about, shared = mended(wrong, leans, found)
-    doubt = np.hypot(*shared.T)
+    about, shared = mended(wrong, leans, found, free)
+    doubt = np.sqrt((shared**2).sum(1))
     error = (about - about[0]) - (angle - angle[0])
     assert np.abs(error / doubt.max()).max() < 4.0
     assert np.abs(error).max() < 0.2 * np.abs(wrong - angle).max()
 
 
-def test_a_lean_is_what_the_normal_equations_leave_of_a_shift() -> None:
-    """Against all five unknowns solved at once, in double precision."""
+def grey(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """A print with known slopes, at places about the pivot, y pointing down."""
+    return np.asarray(
+        100.0 + 30.0 * np.sin(0.21 * x + 0.13 * y) + 20.0 * np.cos(0.17 * y - 0.1 * x)
+    )
+
+
+def moved(x: np.ndarray, y: np.ndarray, sway: np.ndarray, farthest: float) -> np.ndarray:
+    """What is seen where the print was swayed, by the map of a plane through its pivot."""
+    stretch = np.array([[sway[2], -sway[3]], [-sway[3], -sway[2]]]) / farthest
+    there = np.stack([x, y])
+    near = 1.0 + (sway[4] * x - sway[5] * y) / farthest**2
+    back = there - sway[:2, None] - stretch @ there - there * (near - 1.0)
+    return grey(back[0], back[1])
+
+
+def test_a_lean_is_what_the_normal_equations_leave_of_a_sway() -> None:
+    """Slopes by differences of a print moved by a thousandth of a pixel; then against all nine
+    unknowns solved at once, in double precision."""
     rng = np.random.default_rng(2)
     grid = Grid((60.0, 50.0), 0.0, 1.0, 0.0, 0.01, 40, 628)
     pixels = Pixels.about(grid, (100, 120))
     chosen = np.flatnonzero(pixels.radius_px[: pixels.index.size // 2] > 5.0)[::3]
-    value, per_turn, per_px = rng.normal(100.0, 30.0, (3, chosen.size)).astype(np.float32)
+    x, y = pixels.index[chosen] % 120 - 60.0, pixels.index[chosen] // 120 - 50.0
+    radius, bit = np.hypot(x, y), 1e-3
+    farthest = grid.largest_px
+    by_x = (grey(x + bit, y) - grey(x - bit, y)) / (2 * bit)
+    by_y = (grey(x, y + bit) - grey(x, y - bit)) / (2 * bit)
+    value = grey(x, y).astype(np.float32)
+    per_turn = (-(by_x * y - by_y * x)).astype(np.float32)
+    per_px = ((by_x * x + by_y * y) / radius).astype(np.float32)
     shown = Sample(pixels, chosen, value, per_turn, per_px)
+    ways = np.stack(
+        [
+            (moved(x, y, bit * one, farthest) - moved(x, y, -bit * one, farthest)) / (2 * bit)
+            for one in np.eye(6)
+        ]
+    )
     seen = np.clip(value + rng.normal(0.0, 3.0, chosen.size), 0, 255).astype(np.uint8)
     weight = rng.uniform(0.5, 1.0, chosen.size).astype(np.float32)
     rows = np.stack([value, np.ones_like(value), per_turn])
@@ -67,13 +108,19 @@ def test_a_lean_is_what_the_normal_equations_leave_of_a_shift() -> None:
 
     told = lean(shown, seen, rows, weight, normal, solution, 4.0)
 
-    free = np.concatenate([rows, solution[0] * np.stack(shown.per_shift)]).astype(float)
+    free = np.concatenate([rows, solution[0] * ways]).astype(float)
     whole = free * weight @ free.T
     inverse = np.linalg.inv(whole)
-    np.testing.assert_allclose(told.weight, np.linalg.inv(inverse[3:, 3:]) / 4.0, rtol=1e-3)
-    shift = (inverse @ (free * weight @ (seen - solution @ rows)))[3:]
-    np.testing.assert_allclose(np.linalg.solve(told.weight, told.right), shift, rtol=1e-2)
-    np.testing.assert_allclose(told.turn, np.linalg.solve(normal, whole[:3, 3:])[2], rtol=1e-3)
+    scale = np.sqrt(np.diag(told.weight))
+    left = np.linalg.inv(inverse[3:, 3:]) / 4.0
+    np.testing.assert_allclose(
+        told.weight / np.outer(scale, scale), left / np.outer(scale, scale), atol=5e-3
+    )
+    sway = (inverse @ (free * weight @ (seen - solution @ rows)))[3:]
+    error = np.linalg.solve(told.weight, told.right) - sway
+    assert np.abs(error * scale).max() < 0.05
+    turn = np.linalg.solve(normal, whole[:3, 3:])[2]
+    np.testing.assert_allclose(told.turn, turn, atol=5e-3 * np.abs(turn).max())
 
 
 def test_too_few_frames_tell_nothing() -> None:
