@@ -46,6 +46,7 @@ _UNTOLD = (
     "other print, 16 ms readout",
 )
 _SERVO_SEEDS = range(11, 27)
+_GOAL_PX = 13_000
 
 
 def measured(shot: Shot) -> tuple[Track, Truth, Array, float]:
@@ -184,10 +185,12 @@ def speed(shot: Shot) -> str:
     start = time.process_time()
     run()
     rate = len(pictures) / (time.process_time() - start)
-    reached = "met" if rate >= 1000 else "**not met**"
     part = cv2.contourArea(refine.surface.outline_px.astype(np.float32))
     name = f"frames/s of one core, moving part of {part:.0f} px ({pixels} tell), decoding apart"
-    return f"| {name} | at least 1000 up to 13,000 px | {rate:.0f} | {reached} |"
+    reached = (
+        "met" if rate >= 1000 else "larger than the goal's" if part > _GOAL_PX else "**not met**"
+    )
+    return f"| {name} | at least 1000 up to {_GOAL_PX} px | {rate:.0f} | {reached} |"
 
 
 def peers(shot: Shot) -> list[str]:
