@@ -9,7 +9,8 @@ from numba import njit
 from scipy import ndimage
 
 from servosight.tracking.fit_kernels import GATE
-from servosight.tracking.polar import Array, Grid, Image, Single
+from servosight.tracking.plane import Image
+from servosight.tracking.polar import Array, Grid, Single
 from servosight.tracking.spline import weights
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
 from servosight.tracking.layers import Layers, Rings
-from servosight.tracking.polar import Image, Mask, Sample
+from servosight.tracking.plane import Image
+from servosight.tracking.polar import Mask, Sample
 from servosight.tracking.refine import Refine, likely
 from servosight.tracking.shutter import Exposure
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from servosight.tracking.calibrate_view import View
+from servosight.tracking.calibrate_view import Camera, View
 from servosight.tracking.plane import Image
 from servosight.tracking.polar import Mask
 from servosight.tracking.result import Track, outline_at
@@ -36,6 +36,7 @@ def without(images: Sequence[Image], first: Track) -> list[Image]:
     return [np.where(barred, grey, image) for image in images]
 
 
-def same_view(first: Track) -> View:
+def same_view(first: Track, camera: Camera | None) -> View:
     """The view in which the first part was measured: both turn in planes that lie alike."""
-    return View(first.plane, None, "view as for the first part")
+    calibrated = camera is not None and camera.onto is not None
+    return View(first.plane, None, "view as for the first part", calibrated)

@@ -21,7 +21,6 @@ from servosight.tracking.spline import slopes, weights
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-Image = NDArray[np.uint8]
 
 _BLOCK_PX = 32
 

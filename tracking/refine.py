@@ -8,7 +8,8 @@ import numpy as np
 
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
-from servosight.tracking.polar import Image, Mask, Pixels, Sample
+from servosight.tracking.plane import Image
+from servosight.tracking.polar import Mask, Pixels, Sample
 from servosight.tracking.search import search
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Surface

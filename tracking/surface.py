@@ -13,7 +13,8 @@ from scipy import ndimage
 
 from servosight.tracking.average import average, spline_of
 from servosight.tracking.fit import Fit, gauss_newton, turn, turn_and_shift
-from servosight.tracking.polar import Array, Grid, Image, Mask, Pixels, Sample, Single, sample
+from servosight.tracking.plane import Image
+from servosight.tracking.polar import Array, Grid, Mask, Pixels, Sample, Single, sample
 from servosight.tracking.rotation import turning
 from servosight.tracking.shutter import STILL, Exposure
 from servosight.tracking.spline import smeared

@@ -25,8 +25,8 @@ from servosight.tracking.match import Match, choose_box
 from servosight.tracking.mend import about_hinge
 from servosight.tracking.middle_row import at_middle_row
 from servosight.tracking.parts import same_view, without
-from servosight.tracking.plane import Plane
-from servosight.tracking.polar import Array, Image
+from servosight.tracking.plane import Image, Plane
+from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
 from servosight.tracking.result import Box as Box
 from servosight.tracking.result import Flag as Flag
@@ -105,7 +105,7 @@ def track(
         return replace(frame, image=image, doubt_px=doubt_px)
 
     images = [held(frame).image for frame in calm]
-    view = view_of(images, camera) if beside is None else same_view(beside)
+    view = view_of(images, camera) if beside is None else same_view(beside, camera)
     if beside is not None and template is None:
         images = without(images, beside)
     flat = flattened(view.plane, images[0].shape)

@@ -21,13 +21,15 @@ from servosight.tracking.track import track
 
 pytestmark = pytest.mark.slow
 
+USUAL = VideoSettings()
+
 
 def filmed(
     folder: Path,
     angle: Any,
     time_s: Any,
     camera: Camera,
-    settings: VideoSettings = VideoSettings(),  # noqa: B008
+    settings: VideoSettings = USUAL,
 ) -> tuple[Path, FrameTable]:
     """The twin's video of a given motion."""
     excitation = Excitation(time_s[[0, 101]], np.array([0.0, 1.0]))
