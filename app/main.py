@@ -58,6 +58,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     debug = "--debug" in words
+    # The threads are the simulations' own: a second pool that waits for work slows them twofold.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         args = parser().parse_args(words)
         args.run(args)

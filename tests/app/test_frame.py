@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,6 +50,21 @@ def test_help_names_the_commands_and_loads_nothing_heavy() -> None:
     assert done.stdout.endswith("HEAVY [] 0\n"), done.stdout + done.stderr
     for name in NAMES:
         assert name in done.stdout
+
+
+@pytest.mark.parametrize(("told", "kept"), [(None, "1"), ("2", "2")])
+def test_the_simulations_threads_have_the_cores_unless_told_otherwise(
+    told: str | None, kept: str
+) -> None:
+    script = (
+        "import os; from servosight.app.main import main; main(['--version']); "
+        "print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    settings = {name: x for name, x in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    settings |= {} if told is None else {"OPENBLAS_NUM_THREADS": told}
+    words = [sys.executable, "-c", script]
+    done = subprocess.run(words, capture_output=True, text=True, env=settings)
+    assert done.stdout.splitlines()[-1] == kept, done.stderr
 
 
 @pytest.mark.parametrize("name", NAMES)
