@@ -12,6 +12,7 @@ from servosight.diagnose.diagnose import Diagnosis, diagnose
 from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
 from servosight.identify.problem import Problem
 from servosight.identify.starts import linear_start
+from servosight.models.errors import InputError
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
 from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
@@ -26,7 +27,7 @@ Facts = Mapping[str, Any]
 
 
 class NoDraw(RuntimeError):
-    """None of many draws of a trial can have the strength that its row asks for."""
+    """No draw of a trial can have the strength that its row asks for, or be built at all."""
 
 
 def run_trial(row: str, seed: int, facts: Facts | None = None) -> dict[str, Any]:
@@ -57,7 +58,10 @@ def find_facts(row: str, seed: int) -> dict[str, Any]:
     for attempt in range(ATTEMPTS):
         setup = propose(row, seed, attempt)
         names = tuple(setup.effects)
-        fits = Fits(setup.record(0.0))
+        try:
+            fits = Fits(setup.record(0.0))
+        except InputError as why:  # effects that no twin has at once
+            raise NoDraw(f"{row} {seed}: {why}") from why
         lacking = list(itertools.combinations(names, len(names) - 1)) if names else []
         if ROWS[row].outside:
             lacking = [()]

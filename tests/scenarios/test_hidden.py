@@ -21,7 +21,7 @@ from servosight.scenarios.hidden_draw import (
 from servosight.scenarios.hidden_page import page
 from servosight.scenarios.hidden_pictures import pictures
 from servosight.scenarios.hidden_run import Results
-from servosight.scenarios.hidden_trial import Fits, run_trial
+from servosight.scenarios.hidden_trial import Fits, NoDraw, find_facts, run_trial
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -69,6 +69,12 @@ def test_fits_know_the_misfit_of_a_set_and_of_its_parts() -> None:
     assert fits.misfit_deg(("dead_zone",)) < 0.002
     assert fits.misfit_deg(()) > 10.0 * fits.misfit_deg(("dead_zone",))
     assert set(fits.known) == {"", "dead_zone"}
+
+
+def test_a_pair_that_no_twin_has_at_once_is_no_draw() -> None:
+    seed = choices("pair").index(("flexible_shaft", "feedback_backlash"))
+    with pytest.raises(NoDraw, match="flexible_shaft and feedback_backlash cannot be built"):
+        find_facts("pair", seed)
 
 
 def line(**changes: Any) -> dict[str, Any]:
