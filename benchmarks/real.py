@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import Fit, fit_effects, identify
+from servosight.identify.fit import Fit, fit_effects
+from servosight.identify.identify import identify
 from servosight.identify.problem import Problem
 from servosight.models.actuator import Actuator
 from servosight.models.atomic import write_text

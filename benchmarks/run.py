@@ -32,7 +32,7 @@ from scipy import optimize, signal
 from sysid import LINEAR, Hand, by_sysid
 
 from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.atomic import write_text
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus

@@ -22,7 +22,7 @@ from mujoco import sysid
 from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.atomic import write_text
 from servosight.models.camera import Camera
 from servosight.models.excitation import standard

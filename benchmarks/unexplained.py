@@ -12,7 +12,7 @@ import time
 from servosight.diagnose.evidence import Bar
 from servosight.diagnose.law import MIN_CLOSED, extended
 from servosight.diagnose.trial import Laboratory
-from servosight.identify.fit import floor_deg
+from servosight.identify.identify import floor_deg
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.recording import Recording

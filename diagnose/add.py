@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.identify.fit import Identification, identify
+from servosight.identify.identify import Identification, identify
 from servosight.models.actuator import Actuator
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError

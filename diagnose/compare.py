@@ -12,7 +12,7 @@ from servosight.diagnose.evidence import EXPLAINED
 from servosight.diagnose.findings import Finding, findings, lead
 from servosight.diagnose.trial import Judged, predict_fixed
 from servosight.diagnose.where import Window, worst_windows
-from servosight.identify.fit import floor_deg
+from servosight.identify.identify import floor_deg
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import Problem
 from servosight.models.actuator import Actuator

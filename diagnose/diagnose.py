@@ -15,7 +15,7 @@ from servosight.diagnose.ladder import Climb, Climber, Progress, Rung, silent
 from servosight.diagnose.law import Law, find_law
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.diagnose.where import Window, worst_windows
-from servosight.identify.fit import floor_deg, parameters_json
+from servosight.identify.identify import floor_deg, parameters_json
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.identify.uncertainty import estimates, own_estimates

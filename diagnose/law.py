@@ -1,9 +1,8 @@
 """A sparse law for what no catalogued effect accounts for, confirmed by simulation.
 
-Terms are chosen as orthogonal matching pursuit does (Pati, Rezaiifar and Krishnaprasad 1993), with
-the torques' answers through the loop as its dictionary, so that the noise stays the measurement's
-own; a derivative of the angle is never taken. The terms that promise most are then fitted with
-everything else by simulation, and a term stays if it shows on data that the fit has not seen.
+Terms are chosen by what they promise to first order (pursuit.py). Those that promise most are then
+fitted with everything else by simulation, and a term stays if it shows on data that the fit has not
+seen.
 """
 
 from __future__ import annotations
@@ -18,11 +17,8 @@ from numpy.typing import NDArray
 
 from servosight.diagnose.draft import draft
 from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, criterion, evidence
-from servosight.diagnose.form import Extent, Form, Motion, Point
-from servosight.diagnose.forms_drive import DRIVES
-from servosight.diagnose.forms_friction import FRICTIONS
-from servosight.diagnose.forms_load import LOADS
-from servosight.diagnose.forms_time import TIMES
+from servosight.diagnose.form import Form, Motion
+from servosight.diagnose.pursuit import FORMS, Lead, promising
 from servosight.diagnose.torque import Loop
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.identify.estimator import half_squares
@@ -33,21 +29,15 @@ from servosight.models.actuator import Estimate
 
 Array = NDArray[np.float64]
 
-FORMS: Mapping[str, Form] = {form.effect.id: form for form in (*LOADS, *TIMES, *DRIVES, *FRICTIONS)}
-"""The terms that a law can have."""
-
 MOST_TERMS = 3
-FITTED = 3
-"""Of the loads, the drives and the frictions that promise most, this many each are sketched;"""
 FINISHED = 2
-"""the best of them are fitted to the end."""
+"""Of the sketches of what promises most, the best are fitted to the end."""
 SKETCH_BUDGET = 120
 FINISH_BUDGET = 500
 MIN_GAIN = 0.1
 """A term must lower the held-out rmse by this share,"""
 MIN_CLOSED = 0.5
 """and the law as a whole must close this share of the gap between held-out rmse and floor."""
-_BLOCK = 64
 
 
 @dataclass(frozen=True)
@@ -138,17 +128,6 @@ class Law:
         }
 
 
-@dataclass(frozen=True)
-class Lead:
-    """A form that promises much: its cost to first order (less is better), the parameters that it
-    starts with, and by how much the model's own coordinates would follow."""
-
-    cost: float
-    name: str
-    start: Point
-    shift: Array
-
-
 def find_law(
     laboratory: Laboratory, bases: Sequence[Trial], bar: Bar, noise_deg: float
 ) -> Law | None:
@@ -214,91 +193,6 @@ def _without(bench: Laboratory, trial: Trial, base: Trial, bar: Bar) -> Trial:
         if not _earns(trial, smaller, bar, 1):
             return _without(bench, smaller, base, bar)
     return trial
-
-
-def promising(trial: Trial, forms: Mapping[str, Form], count: int, noise_deg: float) -> list[Lead]:
-    """Forms of each kind that would lower the residual most to first order, best first."""
-    fit = trial.fit
-    problem = fit.problem
-    residual = problem.residuals(fit.outcome.point[None, :])[0]
-    basis, corner = np.linalg.qr(fit.jacobian)
-    left = residual - basis @ (basis.T @ residual)
-    loops = [Loop.of(trial, number, noise_deg) for number in range(count)]
-    extent = Extent.of([loop.motion for loop in loops], problem.values(fit.outcome.point)["T"])
-    found = []
-    for name, form in forms.items():
-        if name in trial.effects:
-            continue
-        best: tuple[float, Point, Array] | None = None
-        grid = form.grid(extent)
-        for first in range(0, len(grid), _BLOCK):
-            part = grid[first : first + _BLOCK]
-            answers = _answers(form, part, loops, problem)
-            own = answers - (answers @ basis) @ basis.T
-            best = _better(best, form, part, answers, own, left)
-        if best is not None:
-            gain, start, change = best
-            shift = -np.linalg.lstsq(corner, basis.T @ (residual + change), rcond=1e-9)[0]
-            free = max(float(left @ left) - gain, 1e-12)
-            size = 0.5 * left.size * float(np.log(free / left.size + noise_deg**2))
-            cost = size + 0.5 * len(form.effect.parameters) * float(np.log(left.size))
-            found.append(Lead(cost, name, start, shift))
-    # A loop that was fitted without friction has taken most of it for damping: what promises less
-    # may still be right, so that each kind has its best tried.
-    chosen = []
-    for kind in ((*LOADS, *TIMES), DRIVES, FRICTIONS):
-        names = {form.effect.id for form in kind}
-        chosen += sorted((one for one in found if one.name in names), key=_cost)[:FITTED]
-    return sorted(chosen, key=_cost)
-
-
-def _cost(lead: Lead) -> float:
-    return lead.cost
-
-
-def _answers(form: Form, grid: Sequence[Point], loops: Sequence[Loop], problem: Problem) -> Array:
-    """Changes of the weighted residual, (grid, coefficients, scored), for coefficients of 1."""
-    parts = []
-    for loop, recording, weight, mask in zip(
-        loops, problem.recordings, problem.weights, problem.masks, strict=True
-    ):
-        torques = np.array([form.shapes(loop.motion, *at) for at in grid])
-        for j, parameter in enumerate(form.effect.parameters[: torques.shape[1]]):
-            torques[:, j] *= parameter.scaling.factor(
-                recording.relative_gain, recording.relative_load
-            )
-        flat = loop.answers(torques.reshape(-1, torques.shape[-1]))
-        scored = (flat[:, loop.at] * weight)[:, mask]
-        parts.append(scored.reshape(*torques.shape[:2], -1))
-    return np.concatenate(parts, axis=2)
-
-
-def _better(
-    best: tuple[float, Point, Array] | None,
-    form: Form,
-    grid: Sequence[Point],
-    answers: Array,
-    own: Array,
-    left: Array,
-) -> tuple[float, Point, Array] | None:
-    """The largest gain so far, its start and its change, after one more block of the grid.
-
-    ``own`` are the answers without what the model's parameters can do.
-    """
-    size = np.linalg.norm(own, axis=2) + 1e-12
-    unit = own / size[..., None]
-    normal = unit @ unit.transpose(0, 2, 1) + 1e-9 * np.eye(unit.shape[1])
-    agree = -(unit @ left)
-    coefficients = np.linalg.solve(normal, agree[..., None])[..., 0]
-    gains = np.einsum("ij,ij->i", coefficients, agree)
-    for index in np.argsort(-gains):
-        found = coefficients[index] / size[index]
-        start = form.start(found, grid[index])
-        if start is not None:
-            if best is None or gains[index] > best[0]:
-                best = (float(gains[index]), start, found @ answers[index])
-            break
-    return best
 
 
 def _best(bench: Laboratory, base: Trial, leads: Sequence[Lead], bar: Bar) -> Trial | None:

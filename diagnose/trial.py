@@ -15,7 +15,7 @@ from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.fit import Fit, fit_effects, polish, search_effects, sketch_effects
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
-from servosight.identify.starts import effect_starts, linear_start
+from servosight.identify.starts import effect_guesses, linear_start
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
 
@@ -173,14 +173,17 @@ class Laboratory:
         return self.judge(fit) if fit.outcome.cost < trial.fit.outcome.cost else trial
 
     def screen(self, base: Trial, names: Sequence[str]) -> Screen:
-        """What each of ``names`` would change in the error of ``base``, to first order."""
+        """What each of ``names`` would change in the error of ``base``, to first order.
+
+        At its guesses alone: that ``base``'s own parameters would follow is part of it.
+        """
         fit = base.fit
         residual = fit.problem.residuals(fit.outcome.point[None, :])[0]
         owners: list[str] = []
         changes = []
         for name in names:
             problem = self.with_effect(base, name)
-            starts = np.array(effect_starts(problem, fit.standpoint))
+            starts = np.array(effect_guesses(problem, fit.standpoint))
             changes.append(problem.residuals(starts) - residual)
             owners += [name] * len(starts)
         return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)

@@ -1,13 +1,10 @@
-"""From recordings to parameters and their uncertainty."""
+"""From a problem to its solution: descents from physical starts, behind a fit with less."""
 
 from __future__ import annotations
 
-import functools
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,28 +12,20 @@ from numpy.typing import NDArray
 from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.first_order import directions
 from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.noise import joint_noise_deg
-from servosight.identify.polished import Polished
-from servosight.identify.population import OPERATORS, Population
-from servosight.identify.problem import TOLERANCE_SHARE, Problem
+from servosight.identify.problem import Problem
 from servosight.identify.starts import (
     Standpoint,
+    effect_guesses,
     effect_starts,
     idle_start,
     linear_start,
-    search_box,
 )
-from servosight.identify.uncertainty import estimates, own_estimates
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.effect import Effect
-from servosight.models.recording import Recording, views
 
 Array = NDArray[np.float64]
 
 POLISH_BUDGET = 4_000
 SKETCH_BUDGET = 60
 ASTRAY = 1.02
-SEARCH_BUDGET = 6_000
 POLISHED_STARTS = 3
 SEARCHED_STARTS = 24
 SHRUNK = (0.5, 0.25)
@@ -79,56 +68,6 @@ class Fit:
         """Rms of the weighted residuals of the scored samples [deg]."""
         scored = sum(int(mask.sum()) for mask in self.problem.masks)
         return float(np.sqrt(2.0 * self.outcome.cost / scored))
-
-
-@dataclass(frozen=True)
-class Identification:
-    """What ``identify`` returns and JSON carries."""
-
-    actuator: Actuator
-    biases: tuple[Estimate, ...]
-    rmse_deg: float
-    noise_deg: float
-    floor_deg: float
-    samples: int
-    method: str
-    seconds: float
-    stopped: str
-    warnings: tuple[str, ...] = ()
-    evaluations: int = 0
-    history: Array = field(default_factory=lambda: np.empty(0))
-
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md); ``bias`` is a list where there are several recordings."""
-        return {
-            "schema": 1,
-            "parameters": parameters_json(self.actuator.parameters, self.biases),
-            "rmse_deg": self.rmse_deg,
-            "noise_deg": self.noise_deg,
-            "floor_deg": self.floor_deg,
-            "samples": self.samples,
-            "method": self.method,
-            "seconds": self.seconds,
-            "stopped": self.stopped,
-            "warnings": list(self.warnings),
-        }
-
-
-def parameters_json(
-    parameters: Mapping[str, Estimate], biases: Sequence[Estimate]
-) -> dict[str, Any]:
-    """Parameters as JSON, ``bias`` as one estimate or, for several recordings, as a list."""
-    table: dict[str, Any] = {name: one.to_json() for name, one in parameters.items()}
-    listed = [bias.to_json() for bias in biases]
-    table["bias"] = listed[0] if len(listed) == 1 else listed
-    return table
-
-
-def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | None) -> float:
-    """hypot(noise, tolerance) [deg]; the tolerance is 0.05 % of the moved range by default."""
-    if tolerance is None:
-        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in recordings)
-    return float(np.hypot(noise, tolerance))
 
 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Fit:
@@ -279,7 +218,7 @@ def _starts(problem: Problem, base: Fit) -> Array:
     if starts is None or made_for is not problem.masks:
         guesses = np.array(effect_starts(problem, base.standpoint))
         idle = idle_start(problem, base.standpoint)
-        plain = guesses[guesses[:, 1] == guesses[:, 1].max()]  # with T as the base has it
+        plain = np.array(effect_guesses(problem, base.standpoint))
         weaker = [idle + share * (plain - idle) for share in SHRUNK]
         starts = _promising(problem, base, np.vstack([guesses, *weaker]))
         known[problem.effects] = problem.masks, starts
@@ -313,66 +252,3 @@ def _promising(problem: Problem, base: Fit, starts: Array) -> Array:
     both = np.stack(orders, axis=1).ravel()
     _, first = np.unique(both, return_index=True)
     return np.asarray(starts[both[np.sort(first)]])
-
-
-def identify(
-    recordings: Sequence[Recording],
-    effects: Sequence[str],
-    *,
-    catalogue: Mapping[str, Effect],
-    method: str = "combination",
-    seed: int = 0,
-    tolerance: float | None = None,
-) -> Identification:
-    """Fit the linear core and ``effects`` to recordings jointly, a horn's angle among them.
-
-    ``method`` is a key of :data:`METHODS`. Every method is polished by Gauss-Newton.
-    """
-    began = time.perf_counter()
-    problem = Problem.of(views(recordings), catalogue, effects)
-    fit, history = METHODS[method](problem, seed)
-    table, warnings = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
-    biases = own_estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost, "bias")
-    noise = joint_noise_deg(problem.recordings)
-    return Identification(
-        Actuator(
-            {**table, "bias": biases[0]},
-            tuple(effects),
-            {"fitted_on": [recording.name for recording in recordings], "method": method},
-        ),
-        biases,
-        fit.rmse_deg,
-        noise,
-        floor_deg(recordings, noise, tolerance),
-        int(sum(mask.sum() for mask in problem.masks)),
-        method,
-        time.perf_counter() - began,
-        fit.outcome.stopped,
-        tuple(warnings),
-        fit.outcome.evaluations,
-        history,
-    )
-
-
-def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
-    fit = fit_effects(problem)
-    return fit, fit.outcome.history
-
-
-def _by_population(name: str, problem: Problem, seed: int) -> tuple[Fit, Array]:
-    """A population and its descents search the box around the linear fit; the best is polished."""
-    linear = Problem(problem.recordings, problem.plant, (), problem.masks)
-    start = Standpoint(linear, linear_start(linear))
-    low, high = search_box(problem, start)
-    seeds = np.array(effect_starts(problem, start))
-    population = Population(OPERATORS[name], low, high, seed, seeds)
-    estimator = Polished(population, coordinate_scale(problem, seeds[0]))
-    search = drive(estimator, problem.residuals, SEARCH_BUDGET)
-    return polish(problem, [search.point]), search.history
-
-
-METHODS: dict[str, Callable[[Problem, int], tuple[Fit, Array]]] = {
-    **{name: functools.partial(_by_population, name) for name in OPERATORS},
-    "gradient": _by_gradient,
-}
-"""Search methods by name."""

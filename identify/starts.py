@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Masks = tuple[Mask, ...]
 
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
-_SHORTER_T = (1.0, 0.5, 0.2)
+_SHORTER_LAGS = (0.5, 0.2)
 _DAMPING_RATIOS = np.array([0.25, 0.6, 1.2, 3.0])
 
 
@@ -139,11 +139,10 @@ class Standpoint:
         return self._guesses[effect.id]
 
 
-def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
+def effect_guesses(problem: Problem, base: Standpoint) -> list[Array]:
     """Search points of ``problem``: the base's point, with guesses for effects it lacks.
 
-    All combinations of the new effects' guesses, each with T as it is and shorter: a model that
-    lacks a limit or friction takes the lag for a long time constant.
+    All combinations of the new effects' guesses.
     """
     coordinates = base.problem.coordinates
     known = {(c.name, c.recording): x for c, x in zip(coordinates, base.point, strict=True)}
@@ -152,7 +151,6 @@ def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
         for effect in problem.plant.layout.effects
         if effect.id in problem.effects and effect.id not in base.problem.effects
     ]
-    low, high = problem.bounds
     found = []
     for guesses in itertools.product(*(base.guesses(effect) for effect in new)):
         guess = {
@@ -166,16 +164,34 @@ def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
             else c.to_search(guess[c.name])
             for c in problem.coordinates
         ]
-        for shorter in _SHORTER_T:
-            trial = np.array(start)
-            trial[1] += np.log(shorter)
-            found.append(np.clip(trial, low, high))
+        found.append(np.clip(start, *problem.bounds))
+    return found
+
+
+def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
+    """The guesses, each with the lag 2 xi T as it is and shorter.
+
+    A model that lacks a limit or friction takes what they hold up for lag. An overdamped core is
+    not kept so: it would have a time constant shorter than any servo's.
+    """
+    return [
+        np.clip(point, *problem.bounds)
+        for guess in effect_guesses(problem, base)
+        for point in (guess, *(_shorter(guess, share) for share in _SHORTER_LAGS))
+    ]
+
+
+def _shorter(point: Array, share: float) -> Array:
+    """A search point with ``share`` of its lag, damped critically at most."""
+    found = point.copy()
+    found[2] = min(point[2], 0.0)
+    found[1] += np.log(share) + point[2] - found[2]
     return found
 
 
 def idle_start(problem: Problem, base: Standpoint) -> Array:
     """The search point of ``problem`` at which the effects that the base lacks do nothing."""
-    start = effect_starts(problem, base)[0].copy()
+    start = effect_guesses(problem, base)[0].copy()
     owned = {coordinate.name for coordinate in base.problem.coordinates}
     for j, coordinate in enumerate(problem.coordinates):
         neutral = coordinate.parameter.neutral

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import fit_effects, identify
+from servosight.identify.fit import fit_effects
+from servosight.identify.identify import identify
 from servosight.identify.problem import Problem
 from servosight.models.importers.bam import read_bam
 from servosight.models.importers.mat import EMPS_SCALE, read_mat

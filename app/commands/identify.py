@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_identification
     from servosight.app.sources import load
     from servosight.identify.discrete import as_sampled
-    from servosight.identify.fit import METHODS, identify
+    from servosight.identify.identify import METHODS, identify
     from servosight.identify.rehearsal import assess, better_command
     from servosight.models.errors import InputError
     from servosight.models.registry import catalogue, select

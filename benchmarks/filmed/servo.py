@@ -6,7 +6,7 @@ import numpy as np
 from scipy import signal
 
 from filmed.shots import STEP_S, Array, Shot
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.actuator import Estimate
 from servosight.models.excitation import multisine
 from servosight.models.recording import Recording

@@ -15,7 +15,7 @@ from servosight.diagnose.compare import compare
 from servosight.diagnose.diagnose import diagnose
 from servosight.diagnose.evidence import Bar
 from servosight.diagnose.trial import Laboratory, training_masks
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.errors import InputError
 from servosight.models.plant import Plant, Stimulus

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.evidence import Bar
-from servosight.diagnose.law import FORMS, Law, find_law
+from servosight.diagnose.law import Law, find_law
+from servosight.diagnose.pursuit import FORMS
 from servosight.diagnose.torque import Loop
 from servosight.diagnose.trial import Laboratory
-from servosight.identify.fit import floor_deg
+from servosight.identify.identify import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.camera import Camera
 from servosight.models.recording import Recording

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.diagnose import Diagnosis, diagnose
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.recording import Recording, Stream, views
 from servosight.models.registry import catalogue
 from servosight.scenarios.scenario import hidden_effect

@@ -10,7 +10,7 @@ import pytest
 from servosight.identify import fit
 from servosight.identify.fit import fit_effects
 from servosight.identify.problem import Problem
-from servosight.identify.starts import idle_start
+from servosight.identify.starts import Standpoint, effect_guesses, effect_starts, idle_start
 from servosight.models.registry import catalogue
 
 
@@ -21,6 +21,22 @@ def test_an_effect_more_never_costs_more(more: str, record: Any) -> None:
     effects = [name for name in catalogue() if name in ("coulomb_friction", more)]
     both = fit_effects(Problem.of(recordings, catalogue(), effects), base)
     assert both.outcome.cost <= base.outcome.cost
+
+
+@pytest.mark.parametrize("xi", [0.4, 8.0])
+def test_starts_have_the_lag_that_they_stand_for_and_an_overdamped_core_does_not_stay_so(
+    xi: float, record: Any
+) -> None:
+    recordings = [record(2.0)]
+    point = np.array([1.0, np.log(0.01), np.log(xi), 0.5, 0.5, 0.0])
+    base = Standpoint(Problem.of(recordings, catalogue(), ()), point)
+    problem = Problem.of(recordings, catalogue(), ["coulomb_friction"])
+    guesses, starts = effect_guesses(problem, base), effect_starts(problem, base)
+    T, damping = np.exp(np.array(starts)[:, 1:3].T)
+    shares = np.tile([1.0, 0.5, 0.2], len(guesses))
+    np.testing.assert_allclose(T * damping, shares * 0.01 * xi)
+    np.testing.assert_allclose(damping, np.where(shares == 1.0, xi, min(xi, 1.0)))
+    np.testing.assert_array_equal(starts[::3], guesses)
 
 
 def test_joint_predictions_are_those_of_each_recording(record: Any) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.actuator import Estimate
 from servosight.models.parameter import CORE
 from servosight.models.registry import catalogue
@@ -33,7 +33,7 @@ def test_a_linear_fit_loads_nothing_of_scipys_signal() -> None:
     """It takes a second to load, half of what `servosight identify` may take in all."""
     script = (
         "import sys, numpy as np\n"
-        "from servosight.identify.fit import identify\n"
+        "from servosight.identify.identify import identify\n"
         "from servosight.models.recording import Recording\n"
         "from servosight.models.registry import catalogue\n"
         "time_s = np.arange(0.0, 4.0, 0.01)\n"

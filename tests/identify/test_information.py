@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.identify.information import Information
 from servosight.identify.optimal import optimal
 from servosight.identify.rehearsal import assess, better_command, rehearsal

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from servosight.identify.correlation import autoregression, weighted_normal
-from servosight.identify.fit import fit_effects, identify, polish
+from servosight.identify.fit import fit_effects, polish
+from servosight.identify.identify import identify
 from servosight.identify.problem import Problem
 from servosight.identify.uncertainty import Uncertainty, estimates
 from servosight.models.registry import catalogue

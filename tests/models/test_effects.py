@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.effect import Cues, Effect, Place
 from servosight.models.excitation import standard

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from servosight.app.main import main
-from servosight.identify.fit import identify
+from servosight.identify.identify import identify
 from servosight.models.recording_io import load_recording
 from servosight.models.registry import CATALOGUE, catalogue
 
