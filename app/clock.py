@@ -6,15 +6,13 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+from servosight.models.arrays import Array
 
 if TYPE_CHECKING:
     from servosight.models.recording_io import RecordingFolder
     from servosight.tracking.calibrate_view import Camera
     from servosight.tracking.track import Track
 
-Array = NDArray[np.float64]
 
 _SURE = 3.0
 

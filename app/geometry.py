@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from servosight.models.arrays import Array
 
 if TYPE_CHECKING:
     from servosight.models.recording import Recording
     from servosight.tracking.track import Track
 
-Array = NDArray[np.float64]
 
 NAME = "track.toml"
 FORMAT = 1

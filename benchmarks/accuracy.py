@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
 from servosight.identify.discrete import METHODS, Linear, to_linear
@@ -21,12 +20,11 @@ from servosight.identify.fit import coordinate_scale, difference_quotient, fit_e
 from servosight.identify.noise import noise_deg
 from servosight.identify.problem import Problem
 from servosight.identify.uncertainty import Uncertainty
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.excitation import multisine, sine, standard, steps, triangle
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
-
-Array = NDArray[np.float64]
 
 PAGE = Path(__file__).parent.parent / "docs" / "measured" / "accuracy.md"
 TRUE = Linear(1.027, 0.0078, 0.55)

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.fit import Fit, fit_effects
 from servosight.identify.identify import identify
 from servosight.identify.problem import Problem
 from servosight.models.actuator import Actuator
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.importers.bam import read_bam
 from servosight.models.importers.mat import EMPS_SCALE, read_mat
@@ -32,7 +32,6 @@ from servosight.models.importers.request import Request
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
 
-Array = NDArray[np.float64]
 Result = dict[str, Any]
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -27,12 +27,12 @@ import numpy as np
 import pandas as pd
 import pyswarms
 from nfoursid.nfoursid import NFourSID
-from numpy.typing import NDArray
 from scipy import optimize, signal
 from sysid import LINEAR, Hand, by_sysid
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.identify import identify
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
@@ -40,8 +40,6 @@ from servosight.models.recording import Recording
 from servosight.models.recording_io import save_recording
 from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS
-
-Array = NDArray[np.float64]
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "measured" / "speed.md"

@@ -19,10 +19,10 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import sysid
-from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.identify import identify
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.camera import Camera
 from servosight.models.excitation import standard
@@ -31,7 +31,6 @@ from servosight.models.registry import catalogue
 from servosight.scenarios.scenario import Response
 from servosight.sim.run import angle_recording, run
 
-Array = NDArray[np.float64]
 Start = Mapping[str, tuple[float, float, float]]
 Setter = Callable[[mujoco.MjSpec, float], None]
 

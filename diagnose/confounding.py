@@ -6,12 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.evidence import TIE, evidence
 from servosight.diagnose.trial import Trial
+from servosight.models.arrays import Array
 
-Array = NDArray[np.float64]
 Whole = Callable[[Trial], Trial]
 
 OPEN = 5.0 * TIE

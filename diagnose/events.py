@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from servosight.diagnose.samples import FEWEST, Index, Samples
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 TURN_SHARE = 0.02
 """A turn counts where the model comes back by this share of its range."""

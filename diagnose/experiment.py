@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.evidence import TIE
 from servosight.diagnose.rivals import Rehearsed, Rival, cost, refitted
@@ -26,8 +25,6 @@ from servosight.models.design import Design, Form, Limits, design
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 MOST_CANDIDATES = 4
 FINALISTS = 5

@@ -12,11 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.effect import Cues, Effect
 
-Array = NDArray[np.float64]
 Point = tuple[float, ...]
 
 

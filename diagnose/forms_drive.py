@@ -11,18 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from servosight.diagnose.form import (
-    Array,
-    Extent,
-    Form,
-    Motion,
-    Point,
-    alone,
-    as_found,
-    times,
-)
+from servosight.diagnose.form import Extent, Form, Motion, Point, alone, as_found, times
 from servosight.diagnose.forms_load import coefficient, nameless
 from servosight.diagnose.forms_time import TIME, drift_times, warmth
+from servosight.models.arrays import Array
 from servosight.models.effect import Effect, Place
 from servosight.models.parameter import FIXED, Parameter, Scaling
 

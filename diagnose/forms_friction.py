@@ -8,17 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from servosight.diagnose.form import (
-    Array,
-    Extent,
-    Form,
-    Motion,
-    Point,
-    alone,
-    as_found,
-    if_positive,
-)
+from servosight.diagnose.form import Extent, Form, Motion, Point, alone, as_found, if_positive
 from servosight.diagnose.forms_load import coefficient, nameless
+from servosight.models.arrays import Array
 from servosight.models.effect import Effect, Place
 from servosight.models.parameter import FIXED, TORQUE, Parameter
 

@@ -8,16 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from servosight.diagnose.form import (
-    Array,
-    Extent,
-    Form,
-    Motion,
-    Point,
-    alone,
-    as_found,
-    unread,
-)
+from servosight.diagnose.form import Extent, Form, Motion, Point, alone, as_found, unread
+from servosight.models.arrays import Array
 from servosight.models.effect import Effect, Place
 from servosight.models.parameter import TORQUE, Parameter, Scaling
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from servosight.diagnose.form import Array, Extent, Form, Motion, Point, as_found, times
+from servosight.diagnose.form import Extent, Form, Motion, Point, as_found, times
 from servosight.diagnose.forms_load import coefficient, load
+from servosight.models.arrays import Array
 from servosight.models.parameter import Parameter
 
 # Waves

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import command_at
+from servosight.models.arrays import Array
 from servosight.models.multisine import Grid, grid_of
 from servosight.models.recording import Recording
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 FEWEST_SEGMENTS = 4

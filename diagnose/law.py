@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.draft import draft
 from servosight.diagnose.evidence import MIN_EVIDENCE, Bar, criterion, evidence
@@ -26,8 +25,7 @@ from servosight.identify.fit import polish
 from servosight.identify.problem import Problem
 from servosight.identify.uncertainty import estimates
 from servosight.models.actuator import Estimate
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 MOST_TERMS = 3
 FINISHED = 2

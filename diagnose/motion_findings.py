@@ -11,8 +11,7 @@ from servosight.diagnose.events import rests, swings, turns
 from servosight.diagnose.finding import Case, Finding, Test, signed
 from servosight.diagnose.profiles import Quantity, profile
 from servosight.diagnose.samples import Index, grouped
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 STRONGER = 1.5
 """Errors are called larger where they are so many times the others."""

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.samples import FEWEST, Grouped, Index, Samples, grouped
+from servosight.models.arrays import Array
 
-Array = NDArray[np.float64]
 Quantity = Literal["angle", "speed", "acceleration", "time"]
 
 BINS = 12

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.form import Extent, Form, Point
 from servosight.diagnose.forms_drive import DRIVES
@@ -20,8 +19,7 @@ from servosight.diagnose.forms_time import TIMES
 from servosight.diagnose.torque import Loop
 from servosight.diagnose.trial import Trial
 from servosight.identify.problem import Problem
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 FORMS: Mapping[str, Form] = {form.effect.id: form for form in (*LOADS, *TIMES, *DRIVES, *FRICTIONS)}
 """The terms that a law can have."""

@@ -13,13 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincc, ndtri
 
 from servosight.diagnose.samples import Samples, autocovariance, lagged_sums, on_grid
 from servosight.diagnose.where import command_at
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 LEVELS = (0.95, 0.99)
 """Confidence of the bands."""

@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.identify.fit import coordinate_scale, difference_quotient, polish
 from servosight.identify.information import projected_out
 from servosight.identify.problem import Problem
+from servosight.models.arrays import Array
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 REFIT_BUDGET = 120
 """Evaluations of a refit: it starts next to its end."""

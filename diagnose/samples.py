@@ -17,10 +17,9 @@ from scipy.special import fdtrc
 
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import Motion, classify
+from servosight.models.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 REACH_S = 0.5
 """Correlation in time is followed so far."""

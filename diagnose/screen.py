@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.first_order import directions
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincc
 
 from servosight.diagnose.finding import Case, Finding, Test
 from servosight.diagnose.trial import Judged
 from servosight.identify.noise import noise_deg
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 
 def linkage_error_deg(surface: Judged, horn: Judged) -> Array:

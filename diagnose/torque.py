@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from servosight.diagnose.form import Motion
 from servosight.diagnose.trial import Trial
+from servosight.models.arrays import Array
 from servosight.models.plant import Stimulus
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 STEPS_PER_T = 2.0
 MOST_INSTANTS = 8

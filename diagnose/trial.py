@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.screen import Screen
 from servosight.identify.estimator import Outcome, drive, half_squares
@@ -16,11 +15,9 @@ from servosight.identify.fit import Fit, fit_effects, polish, search_effects, sk
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
 from servosight.identify.starts import effect_guesses, linear_start
+from servosight.models.arrays import Array, Mask
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 BLOCK_S = 1.0
 HELD_OUT_EVERY = 3

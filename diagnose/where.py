@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.trial import Judged
+from servosight.models.arrays import Array
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 WINDOW_S = 0.3
 STEP_SHARE = 0.08

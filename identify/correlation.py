@@ -8,10 +8,8 @@ covariance exactly; else the sandwich takes the correlation in (den Haan and Lev
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from servosight.models.arrays import Array, Mask
 
 _HIGHEST_ORDER = 40
 _SAMPLES_AN_ORDER = 15

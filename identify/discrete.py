@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.models.actuator import Actuator
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 TRANSFORMS = ("tustin", "zoh", "matched")
 """Bilinear (Tustin), zero-order hold, and poles matched by z = exp(s times sample time)."""

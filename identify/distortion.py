@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.multisine import Grid, grid_of
 from servosight.models.recording import Recording
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Kind = Literal["excited", "odd", "even"]
 

@@ -10,10 +10,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from servosight.identify.estimator import Array, Estimator
+from servosight.identify.estimator import Estimator
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
+from servosight.models.arrays import Array
 
 Make = Callable[[Array, Array, int], Estimator]
 """From ``low`` and ``high`` (coordinates,) and a seed."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 _NOTHING = 1e-6
 """A change this small beside the residual is rounding, whatever its direction."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.estimator import Outcome, drive, half_squares
 from servosight.identify.first_order import directions
@@ -20,8 +19,7 @@ from servosight.identify.starts import (
     idle_start,
     linear_start,
 )
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 POLISH_BUDGET = 4_000
 SKETCH_BUDGET = 60

@@ -8,11 +8,9 @@ bound are frozen while the gradient points outward (projected step, Kelley 1999,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.estimator import half_squares
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 # Closely about the last damping, and none keeps it: along a bent valley it has to change.
 _DAMPINGS = np.array([1e-5, 1e-3, 3e-2, 3e-1, 3.0, 300.0])

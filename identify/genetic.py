@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.flock import Array, Box, Flock, Settings
+from servosight.identify.flock import Box, Flock, Settings
+from servosight.models.arrays import Array
 
 
 def breed(flock: Flock, box: Box, settings: Settings, rng: np.random.Generator) -> Flock:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.estimator import drive
 from servosight.identify.fit import Fit, coordinate_scale, fit_effects, polish
@@ -20,10 +19,9 @@ from servosight.identify.problem import TOLERANCE_SHARE, Problem
 from servosight.identify.starts import Standpoint, effect_starts, linear_start, search_box
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
+from servosight.models.arrays import Array
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording, views
-
-Array = NDArray[np.float64]
 
 SEARCH_BUDGET = 6_000
 

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.fit import coordinate_scale, difference_quotient
 from servosight.identify.problem import TOLERANCE_SHARE, Problem
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 ENOUGH = 0.05
 """A parameter counts as determined where its predicted sigma is at most this share of it."""

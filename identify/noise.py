@@ -20,10 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Mask
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _LAGS_S = np.geomspace(1e-3, 0.5, 19)
 _NEIGHBOURS = 3

@@ -13,19 +13,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.fit import coordinate_scale, difference_quotient
 from servosight.identify.information import Information, relative_scale
 from servosight.identify.problem import Problem
 from servosight.identify.rehearsal import assess, rehearsal, resting_point
 from servosight.models.actuator import Actuator
+from servosight.models.arrays import Array
 from servosight.models.design import SHAPES, Design, Form, Limits, design, slewed
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
-
-Array = NDArray[np.float64]
 
 SLOT_S = 1.5
 SLOTS = (3, 14)

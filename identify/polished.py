@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.identify.estimator import Array
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.population import Population
+from servosight.models.arrays import Array
 
 FIRST = 2
 """Generations before the first descent: one hypercube, and one step towards its best."""

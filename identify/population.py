@@ -11,10 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from servosight.identify.combination import combine
-from servosight.identify.estimator import Array, half_squares
+from servosight.identify.estimator import half_squares
 from servosight.identify.flock import Box, Operator, Settings, first_flock
 from servosight.identify.genetic import breed
 from servosight.identify.swarm import fly
+from servosight.models.arrays import Array
 
 
 class Population:

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Mask
 from servosight.models.effect import Effect
 from servosight.models.parameter import CORE, OWN, Parameter
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TOLERANCE_SHARE = 5e-4
 """Default tolerance as a share of the moved range: no model is right to the last digit."""

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.estimator import drive
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 CHI_SQUARE_95 = 3.841
 """95 % of a chi-square with one degree of freedom."""

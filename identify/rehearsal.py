@@ -6,18 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.identify.information import Information, information, percent
 from servosight.identify.problem import Problem
 from servosight.models.actuator import Actuator
+from servosight.models.arrays import Array
 from servosight.models.design import SHAPES, Limits, design
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 GAIN = 0.7
 """A command is called better where its worst sigma is below this share."""

@@ -7,13 +7,12 @@ import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servosight.identify.problem import Mask, Problem
+from servosight.identify.problem import Problem
+from servosight.models.arrays import Array, Mask
 from servosight.models.effect import Cues, Effect
 from servosight.models.readings import Traces
 
-Array = NDArray[np.float64]
 Masks = tuple[Mask, ...]
 
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)

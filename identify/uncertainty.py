@@ -12,8 +12,7 @@ from servosight.identify.correlation import weighted_normal
 from servosight.identify.problem import Coordinate, Problem
 from servosight.identify.profile import CHI_SQUARE_95, Profile
 from servosight.models.actuator import Estimate
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 _FLAT = 1e-13
 _PARABOLA = (0.6, 1.6)

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
-
-Array = NDArray[np.float64]
 
 LONGEST_LINE = 100_000
 LARGEST_FILE = 1 << 30

@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.models import excitation as waves
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
 from servosight.models.multisine import multisine_period, random_grid
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 5.0
 FEWEST_PERIODS = 3

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.csv_io import read_sheet, table_text
 from servosight.models.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

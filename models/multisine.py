@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
+
 Lines = NDArray[np.int64]
 
 GROUP = 4

@@ -7,14 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import exposure_nodes
 from servosight.models.codegen import Layout, kernel
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
-
-Array = NDArray[np.float64]
 
 STEP_SHARE = 0.2
 """Default step as a share of the time constant T."""

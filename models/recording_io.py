@@ -9,18 +9,16 @@ from typing import Any
 
 import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 
 from servosight.models import series as check
 from servosight.models import shared_error
+from servosight.models.arrays import Array
 from servosight.models.atomic import new_folder, write_text
 from servosight.models.csv_io import Sheet, read_sheet, table_text
 from servosight.models.errors import InputError
 from servosight.models.recording import Recording, Stream
 from servosight.models.series import DEGREES, SECONDS, Series
 from servosight.models.settings import FORMAT, Settings, read_settings
-
-Array = NDArray[np.float64]
 
 FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
 """What ``save_recording`` writes."""

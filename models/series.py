@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
-
-Array = NDArray[np.float64]
 
 FEWEST_SAMPLES = 50
 LARGEST_ANGLE_DEG = 1e5

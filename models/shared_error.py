@@ -9,13 +9,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.csv_io import read_sheet, table_text
 from servosight.models.errors import InputError
-
-Array = NDArray[np.float64]
 
 NAME = "shared.csv"
 

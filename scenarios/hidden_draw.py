@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models import excitation as shapes
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
-from servosight.models.excitation import Array, Excitation
+from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS, scaled

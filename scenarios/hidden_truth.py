@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
@@ -19,7 +19,6 @@ from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import SETTLE, run
 from servosight.sim.trajectory import Trajectory
 
-Array = NDArray[np.float64]
 Truth = Callable[[Response, Effects, Excitation], Trajectory]
 
 GRID_S = KEPT * STEP_S

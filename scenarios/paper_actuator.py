@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.discrete import Difference
-from servosight.identify.estimator import Array, drive
+from servosight.identify.estimator import drive
 from servosight.identify.fit import coordinate_scale
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
 from servosight.identify.starts import linear_start
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording

@@ -12,10 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.identify.estimator import Array, Residuals, drive
+from servosight.identify.estimator import Residuals, drive
 from servosight.identify.fit import coordinate_scale
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
+from servosight.models.arrays import Array
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from servosight.models import excitation as shapes
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
-from servosight.models.excitation import Array, Excitation
+from servosight.models.excitation import Excitation
 from servosight.models.registry import catalogue
 from servosight.scenarios.camera_settings import (
     TABLES,

@@ -6,12 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim.bench import STEPS_PER_T, Assembly, BenchParameters
 
-Array = NDArray[np.float64]
 Values = Mapping[str, float]
 Polyline = tuple[Array, Array]
 """Knots of a command, (time_s, command_deg); a time that stands twice is a jump."""

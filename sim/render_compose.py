@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim.optics import Optics, blur_and_bin
 from servosight.sim.optics_lens import Lens
 from servosight.sim.render import SUPERSAMPLING, Layer, Layers
@@ -17,7 +18,6 @@ from servosight.sim.render_sight import Sight, onto_layer, shaken
 from servosight.sim.scene import CRANK_MM
 
 Light = NDArray[np.float32]
-Array = NDArray[np.float64]
 
 MONO = (0.30, 0.59, 0.11)
 """Response of a monochrome sensor to red, green and blue."""

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim import scene_cover
 from servosight.sim.render import Layer
 from servosight.sim.render_compose import Props
 from servosight.sim.scene_cover import Cover
 from servosight.sim.video_light import Light
-
-Array = NDArray[np.float64]
 
 _ABOVE_MM = 0.1  # shadow and highlight lie on the surface
 _SAMPLES_PER_MM = 6.0

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim.optics_lens import Lens
 from servosight.sim.render import SUPERSAMPLING, Layer
 from servosight.sim.scene import LENS_HEIGHT_MM, View
 
 Light = NDArray[np.float32]
-Array = NDArray[np.float64]
 
 _EDGE = np.linspace(0.0, 1.0, 17)  # where a layer's border is followed through the lens
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Image
 from servosight.models.camera import Camera
 from servosight.sim.optics import Optics, encode, vignette
 from servosight.sim.render import Layers, render_layers
 from servosight.sim.render_compose import Plane, Pose, led_of, light_of
-
-Image = NDArray[np.uint8]
 
 _SCREEN_GAMMA = 2.2
 _EXPOSED = 1.15  # brighter than the measuring camera: nothing needs headroom here

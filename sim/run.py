@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
@@ -18,7 +18,6 @@ from servosight.sim.effect import HiddenEffect, Polyline, Twin, Values
 from servosight.sim.effects import TWIN_EFFECTS, resolve
 from servosight.sim.trajectory import GRID_S, Trajectory
 
-Array = NDArray[np.float64]
 Chosen = Sequence[tuple[HiddenEffect, Values]]
 
 _SAME_S = 1e-8  # instants closer than this are one

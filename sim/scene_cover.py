@@ -9,10 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim import texture
 from servosight.sim.scene import FIN_OUTLINE
-
-Array = NDArray[np.float64]
 
 HEIGHT_MM = 6.0
 """How far above the surface the card is."""

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.sim import texture
 
 if TYPE_CHECKING:
     import pyrender
 
-Array = NDArray[np.float64]
 Outline = list[tuple[float, float]]
 
 

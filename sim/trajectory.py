@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.excitation import Excitation
-
-Array = NDArray[np.float64]
 
 GRID_S = 1e-4
 

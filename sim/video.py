@@ -19,8 +19,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.models.atomic import unwritable
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
@@ -34,8 +34,6 @@ from servosight.sim.video_plan import Motion, Shot, command_start, frame_starts,
 from servosight.sim.video_settings import VideoSettings
 from servosight.sim.video_truth import FrameTable, frame_table, stamps
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 
 _CHUNK = 16  # frames a worker does at a time

@@ -9,9 +9,8 @@ from typing import Any, Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Image = NDArray[np.uint8]
+from servosight.models.arrays import Image
 
 NAMES = ("ffv1", "mjpeg", "h264")
 TICK = Fraction(1, 1_000_000)

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.sim.render_compose import TRIPOD, Pose
 from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
 from servosight.sim.video_indicator import share
 from servosight.sim.video_settings import VideoSettings
-
-Array = NDArray[np.float64]
 
 SUBFRAME_PX = 0.5
 """Longest way of the fin's tip, of the card or of a shaken picture between two sub-frames."""

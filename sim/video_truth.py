@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.sim.render_sight import Sight
 from servosight.sim.scene import ARM_TOP_MM, SHAFT_MM
 from servosight.sim.video_matroska import TICK_S
 from servosight.sim.video_plan import Motion
 from servosight.sim.video_settings import VideoSettings
-
-Array = NDArray[np.float64]
 
 HINGE_MM = (0.0, 0.0, 0.0)
 

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image, Mask, Single
 from servosight.models.errors import InputError
 from servosight.tracking.outline import tightened
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Grid, Mask, Single
+from servosight.tracking.polar import Grid
 from servosight.tracking.result import Box
 from servosight.tracking.rigid import POINT, centre_of, motions_of
 from servosight.tracking.search import search

@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from scipy import ndimage
 
+from servosight.models.arrays import Array, Image, Single
 from servosight.tracking.fit_kernels import GATE
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Grid, Single
+from servosight.tracking.polar import Grid
 from servosight.tracking.spline import weights
 
 

@@ -9,15 +9,13 @@ from typing import Any, Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate_view import Camera
 from servosight.tracking.plane import Lens
 from servosight.tracking.video import sample_frames
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Kind = Literal["checkerboard", "aruco"]
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate_view import Camera
@@ -95,7 +95,7 @@ def camera_of(table: Mapping[str, Any], source: str) -> Camera:
 
 def _numbers(
     table: Mapping[str, Any], source: str, part: str, key: str, shape: tuple[int, ...]
-) -> NDArray[np.float64]:
+) -> Array:
     try:
         values = np.array(table[part][key], np.float64)
     except (KeyError, TypeError, ValueError):

@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.tracking.features import Index
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
 from servosight.tracking.rotation import turning
 from servosight.tracking.shared import one_sigma
 from servosight.tracking.swing_features import LEAST_FRAMES, Tracks
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 30
 _SURE = 5.0  # sigma: features lean as a whole, too, by some of it

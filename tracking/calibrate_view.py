@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from servosight.models.arrays import Array, Image, Mask
 from servosight.tracking.calibrate_swing import Swing, calibrate_swing
 from servosight.tracking.fit import Fit
 from servosight.tracking.follow import Stage
-from servosight.tracking.plane import Array, Image, Lens, Plane, like_picture
-from servosight.tracking.polar import Mask
+from servosight.tracking.plane import Lens, Plane, like_picture
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.swing_features import feature_tracks
 

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array, Mask
 from servosight.tracking.parts import swept
 from servosight.tracking.result import Track
 from servosight.tracking.video import frames, sample_frames
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Shows = Literal["start", "above", "step"]
 
 CONFOUNDED = (

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Array, Mask, Sample
+from servosight.models.arrays import Array, Mask
+from servosight.tracking.polar import Sample
 
 _BLOCK_PX = 8  # the smallest block that codecs copy as one
 _SAME = 0.5  # share of a block's pixels; by chance a fifth are the same

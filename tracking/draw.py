@@ -10,12 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.models.atomic import new_file, write_bytes
 from servosight.models.errors import InputError
 from servosight.tracking.result import Flag, Track, outline_at
-from servosight.tracking.video import Frame, Image, frames
+from servosight.tracking.video import Frame, frames
 
-Colours = NDArray[np.uint8]
+Colours = Image
 Progress = Callable[[int, int], None]
 
 COLOURS = ((80, 220, 90), (240, 170, 60))
@@ -67,11 +68,11 @@ def _draw(canvas: Colours, track: Track, angle_deg: float, colour: tuple[int, ..
     cv2.circle(canvas, _place(pivot), 4 << _SHIFT, colour, 1, cv2.LINE_AA, _SHIFT)
 
 
-def _places(points_px: NDArray[np.float64]) -> NDArray[np.int32]:
+def _places(points_px: Array) -> NDArray[np.int32]:
     return np.round(points_px * (1 << _SHIFT)).astype(np.int32)
 
 
-def _place(point_px: NDArray[np.float64]) -> tuple[int, int]:
+def _place(point_px: Array) -> tuple[int, int]:
     x, y = _places(point_px)
     return int(x), int(y)
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Array
+from servosight.models.arrays import Array
 
 Index = NDArray[np.intp]
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servosight.models.arrays import Array
 from servosight.tracking.follow import Seen
-from servosight.tracking.polar import Array
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import Exposure, Shutter, Shutters, local_motion
 

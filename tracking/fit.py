@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Single
 from servosight.tracking.fit_kernels import GATE, gate_of, judged, median_residual, normal, weights
 from servosight.tracking.hinge import Lean, lean
-from servosight.tracking.polar import Array, Sample, Single
+from servosight.tracking.polar import Sample
 
 Motion = Callable[[Sample], Single]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.tracking.polar import Array
+from servosight.models.arrays import Array
 
 _MAINS_HZ = (100.0, 120.0)
 _WINDOW_S = 0.5  # on either side: as long as the mains keep step with the camera's clock

@@ -8,10 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from servosight.models.arrays import Image, Mask
 from servosight.tracking.copied import copied
 from servosight.tracking.fit import Fit
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Mask
 from servosight.tracking.shutter import STILL, Exposure, Shutter, local_motion
 from servosight.tracking.video import Frame
 

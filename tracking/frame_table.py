@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.tracking.container import reason
-from servosight.tracking.polar import Array
 
 
 def read_frame_table(table: Path) -> tuple[Array, Array | None]:

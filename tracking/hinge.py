@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Single
 from servosight.tracking.fit_kernels import swayed
-from servosight.tracking.polar import Array, Sample, Single
+from servosight.tracking.polar import Sample
 from servosight.tracking.rotation import turning
 from servosight.tracking.shared import one_sigma
 

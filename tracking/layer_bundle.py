@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Image, Mask, Single
 from servosight.tracking.layer_lattice import PAD_PX
 from servosight.tracking.layer_problem import Bundle, Rest, closer
 from servosight.tracking.layer_views import View
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Mask, Pixels, Single
+from servosight.tracking.polar import Pixels
 from servosight.tracking.shutter import Exposure
 
 _ROUNDS = (3, 3, 1, 1, 1)  # of so many pixels each uses one

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array, Image, Single
 from servosight.tracking.layer_bundle import settled, usual
 from servosight.tracking.layer_lattice import depth, wide
 from servosight.tracking.layer_problem import Bundle, Rest
 from servosight.tracking.layers import SEEN_THROUGH, Layers
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Grid, Single
+from servosight.tracking.polar import Grid
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Surface
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from servosight.tracking.polar import Grid, Single
+from servosight.models.arrays import Single
+from servosight.tracking.polar import Grid
 from servosight.tracking.surface import Surface
 
 PAD_PX = 14.0

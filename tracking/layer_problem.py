@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
+from servosight.models.arrays import Array, Single
 from servosight.tracking.layer_views import View
-from servosight.tracking.polar import Array, Grid, Single
+from servosight.tracking.polar import Grid
 
 _STEPS = 24
 _DOUBT = 0.5  # about the cover of a cell, given that of others as near to the edge

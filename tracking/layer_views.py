@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Grid, Mask, Pixels, Single
+from servosight.models.arrays import Mask, Single
+from servosight.tracking.polar import Grid, Pixels
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.spline import slopes, smeared, weights
 

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from servosight.models.arrays import Image, Mask
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
 from servosight.tracking.layers import Layers, Rings
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Mask, Sample
+from servosight.tracking.polar import Sample
 from servosight.tracking.refine import Refine, likely
 from servosight.tracking.shutter import Exposure
 

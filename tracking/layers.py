@@ -18,7 +18,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.tracking.polar import Array, Grid, Pixels, Sample, Single
+from servosight.models.arrays import Array, Single
+from servosight.tracking.polar import Grid, Pixels, Sample
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.spline import slopes, smeared, weights
 

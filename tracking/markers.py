@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate_view import Camera, view_of
 from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
-from servosight.tracking.plane import Array
 from servosight.tracking.result import Flag, Track
 from servosight.tracking.rotation import turned, turning
 from servosight.tracking.shared import one_sigma, principal

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array, Image, Mask
 from servosight.tracking.fit import Fit
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Mask
 from servosight.tracking.rotation import turning
 from servosight.tracking.shutter import Exposure
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servosight.models.arrays import Array
 from servosight.tracking.calibrate_view import View
 from servosight.tracking.fit import Fit
 from servosight.tracking.hinge import PIVOT, PLANE, Lean, hinge, mended
-from servosight.tracking.polar import Array
 
 _SURE = 5.0  # sigma, from which a plane that no feature told is taken for seen
 

@@ -14,8 +14,8 @@ import numpy as np
 from scipy import ndimage
 from scipy.interpolate import make_interp_spline
 
+from servosight.models.arrays import Array
 from servosight.tracking.fit import Fit
-from servosight.tracking.polar import Array
 from servosight.tracking.shutter import Exposure
 
 _NEIGHBOURS = 15  # frames over which what two splines differ by is averaged

@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.polar import Array, Single
-
-Image = NDArray[np.uint8]
+from servosight.models.arrays import Array, Image, Single
 
 _POINTS = 200
 _PAD_PX = 16

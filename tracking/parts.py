@@ -10,9 +10,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from servosight.models.arrays import Image, Mask
 from servosight.tracking.calibrate_view import Camera, View
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Mask
 from servosight.tracking.result import Track, outline_at
 
 SHADOW_PX = 12

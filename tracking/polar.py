@@ -14,13 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Mask, Single
 from servosight.tracking.plane import PICTURE, Plane
 from servosight.tracking.shutter import STILL, Exposure
 from servosight.tracking.spline import slopes, weights
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 _BLOCK_PX = 32
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servosight.models.arrays import Image, Mask
 from servosight.tracking.copied import news
 from servosight.tracking.fit import Fit, gauss_newton, turn
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Mask, Pixels, Sample
+from servosight.tracking.polar import Pixels, Sample
 from servosight.tracking.search import search
 from servosight.tracking.shutter import Exposure
 from servosight.tracking.surface import Surface

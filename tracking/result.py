@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.tracking.plane import PICTURE, Plane
-from servosight.tracking.polar import Array
 from servosight.tracking.rotation import turned
 from servosight.tracking.shutter import Shutters
 

@@ -11,10 +11,9 @@ from typing import Any
 import cv2
 import numpy as np
 
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.features import matched
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array
 from servosight.tracking.result import Box
 
 _MOVED_PX = 1.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from servosight.tracking.polar import Array
+from servosight.models.arrays import Array
 
 
 def turning(angle_rad: ArrayLike) -> Array:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.tracking.fit import correlation
-from servosight.tracking.polar import Array, Pixels
+from servosight.tracking.polar import Pixels
 from servosight.tracking.surface import Blurred
 
 # Between two tries the outer part of the surface moves by this much: less than a printed feature.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.tracking.polar import Array
+from servosight.models.arrays import Array
 
 _NOTHING = 0.01  # of the largest error
 

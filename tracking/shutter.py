@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 _PARTS = 3
 _UNEVEN_RAD = np.deg2rad(5e-4)  # less is even enough

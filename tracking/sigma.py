@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array
 from servosight.tracking.copied import lag
 from servosight.tracking.fit import Fit
-from servosight.tracking.polar import Array
 from servosight.tracking.result import Flag
 
 _NEIGHBOURS = 15  # frames whose residuals tell together how far they hang together

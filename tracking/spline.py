@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Single = NDArray[np.float32]
+from servosight.models.arrays import Single
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)

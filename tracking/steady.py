@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from servosight.tracking.plane import Array, Image
+from servosight.models.arrays import Array, Image
 
 LEAST_PX = 0.2
 """Less is what matching features scatters by."""

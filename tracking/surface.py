@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array, Image, Mask, Single
 from servosight.tracking.average import average, spline_of
 from servosight.tracking.fit import Fit, gauss_newton, turn, turn_and_shift
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Grid, Mask, Pixels, Sample, Single, sample
+from servosight.tracking.polar import Grid, Pixels, Sample, sample
 from servosight.tracking.rotation import turning
 from servosight.tracking.shutter import STILL, Exposure
 from servosight.tracking.spline import smeared

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.tracking.polar import Array, Grid, Mask, Single
+from servosight.models.arrays import Array, Mask, Single
+from servosight.tracking.polar import Grid
 
 
 def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first: Mask) -> Mask:

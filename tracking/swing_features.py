@@ -8,12 +8,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.tracking.features import Index, matched
-from servosight.tracking.polar import Array
-
-Image = NDArray[np.uint8]
 
 _FEATURES = 1500
 _MOVED_PX = 1.5

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.acquire import acquire
 from servosight.tracking.ahead import ahead
@@ -25,8 +26,7 @@ from servosight.tracking.match import Match, choose_box
 from servosight.tracking.mend import about_hinge
 from servosight.tracking.middle_row import at_middle_row
 from servosight.tracking.parts import same_view, without
-from servosight.tracking.plane import Image, Plane
-from servosight.tracking.polar import Array
+from servosight.tracking.plane import Plane
 from servosight.tracking.refine import Refine
 from servosight.tracking.result import Box as Box
 from servosight.tracking.result import Flag as Flag

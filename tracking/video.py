@@ -9,13 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.container import declared_end_s, opened
-
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 _RUNS, _RUN_PARTS, _PART = 8, 4, 10
 _LARGEST_SIDE_PX = 8192

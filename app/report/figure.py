@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
+
 Paint = Callable[[Figure], None]
 
 # Okabe and Ito's palette: told apart by the colour-blind, and in grey by their line styles.

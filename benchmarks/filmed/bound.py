@@ -9,15 +9,13 @@ light. The pivot is learnt from all frames together and counts as known.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.sim.optics import variance, vignette
 from servosight.sim.render import render_layers
 from servosight.sim.render_compose import Plane, Pose, light_of
 from servosight.sim.video_settings import VideoSettings
-
-Array = NDArray[np.float64]
 
 _STEP_DEG = 0.02
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.optics import Optics
@@ -18,8 +18,6 @@ from servosight.sim.video import render_video
 from servosight.sim.video_codec import Codec
 from servosight.sim.video_light import Light
 from servosight.sim.video_settings import VideoSettings
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.0001
 LIGHT_ON_S = 0.05

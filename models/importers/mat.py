@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.importers.request import (
     Column,
@@ -67,7 +67,7 @@ def _variables(path: Path) -> dict[str, Any]:
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
-def _vector(path: Path, variables: dict[str, Any], quantity: str, name: str) -> NDArray[np.float64]:
+def _vector(path: Path, variables: dict[str, Any], quantity: str, name: str) -> Array:
     value = variables.get(name)
     if value is None or not _is_numeric(value) or max(value.shape, default=0) != value.size:
         vectors = [key for key, one in variables.items() if _is_numeric(one) and one.size > 1]

@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.recording import Recording
 from servosight.models.recording_io import Streams, recording_of
 from servosight.models.series import DEGREES, SECONDS, Series
 from servosight.models.settings import Settings
-
-Array = NDArray[np.float64]
 
 QUANTITIES = ("time", "command", "angle", "sigma")
 PULSE = "us"

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.sim.effect import Array, HiddenEffect, Values
+from servosight.models.arrays import Array
+from servosight.sim.effect import HiddenEffect, Values
 
 _ROD = 1e4  # surface horns
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import freqz, lfilter
 
 from servosight.diagnose.events import rests, swings, turning_points, turns
@@ -18,11 +17,11 @@ from servosight.diagnose.profiles import profile
 from servosight.diagnose.residual_tests import independence, linear_share, quantile, whiteness
 from servosight.diagnose.samples import held_out_samples
 from servosight.diagnose.trial import Judged, training_masks
+from servosight.models.arrays import Array
 from servosight.models.design import Limits, design
 from servosight.models.excitation import Excitation, chirp
 from servosight.models.recording import Recording
 
-Array = NDArray[np.float64]
 NOISE_DEG = 0.03
 RATE_HZ = 120.0
 STEP_S = 0.001

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import Motion, classify, command_at, shares, worst_windows
+from servosight.models.arrays import Array
 from servosight.models.recording import Recording
 
-Array = NDArray[np.float64]
 Shape = Callable[[Array], Array]
 
 RATE_HZ = 120.0

@@ -6,15 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from servosight.identify.distortion import distortion
+from servosight.models.arrays import Array
 from servosight.models.design import Limits, design
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
 from servosight.models.recording import Recording
 
-Array = NDArray[np.float64]
 NOISE_DEG = 0.02
 T, XI = 0.03, 0.7
 

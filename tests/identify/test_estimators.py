@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from servosight.identify.estimator import drive, half_squares
 from servosight.identify.estimators import ESTIMATORS
@@ -15,8 +14,7 @@ from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.genetic import crossed, mutated, offspring
 from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)
 

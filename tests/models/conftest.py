@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
+
 Values = Mapping[str, Mapping[str, float]]
 
 DENSE_S = 2e-5

@@ -15,18 +15,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.identify import identify
 from servosight.models.actuator import Actuator, Estimate
+from servosight.models.arrays import Array
 from servosight.models.effect import Cues, Effect, Place
 from servosight.models.excitation import standard
 from servosight.models.plant import STEP_SHARE, Plant, Stimulus
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
-
-Array = NDArray[np.float64]
 
 T, XI = 0.0078, 0.55
 NOISE_DEG = 0.03

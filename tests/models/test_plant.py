@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
-
-Array = NDArray[np.float64]
 
 T, XI = 0.0078, 0.55
 

@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.registry import catalogue
-
-Array = NDArray[np.float64]
 
 BOUND_DEG = 0.002
 T, XI = 0.0078, 0.55

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.excitation import Excitation, sine, standard
 from servosight.sim.bench import BenchParameters
 from servosight.sim.run import run
-
-Array = NDArray[np.float64]
 
 
 def step_response(T: float, xi: float, time_s: Array) -> Array:

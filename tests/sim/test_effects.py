@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from servosight.models.arrays import Array
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
@@ -28,7 +28,6 @@ from servosight.sim.run import run
 from servosight.sim.trajectory import Trajectory
 from servosight.sim.uncatalogued import UNCATALOGUED
 
-Array = NDArray[np.float64]
 Law = Callable[[float], float]
 Pair = Callable[[float, float], float]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.sim.optics import Optics
 from servosight.sim.optics_lens import Lens
@@ -14,8 +14,6 @@ from servosight.sim.render import Layers, render_layers
 from servosight.sim.render_compose import Plane, Pose, led_of, light_of
 from servosight.sim.render_sight import Sight, folds
 from servosight.sim.scene import LED_MM, LENS_HEIGHT_MM, PLATE_Z_MM, View
-
-Array = NDArray[np.float64]
 
 CAMERA = Camera(width=240, height=180)
 VIEW = View.of(CAMERA)

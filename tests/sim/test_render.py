@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.sim import render_compose, render_sight
 from servosight.sim.optics import Optics, expose, fixed_pattern, vignette
@@ -15,8 +16,6 @@ from servosight.sim.render import Layers, render_layers
 from servosight.sim.render_compose import Plane, Pose, light_of
 from servosight.sim.render_still import render_still
 from servosight.sim.scene import FIN_OUTLINE
-
-Array = NDArray[np.float64]
 
 CAMERA = Camera(width=480, height=360, pivot_px=(170.3, 181.8))
 

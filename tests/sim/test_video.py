@@ -10,8 +10,8 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Image
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
@@ -22,9 +22,6 @@ from servosight.sim.video import Studio, render_video
 from servosight.sim.video_plan import command_start, frame_starts, plan
 from servosight.sim.video_settings import VideoSettings
 from servosight.sim.video_truth import FrameTable
-
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 CAMERA = Camera(rate_hz=120.0, exposure_s=0.004, width=160, height=120)
 ALONE = VideoSettings(workers=1)

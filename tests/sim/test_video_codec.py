@@ -9,8 +9,8 @@ import av
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Image
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.render import render_layers
@@ -19,8 +19,6 @@ from servosight.sim.video import Studio, render_video
 from servosight.sim.video_codec import Codec
 from servosight.sim.video_plan import frame_starts, plan
 from servosight.sim.video_settings import VideoSettings
-
-Image = NDArray[np.uint8]
 
 CAMERA = Camera(rate_hz=60.0, exposure_s=0.002, width=240, height=180, jitter_s=5e-4, dropped=0.1)
 ALONE = VideoSettings(workers=1)

@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
+from servosight.models.arrays import Array, Image
 
 SCALE = 3
 WIDTH, HEIGHT = 400, 300

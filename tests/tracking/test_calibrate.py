@@ -7,16 +7,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from servosight.app.main import main
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.calibrate import Board, calibrate
 from servosight.tracking.calibrate_file import read_camera
 from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
-
-Image = NDArray[np.uint8]
-Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640, 480
 LENS = Lens((780.0, 780.0), (325.0, 236.0), (-0.22, 0.06, 4e-4, -3e-4, 0.0))

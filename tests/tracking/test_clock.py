@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.tracking.clock import Pattern, find_light, patterns
 from servosight.tracking.result import Track
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Write = Callable[[Path, list[Image], Array], Path]
 
 RATE_HZ, FRAMES, ROWS, COLUMNS = 60.0, 240, 64, 96

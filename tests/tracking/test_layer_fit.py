@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from servosight.models.arrays import Array, Image
 from servosight.tracking.hinge import hinge
 from servosight.tracking.layer_fit import learn_layers
 from servosight.tracking.layered import Layered
 from servosight.tracking.layers import Layers
-from servosight.tracking.plane import Image
-from servosight.tracking.polar import Array, Grid
+from servosight.tracking.polar import Grid
 from servosight.tracking.refine import Refine
 from servosight.tracking.shutter import STILL
 from servosight.tracking.surface import Surface, single

@@ -8,13 +8,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array, Image
 from servosight.models.errors import InputError
 from servosight.tracking.markers import Family, track_marker
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Write = Callable[[Path, list[Image], Array], Path]
 
 PIVOT = np.array([120.3, 150.6])

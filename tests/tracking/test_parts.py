@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.app.main import main
+from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.excitation import Excitation
 from servosight.models.recording_io import load_recording
@@ -21,8 +22,6 @@ from servosight.sim.video import render_video
 from servosight.tracking.parts import swept, without
 from servosight.tracking.result import Flag, Track
 from servosight.tracking.track import track
-
-Array = NDArray[np.float64]
 
 RATE_HZ = 120.0
 FINER = 3

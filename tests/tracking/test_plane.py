@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from servosight.models.arrays import Array
 from servosight.tracking.calibrate_swing import Swing, calibrate_swing
 from servosight.tracking.plane import Lens, Plane, jacobian, like_picture, mapped
 from servosight.tracking.swing_features import Tracks
-
-Array = NDArray[np.float64]
 
 SHAPE = (480, 640)
 PIVOT = np.array([230.0, 240.0])

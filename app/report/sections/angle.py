@@ -21,6 +21,7 @@ from servosight.app.report.figure import (
 from servosight.app.report.numbers import degrees
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
+from servosight.models.arrays import Array
 
 MOST_RECORDINGS = 4
 MARGIN_S = 0.35
@@ -111,9 +112,7 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
     return drawn(name, (8.2, 4.4), alt, paint)
 
 
-def _command(
-    story: Story, number: int, low: float, high: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _command(story: Story, number: int, low: float, high: float) -> tuple[Array, Array]:
     """The command as the servo got it within a window: stairs where it is held."""
     recording = story.recordings[number]
     times, values = recording.command_time_s, recording.command_deg
@@ -131,5 +130,5 @@ def _command(
     )
 
 
-def _rms(error: NDArray[np.float64]) -> float:
+def _rms(error: Array) -> float:
     return float(np.sqrt(np.mean(error**2)))

@@ -8,7 +8,6 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, NOISE, drawn
 from servosight.app.report.section import Section
@@ -16,8 +15,7 @@ from servosight.app.report.story import Story, listed
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.form import Motion
 from servosight.diagnose.law import Law, Missing, missing_torque
-
-Array = NDArray[np.float64]
+from servosight.models.arrays import Array
 
 SIZE = (2.75, 2.4)
 BINS = 40

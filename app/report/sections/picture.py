@@ -7,14 +7,12 @@ import io
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
+from servosight.models.arrays import Array, Image
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Box = tuple[int, int, int, int]
 
 TRUSTED = 4.0

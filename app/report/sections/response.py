@@ -14,6 +14,7 @@ from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.frequency import Response, response
 from servosight.diagnose.samples import all_samples
+from servosight.models.arrays import Array
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""
@@ -98,6 +99,6 @@ def _known(one: Response) -> NDArray[np.bool_]:
     return np.asarray(one.sigma < MOST_UNSURE * np.abs(one.measured))
 
 
-def _phase(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _phase(values: NDArray[np.complex128]) -> Array:
     """Degrees, without jumps of a whole turn."""
     return np.asarray(np.degrees(np.unwrap(np.angle(values))))
