@@ -221,10 +221,9 @@ class Climber:
     def _promising_pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
         """Pairs worth a sketch; the first of each has been fitted alone."""
         lab = self.laboratory
-        found = lab.screen(base, list(by_name)).best_pairs(PAIRS) if by_name else []
+        found = lab.screen(base).best_pairs(PAIRS, by_name)
         for name, alone in itertools.islice(by_name.items(), FINALISTS):
-            partners = lab.screen(alone, self._open(alone)).best(PARTNERS)
-            found += [(name, partner) for partner in partners]
+            found += [(name, partner) for partner in lab.screen(alone).best(PARTNERS)]
         apart = [pair for pair in found if not self._nested(*pair)]
         return list({frozenset(pair): pair for pair in reversed(apart)}.values())
 
@@ -232,16 +231,13 @@ class Climber:
         catalogue = self.laboratory.catalogue
         return first in catalogue[second].contains or second in catalogue[first].contains
 
-    def _open(self, base: Trial) -> list[str]:
-        return self.laboratory.candidates(base)
-
     def _promising(self, base: Trial) -> list[str]:
         """All candidates behind ``base``, those first that promise most."""
-        names = self._open(base)
-        return self.laboratory.screen(base, names).best(len(names)) if names else []
+        screen = self.laboratory.screen(base)
+        return screen.best(len(screen.names))
 
     def _tried(self, base: Trial) -> int:
-        return len(self._open(base))
+        return len(self.laboratory.candidates(base))
 
     def _settle(self, trial: Trial) -> Iterator[Rung]:
         """Try simpler forms, to do without each earlier effect, then to swap each for another."""

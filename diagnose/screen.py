@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,10 +42,12 @@ class Screen:
             promise[name] = max(promise.get(name, 0.0), float(gain))
         return sorted(promise, key=lambda name: -promise[name])[:count]
 
-    def best_pairs(self, count: int) -> list[tuple[str, str]]:
-        """The pairs of different effects that promise most, best first."""
+    def best_pairs(self, count: int, among: Collection[str]) -> list[tuple[str, str]]:
+        """The pairs of different effects ``among`` some that promise most, best first."""
         owner = np.array(self.names)
-        gains = np.where(owner[:, None] == owner, -1.0, self.pair_gains)
+        able = np.isin(owner, list(among))
+        apart = (owner[:, None] != owner) & able[:, None] & able
+        gains = np.where(apart, self.pair_gains, -1.0)
         found: list[tuple[str, str]] = []
         for index in np.argsort(-gains, axis=None):
             i, j = divmod(int(index), len(owner))

@@ -11,10 +11,17 @@ import numpy as np
 
 from servosight.diagnose.screen import Screen
 from servosight.identify.estimator import Outcome, drive, half_squares
-from servosight.identify.fit import Fit, fit_effects, polish, search_effects, sketch_effects
+from servosight.identify.fit import (
+    Fit,
+    first_look,
+    fit_effects,
+    polish,
+    search_effects,
+    sketch_effects,
+)
 from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
-from servosight.identify.starts import effect_guesses, linear_start
+from servosight.identify.starts import linear_start
 from servosight.models.arrays import Array, Mask
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording
@@ -105,7 +112,8 @@ class Laboratory:
     """Recordings to fit on, recordings to validate on, and the catalogue to choose from.
 
     ``notebook`` keeps the best trial of each set of effects that was tried, ``wholes`` their fits
-    to all samples. ``third`` says which of the thirds that may be held out is, best first.
+    to all samples, ``screens`` what was screened behind each fit. ``third`` says which of the
+    thirds that may be held out is, best first.
     """
 
     recordings: tuple[Recording, ...]
@@ -114,6 +122,9 @@ class Laboratory:
     third: int = 0
     notebook: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
     wholes: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
+    screens: dict[tuple[tuple[str, ...], float], Screen] = field(
+        default_factory=dict, compare=False
+    )
 
     @cached_property
     def masks(self) -> tuple[Mask, ...]:
@@ -169,21 +180,21 @@ class Laboratory:
         fit = search_effects(self.with_effect(base, name), base.fit)
         return self.judge(fit) if fit.outcome.cost < trial.fit.outcome.cost else trial
 
-    def screen(self, base: Trial, names: Sequence[str]) -> Screen:
-        """What each of ``names`` would change in the error of ``base``, to first order.
-
-        At its guesses alone: that ``base``'s own parameters would follow is part of it.
-        """
+    def screen(self, base: Trial) -> Screen:
+        """What each candidate behind ``base`` would change in its error, to first order."""
         fit = base.fit
-        residual = fit.problem.residuals(fit.outcome.point[None, :])[0]
-        owners: list[str] = []
-        changes = []
-        for name in names:
-            problem = self.with_effect(base, name)
-            starts = np.array(effect_guesses(problem, fit.standpoint))
-            changes.append(problem.residuals(starts) - residual)
-            owners += [name] * len(starts)
-        return Screen.of(tuple(owners), np.concatenate(changes), residual, fit.jacobian)
+        seen = (base.effects, fit.outcome.cost)
+        if seen not in self.screens:
+            residual = fit.problem.residuals(fit.outcome.point[None, :])[0]
+            owners: list[str] = []
+            changes = []
+            for name in self.candidates(base):
+                problem = self.with_effect(base, name)
+                changes.append(first_look(problem, fit))
+                owners += [name] * len(changes[-1])
+            joined = np.concatenate([np.empty((0, residual.size)), *changes])
+            self.screens[seen] = Screen.of(tuple(owners), joined, residual, fit.jacobian)
+        return self.screens[seen]
 
     def without(self, base: Trial, name: str) -> Trial:
         """``base`` less one effect, all else as it stood: not fitted."""

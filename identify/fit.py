@@ -205,8 +205,20 @@ def search_effects(problem: Problem, base: Fit) -> Fit:
     wrong at once.
     """
     guesses = np.array(effect_starts(problem, base.standpoint))
-    starts = _promising(problem, base, np.vstack([guesses, _varied(problem, base, guesses)]))
+    starts = np.vstack([guesses, _varied(problem, base, guesses)])
+    starts = _in_order(starts, _weighed(problem, base, starts)[1])
     return polish(problem, starts[:SEARCHED_STARTS])
+
+
+def first_look(problem: Problem, base: Fit) -> Array:
+    """How the guesses of what ``base`` lacks change its residual, (starts, scored).
+
+    What they promise is kept with the base's standpoint, for fits that start there.
+    """
+    starts = np.array(effect_starts(problem, base.standpoint))
+    changes, promise = _weighed(problem, base, starts)
+    base.standpoint.looks[problem.effects] = problem.masks, starts, promise
+    return changes
 
 
 def _starts(problem: Problem, base: Fit) -> Array:
@@ -214,11 +226,15 @@ def _starts(problem: Problem, base: Fit) -> Array:
     known = base.standpoint.ordered
     made_for, starts = known.get(problem.effects, (None, None))
     if starts is None or made_for is not problem.masks:
-        guesses = np.array(effect_starts(problem, base.standpoint))
+        looks = base.standpoint.looks
+        if problem.effects not in looks or looks[problem.effects][0] is not problem.masks:
+            first_look(problem, base)
+        _, guesses, promise = looks[problem.effects]
         idle = idle_start(problem, base.standpoint)
         plain = np.array(effect_guesses(problem, base.standpoint))
-        weaker = [idle + share * (plain - idle) for share in SHRUNK]
-        starts = _promising(problem, base, np.vstack([guesses, *weaker]))
+        weaker = np.vstack([idle + share * (plain - idle) for share in SHRUNK])
+        _, more = _weighed(problem, base, weaker)
+        starts = _in_order(np.vstack([guesses, weaker]), np.hstack([promise, more]))
         known[problem.effects] = problem.masks, starts
     return starts
 
@@ -236,17 +252,24 @@ def _varied(problem: Problem, base: Fit, guesses: Array) -> Array:
     return np.clip(points, *problem.bounds)
 
 
-def _promising(problem: Problem, base: Fit, starts: Array) -> Array:
-    """Starts (starts, coordinates) in turn by what they cost, and by what they would cost scaled.
+def _weighed(problem: Problem, base: Fit, starts: Array) -> tuple[Array, Array]:
+    """Changes (starts, scored) of the base's residual, and what starts cost, (2, starts).
 
-    A guess of a period may be right and its amplitude wrong.
+    First what they cost as they are, then what they would cost at best with their change scaled: a
+    guess of a period may be right and its amplitude wrong.
     """
     answers = problem.residuals(starts)
     before = base.problem.residuals(base.outcome.point[None, :])[0]
-    _, reach = directions(answers - before, before, base.jacobian)
-    scaled = base.outcome.cost - 0.5 * np.maximum(reach, 0.0) ** 2
+    changes = answers - before
+    _, reach = directions(changes, before, base.jacobian)
     costs = half_squares(answers)
-    orders = np.argsort(np.minimum(costs, scaled)), np.argsort(costs)
-    both = np.stack(orders, axis=1).ravel()
+    scaled = base.outcome.cost - 0.5 * np.maximum(reach, 0.0) ** 2
+    return changes, np.stack([costs, np.minimum(costs, scaled)])
+
+
+def _in_order(starts: Array, promise: Array) -> Array:
+    """Starts in turn by what they would cost scaled, and by what they cost."""
+    costs, scaled = promise
+    both = np.stack([np.argsort(scaled), np.argsort(costs)], axis=1).ravel()
     _, first = np.unique(both, return_index=True)
     return np.asarray(starts[both[np.sort(first)]])

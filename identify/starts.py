@@ -118,11 +118,15 @@ def traces(problem: Problem, point: Array) -> Traces:
 class Standpoint:
     """A fitted model behind which others start: what it shows is worked out once.
 
-    ``ordered`` keeps, for each set of effects, masks and the starts that were put in order on them.
+    ``looks`` keeps, for each set of effects, masks, starts and what these promise on them;
+    ``ordered`` masks and the starts that were put in order on them.
     """
 
     problem: Problem
     point: Array
+    looks: dict[tuple[str, ...], tuple[Masks, Array, Array]] = field(
+        default_factory=dict, compare=False
+    )
     ordered: dict[tuple[str, ...], tuple[Masks, Array]] = field(default_factory=dict, compare=False)
     _guesses: dict[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict, compare=False)
 
