@@ -24,11 +24,14 @@ from servosight.identify.problem import Problem
 from servosight.identify.starts import linear_start
 from servosight.models.arrays import Array, Mask
 from servosight.models.effect import Effect
+from servosight.models.parameter import CORE
 from servosight.models.recording import Recording
 
 BLOCK_S = 1.0
 HELD_OUT_EVERY = 3
 OWN_GENERATIONS = 8
+LEAST_GAIN = 0.2
+"""No model's k is less than this share of the gain that the recordings show."""
 TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
 
@@ -134,10 +137,29 @@ class Laboratory:
         choices = [training_masks(recording) for recording in self.recordings]
         return tuple(masks[min(self.third, len(masks) - 1)] for masks in choices)
 
+    @cached_property
+    def k_bounds(self) -> tuple[float, float]:
+        """Bounds of k for models with effects.
+
+        A weight that falls over, or detents as steep, can cancel the loop's stiffness: k and T then
+        go towards zero together, the gain stays, and what is left bends as no servo does.
+        """
+        fit = self.linear().fit
+        k = fit.problem.values(fit.outcome.point)["k"]
+        moved = np.sqrt(sum(np.var(recording.angle_deg) for recording in self.recordings))
+        asked = np.sqrt(sum(np.var(recording.command_deg) for recording in self.recordings))
+        least = LEAST_GAIN * min(abs(k), float(moved / max(asked, 1e-12)))
+        _, most = CORE[0].search_bounds
+        return (least, most) if k >= 0.0 else (-most, -least)
+
     def problem(self, effects: Sequence[str]) -> Problem:
         """The fit of some effects to the training samples."""
+        return self._problem(effects, self.masks)
+
+    def _problem(self, effects: Sequence[str], masks: Sequence[Mask] | None) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
-        return Problem.of(self.recordings, self.catalogue, ordered, self.masks)
+        bounds = self.k_bounds if ordered else None
+        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds)
 
     def linear(self) -> Trial:
         """The linear model: where every ladder stands."""
@@ -224,7 +246,7 @@ class Laboratory:
             return trial
         known = self.wholes.get(trial.effects)
         if known is None:
-            problem = Problem.of(self.recordings, self.catalogue, trial.effects)
+            problem = self._problem(trial.effects, None)
             fit = polish(problem, [trial.fit.outcome.point])
             known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
         return known

@@ -73,13 +73,14 @@ class Problem:
 
     ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
-    so that a cost stays in degrees.
+    so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain.
     """
 
     recordings: tuple[Recording, ...]
     plant: Plant
     effects: tuple[str, ...]
     masks: tuple[Mask, ...]
+    k_bounds: tuple[float, float] | None = None
 
     @classmethod
     def of(
@@ -88,11 +89,12 @@ class Problem:
         catalogue: Mapping[str, Effect],
         effects: Sequence[str],
         masks: Sequence[Mask] | None = None,
+        k_bounds: tuple[float, float] | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
             masks = [np.ones(recording.time_s.size, dtype=bool) for recording in recordings]
-        return cls(tuple(recordings), Plant.of(catalogue), tuple(effects), tuple(masks))
+        return cls(tuple(recordings), Plant.of(catalogue), tuple(effects), tuple(masks), k_bounds)
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -118,6 +120,8 @@ class Problem:
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the search, each (coordinates,)."""
         pairs = np.array([coordinate.bounds for coordinate in self.coordinates])
+        if self.k_bounds is not None:
+            pairs[0] = self.k_bounds
         return pairs[:, 0], pairs[:, 1]
 
     @cached_property

@@ -31,6 +31,24 @@ def found(twin: Any) -> Any:
     return diagnose([twin("backlash")[0]], catalogue=catalogue(), auto=True)
 
 
+def test_a_weight_that_all_but_falls_over_does_not_stand_for_what_is_missing(twin: Any) -> None:
+    """A rubber stop: free to cancel the loop's stiffness, a weight fits best with a k of 0.07."""
+    recording, truth = twin("end_stop", seed=3, duration_s=20.0)
+    bench = Laboratory((recording,), (), catalogue())
+    fit = bench.extended(bench.linear(), "gravity_load").fit
+    assert fit.problem.values(fit.outcome.point)["k"] == pytest.approx(bench.k_bounds[0])
+    assert 0.15 * truth["k"] < bench.k_bounds[0] < truth["k"] < bench.k_bounds[1]
+
+
+def test_k_keeps_its_sign_and_the_linear_model_is_free(twin: Any) -> None:
+    recording, _ = twin("backlash")
+    bench = Laboratory((replace(recording, angle_deg=-recording.angle_deg),), (), catalogue())
+    low, high = bench.k_bounds
+    assert low == -10.0
+    assert -1.0 < high < 0.0
+    assert bench.linear().fit.problem.k_bounds is None
+
+
 def test_json_to_the_letter(found: Any) -> None:
     """Keys, types and vocabulary of the fixed interface; json refuses NaN and Infinity."""
     answer = json.loads(json.dumps(found.to_json(), allow_nan=False))
