@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from servosight.diagnose.confounding import Look, alternatives, confounded
@@ -184,7 +184,7 @@ def _laboratory(
     laboratory = Laboratory(recordings, validate, catalogue)
     linear = laboratory.linear()
     if bar.settled(linear) and not bar.explained(linear) and not validate:
-        return replace(laboratory, third=1, notebook={}, wholes={})
+        return laboratory.anew(third=1)
     return laboratory
 
 

@@ -8,7 +8,7 @@ seen.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -159,11 +159,8 @@ def extended(laboratory: Laboratory, base: Trial, bar: Bar, noise_deg: float) ->
     """Terms added to one model, one after the other, as long as they earn their place."""
     own = laboratory.catalogue if base.effects else {}
     forms = {name: form for name, form in FORMS.items() if name not in own}
-    bench = replace(
-        laboratory,
-        catalogue={**own, **{name: form.effect for name, form in forms.items()}},
-        notebook={},
-    )
+    own_and_forms = {**own, **{name: form.effect for name, form in forms.items()}}
+    bench = laboratory.anew(catalogue=own_and_forms)
     trial = base
     for _ in range(MOST_TERMS):
         if bar.explained(trial):

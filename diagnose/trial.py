@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -128,6 +129,10 @@ class Laboratory:
     screens: dict[tuple[tuple[str, ...], float], Screen] = field(
         default_factory=dict, compare=False
     )
+
+    def anew(self, **changes: Any) -> Laboratory:
+        """The same with changes, and nothing in its books."""
+        return replace(self, notebook={}, wholes={}, screens={}, **changes)
 
     @cached_property
     def masks(self) -> tuple[Mask, ...]:
