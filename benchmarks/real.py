@@ -12,13 +12,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threads import restart_unless
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.fit import Fit, fit_effects
@@ -339,6 +339,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if not ONE_THREAD.items() <= os.environ.items():  # too late once numpy is loaded
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **ONE_THREAD})
+    restart_unless(ONE_THREAD)
     main()

@@ -29,6 +29,7 @@ import pyswarms
 from nfoursid.nfoursid import NFourSID
 from scipy import optimize, signal
 from sysid import LINEAR, Hand, by_sysid
+from threads import restart_unless
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.identify.identify import identify
@@ -380,8 +381,7 @@ from the plant equation itself: this measures time, not skill (see hidden.md).
 
 
 if __name__ == "__main__":
-    if not ONE_THREAD.items() <= os.environ.items():  # too late once numpy and numba are loaded
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **ONE_THREAD})
+    restart_unless(ONE_THREAD)
     text = page()
     write_text(PAGE, text)
     print(text)

@@ -159,8 +159,8 @@ def extended(laboratory: Laboratory, base: Trial, bar: Bar, noise_deg: float) ->
     """Terms added to one model, one after the other, as long as they earn their place."""
     own = laboratory.catalogue if base.effects else {}
     forms = {name: form for name, form in FORMS.items() if name not in own}
-    own_and_forms = {**own, **{name: form.effect for name, form in forms.items()}}
-    bench = laboratory.anew(catalogue=own_and_forms)
+    effects = {name: form.effect for name, form in forms.items()}
+    bench = laboratory.anew(catalogue={**own, **effects})
     trial = base
     for _ in range(MOST_TERMS):
         if bar.explained(trial):

@@ -44,7 +44,7 @@ def promising(trial: Trial, forms: Mapping[str, Form], count: int, noise_deg: fl
     """Forms of each kind that would lower the residual most to first order, best first."""
     fit = trial.fit
     problem = fit.problem
-    residual = problem.residuals(fit.outcome.point[None, :])[0]
+    residual = fit.residual
     basis, corner = np.linalg.qr(fit.jacobian)
     left = residual - basis @ (basis.T @ residual)
     loops = [Loop.of(trial, number, noise_deg) for number in range(count)]

@@ -31,12 +31,6 @@ class Rival:
         return self.trial.fit.outcome.point[: self.trial.fit.problem.physical]
 
     @cached_property
-    def residuals(self) -> Array:
-        """On the samples it was fitted to, (scored,)."""
-        fit = self.trial.fit
-        return np.asarray(fit.problem.residuals(fit.outcome.point[None, :])[0])
-
-    @cached_property
     def recorded(self) -> tuple[Array, Array]:
         """Jacobian of the recordings' own coordinates, and of the shared ones without these."""
         jacobian, count = self.trial.fit.jacobian, self.trial.fit.problem.physical
@@ -97,7 +91,7 @@ class Rehearsed:
         """
         count = self.problem.physical
         own, shared = self.rival.recorded
-        before = self.rival.residuals - truth.rival.residuals
+        before = self.rival.trial.fit.residual - truth.rival.trial.fit.residual
         before = projected_out(before[:, None], own)[:, 0]
         after = truth.angle_deg - self.angle_deg
         anew = self.jacobian[:, count:]
@@ -133,7 +127,7 @@ def refitted(
     own = rival.point[rival.problem.physical :]
     start = np.concatenate([rival.rival.trial.fit.outcome.point, own])
     joint = polish(problem, [start], REFIT_BUDGET)
-    left = problem.residuals(joint.outcome.point[None, :])[0][-fresh.time_s.size :]
+    left = joint.residual[-fresh.time_s.size :]
     return joint.outcome.cost / noise_deg**2, float(np.quantile(np.abs(left), 0.99))
 
 

@@ -212,15 +212,14 @@ class Laboratory:
         fit = base.fit
         seen = (base.effects, fit.outcome.cost)
         if seen not in self.screens:
-            residual = fit.problem.residuals(fit.outcome.point[None, :])[0]
             owners: list[str] = []
             changes = []
             for name in self.candidates(base):
                 problem = self.with_effect(base, name)
                 changes.append(first_look(problem, fit))
                 owners += [name] * len(changes[-1])
-            joined = np.concatenate([np.empty((0, residual.size)), *changes])
-            self.screens[seen] = Screen.of(tuple(owners), joined, residual, fit.jacobian)
+            joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
+            self.screens[seen] = Screen.of(tuple(owners), joined, fit.residual, fit.jacobian)
         return self.screens[seen]
 
     def without(self, base: Trial, name: str) -> Trial:

@@ -51,6 +51,11 @@ class Fit:
         return self.outcome.stopped.startswith("budget")
 
     @cached_property
+    def residual(self) -> Array:
+        """Weighted residual of the scored samples at the point, (scored,)."""
+        return np.asarray(self.problem.residuals(self.outcome.point[None, :])[0])
+
+    @cached_property
     def jacobian(self) -> Array:
         """Of the residuals at the point, (scored, coordinates)."""
         point = self.outcome.point
@@ -259,9 +264,8 @@ def _weighed(problem: Problem, base: Fit, starts: Array) -> tuple[Array, Array]:
     guess of a period may be right and its amplitude wrong.
     """
     answers = problem.residuals(starts)
-    before = base.problem.residuals(base.outcome.point[None, :])[0]
-    changes = answers - before
-    _, reach = directions(changes, before, base.jacobian)
+    changes = answers - base.residual
+    _, reach = directions(changes, base.residual, base.jacobian)
     costs = half_squares(answers)
     scaled = base.outcome.cost - 0.5 * np.maximum(reach, 0.0) ** 2
     return changes, np.stack([costs, np.minimum(costs, scaled)])
