@@ -151,7 +151,7 @@ def diagnose(
     candidates = _candidates(laboratory, climb, look)
     rivals = _rivals(laboratory, climb, look, bar, auto)
     law = _law(laboratory, linear, last, bar, noise, progress) if auto else None
-    proposal = propose(rivals, laboratory, noise, limits) if len(rivals) > 1 else None
+    proposal = propose(rivals, laboratory, noise, allowed, limits) if len(rivals) > 1 else None
     return Diagnosis(
         noise,
         floor,

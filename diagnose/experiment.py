@@ -56,6 +56,15 @@ class Separation:
     log_likelihood: float
     difference_deg: float
 
+    @property
+    def pair(self) -> str:
+        """Both names."""
+        return f"{self.first} and {self.second}"
+
+    def decides(self, tolerance_deg: float) -> bool:
+        """True where the difference is significant, and large enough to matter in degrees."""
+        return self.log_likelihood >= TIE and self.difference_deg >= tolerance_deg
+
     def to_json(self) -> dict[str, Any]:
         """As a table."""
         return {
@@ -67,12 +76,17 @@ class Separation:
 
 @dataclass(frozen=True)
 class Proposal:
-    """The experiment to run next, and what it would tell."""
+    """The best experiment that the limits allow, and what it would tell.
+
+    It is ``recommended`` only where it decides between two of the models at least. Differences
+    below ``tolerance_deg`` decide nothing: no model is asked to be right within it.
+    """
 
     design: Design
     limits: Limits
     separations: tuple[Separation, ...]
     noise_deg: float
+    tolerance_deg: float
 
     @property
     def excitation(self) -> Excitation:
@@ -82,27 +96,53 @@ class Proposal:
     @property
     def decides(self) -> bool:
         """True where every pair would be told apart."""
-        return all(one.log_likelihood >= TIE for one in self.separations)
+        return not self._open
+
+    @property
+    def recommended(self) -> bool:
+        """True where at least one pair would be told apart."""
+        return len(self._open) < len(self.separations)
+
+    @property
+    def _open(self) -> list[Separation]:
+        """The pairs that the experiment would not tell apart."""
+        return [one for one in self.separations if not one.decides(self.tolerance_deg)]
 
     @property
     def sentence(self) -> str:
-        """What to run, and by how much the closest pair would then differ."""
-        closest = min(self.separations, key=lambda one: one.log_likelihood)
-        pair = f"{closest.first} and {closest.second}"
-        size = (
-            f"{closest.difference_deg:.2g} deg, "
-            f"{closest.difference_deg / self.noise_deg:.2g} times the noise (in all frames a "
-            f"log-likelihood of {closest.log_likelihood:.3g}, where {TIE:g} decide)"
+        """What to run and what that decides, or that no command within the limits decides."""
+        if not self.recommended:
+            return self._undecided()
+        decided = [one for one in self.separations if one not in self._open]
+        closest = min(decided, key=lambda one: one.log_likelihood)
+        return (
+            f"Run the {self.design.words}: {closest.pair} would then differ by up to "
+            f"{self._size(closest)}; diagnose both recordings together."
+            + (f" {self._undecided()}" if self._open else "")
         )
-        if not self.decides:
+
+    def _undecided(self) -> str:
+        """What stays open within the limits, and whether that matters."""
+        widest = max(self._open, key=lambda one: one.difference_deg)
+        pairs = ", ".join(one.pair for one in self._open)
+        none = f"Within {self.limits.words} no command would tell {pairs} apart"
+        if widest.difference_deg < self.tolerance_deg:
             return (
-                f"No command within {self.limits.words} tells {pair} apart for sure; the best is "
-                f"the {self.design.words}, where they differ by up to {size}: allow a larger or "
-                f"faster command, or see `servosight effects` for a test by hand."
+                f"{none}: with the best, the {self.design.words}, they differ by up to "
+                f"{widest.difference_deg:.2g} deg, less than the tolerance of "
+                f"{self.tolerance_deg:.2g} deg, so in degrees it does not matter which is right."
             )
         return (
-            f"Run the {self.design.words}: {pair} would then differ by up to {size}; diagnose both "
-            f"recordings together."
+            f"{none} for sure: with the best, the {self.design.words}, they differ by up to "
+            f"{self._size(widest)}. Allow a larger or faster command, or see `servosight effects` "
+            f"for a test by hand."
+        )
+
+    def _size(self, one: Separation) -> str:
+        return (
+            f"{one.difference_deg:.2g} deg, {one.difference_deg / self.noise_deg:.2g} times the "
+            f"noise (in all frames a log-likelihood of {one.log_likelihood:.3g}, where {TIE:g} "
+            f"decide)"
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -111,6 +151,7 @@ class Proposal:
             "command": self.design.words,
             "notes": list(self.design.notes),
             "decides": self.decides,
+            "recommended": self.recommended,
             "separations": [one.to_json() for one in self.separations],
         }
 
@@ -127,6 +168,10 @@ class Judged:
     def closest(self) -> Separation:
         """The pair that it tells least of."""
         return min(self.separations, key=lambda one: one.log_likelihood)
+
+    def decided(self, tolerance_deg: float) -> int:
+        """How many pairs it tells apart."""
+        return sum(one.decides(tolerance_deg) for one in self.separations)
 
     def made_sure(self, laboratory: Laboratory, noise_deg: float) -> Judged:
         """The same with its closest pair refitted: beyond small changes a Jacobian promises more
@@ -149,12 +194,13 @@ def propose(
     candidates: Sequence[Trial],
     laboratory: Laboratory,
     noise_deg: float,
+    tolerance_deg: float,
     limits: Limits | None = None,
 ) -> Proposal:
     """The command that best separates the first four of ``candidates``, best first, two at least.
 
-    ``limits`` are the recordings' own where they are not given; frames come as recorded. Raises
-    InputError where no shape fits the limits.
+    Differences below ``tolerance_deg`` decide nothing. ``limits`` are the recordings' own where
+    they are not given; frames come as recorded. Raises InputError where no shape fits the limits.
     """
     if len(candidates) < 2:
         raise ValueError("a proposal needs two candidates at least")
@@ -184,10 +230,10 @@ def propose(
     sure: list[Judged] = []
     for one in judged[:REFITTED]:
         sure.append(one.made_sure(laboratory, scale))
-        if sure[-1].closest.log_likelihood >= TIE:
+        if sure[-1].closest.decides(tolerance_deg):
             break
-    best = max(sure, key=lambda one: one.closest.log_likelihood)
-    return Proposal(best.design, allowed, best.separations, scale)
+    best = max(sure, key=lambda one: (one.decided(tolerance_deg), one.closest.log_likelihood))
+    return Proposal(best.design, allowed, best.separations, scale, tolerance_deg)
 
 
 def recorded_limits(recordings: Sequence[Recording]) -> Limits:

@@ -101,6 +101,8 @@ def run(args: argparse.Namespace) -> None:
     if args.next_command is not None:
         if result.proposal is None:
             out.print(f"{args.next_command}: not written, no two models are left to tell apart")
+        elif not result.proposal.recommended:
+            out.print(f"{args.next_command}: not written, no command within the limits decides")
         else:
             result.proposal.excitation.save(args.next_command)
             out.print(f"{args.next_command}: {result.proposal.design.words}")

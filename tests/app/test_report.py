@@ -283,14 +283,17 @@ def test_the_proposed_experiment_is_drawn(
 ) -> None:
     made = design("triangle", Limits(15.0, None, 8.0))
     pair = Separation("backlash", "dead_zone", 4.0, 0.012)
-    proposal = Proposal(made, Limits(15.0, None, 8.0), (pair,), 0.02)
+    other = Separation("backlash", "coulomb_friction", 40.0, 0.1)
+    proposal = Proposal(made, Limits(15.0, None, 8.0), (pair, other), 0.02, 0.01)
     _, page = written(tmp_path / "report.html", replace(found, proposal=proposal), [recording])
     assert "experiment" in page.ids
     assert made.words in page.text
     assert "backlash or dead zone" in page.text
     assert "No command within these limits decides for sure" in page.text
-    _, page = written(tmp_path / "without.html", replace(found, proposal=None), [recording])
-    assert "experiment" not in page.ids
+    undecided = replace(proposal, separations=(pair,))
+    for without in (None, undecided):
+        _, page = written(tmp_path / "without.html", replace(found, proposal=without), [recording])
+        assert "experiment" not in page.ids
 
 
 def test_a_model_without_any_error(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:

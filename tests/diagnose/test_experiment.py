@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from servosight.diagnose.diagnose import diagnose
 from servosight.diagnose.evidence import TIE
-from servosight.diagnose.experiment import Proposal, propose, recorded_limits
+from servosight.diagnose.experiment import Proposal, Separation, propose, recorded_limits
 from servosight.diagnose.trial import Laboratory, Trial
 from servosight.identify.fit import fit_effects
 from servosight.models.camera import Camera
@@ -21,6 +22,8 @@ from servosight.sim.bench import BenchParameters
 from servosight.sim.run import angle_recording, run
 
 NOISE_DEG = 0.03
+TOLERANCE_DEG = 0.003
+"""0.05 % of the first command's range of 6 deg."""
 EFFECTS = catalogue()
 
 SLOW = design("sine", Limits(3.0, None, 8.0)).excitation
@@ -59,7 +62,7 @@ def confounded(truth: str) -> tuple[Laboratory, tuple[Trial, Trial]]:
 @cache
 def proposal(truth: str) -> Proposal:
     laboratory, trials = confounded(truth)
-    return propose(trials, laboratory, NOISE_DEG)
+    return propose(trials, laboratory, NOISE_DEG, TOLERANCE_DEG)
 
 
 def cost(trial: Trial) -> float:
@@ -109,20 +112,59 @@ def test_a_proposal_keeps_the_recordings_own_limits_and_says_what_to_run() -> No
     assert "dead_zone and coulomb_friction would then differ by up to" in found.sentence
     values = found.to_json()
     assert values["decides"] is True
+    assert values["recommended"] is True
     assert values["separations"][0]["between"] == ["dead_zone", "coulomb_friction"]
     wider = recorded_limits([*laboratory.recordings, *laboratory.recordings])
     assert wider.angle_deg == pytest.approx(3.0, rel=1e-3)
 
 
+def rest(effects: dict[str, dict[str, float]], noise_deg: float) -> Laboratory:
+    """The slow sine, recorded on a servo with these effects."""
+    trajectory = run(BenchParameters.with_response(1.0, 0.02, 0.6, 0.0), effects, SLOW)
+    camera = Camera(rate_hz=120.0, exposure_s=0.002)
+    recording = angle_recording(trajectory, camera, noise_deg, 1)
+    return Laboratory((recording,), (), EFFECTS)
+
+
 def test_what_nothing_tells_apart_is_said() -> None:
     """On a linear servo dead zone and play come out next to nothing, and so alike."""
-    trajectory = run(BenchParameters.with_response(1.0, 0.02, 0.6, 0.0), {}, SLOW)
-    camera = Camera(rate_hz=120.0, exposure_s=0.002)
-    recording = angle_recording(trajectory, camera, NOISE_DEG, 1)
-    laboratory = Laboratory((recording,), (), EFFECTS)
+    laboratory = rest({}, NOISE_DEG)
     trials = [fitted(laboratory, name) for name in ("dead_zone", "backlash")]
-    found = propose(trials, laboratory, NOISE_DEG)
+    found = propose(trials, laboratory, NOISE_DEG, TOLERANCE_DEG)
     assert not found.decides
-    assert "tells dead_zone and backlash apart for sure" in found.sentence
+    assert not found.recommended
+    assert "no command would tell dead_zone and backlash apart" in found.sentence
     with pytest.raises(ValueError, match="two candidates"):
-        propose(trials[:1], laboratory, NOISE_DEG)
+        propose(trials[:1], laboratory, NOISE_DEG, TOLERANCE_DEG)
+
+
+def test_a_difference_below_the_tolerance_is_no_reason_for_an_experiment() -> None:
+    """Presliding and dry friction: 0.004 deg apart, eight times a small noise.
+
+    The log-likelihood, some thousands, says that they differ; within a tolerance of 0.02 deg that
+    does not matter.
+    """
+    noise, tolerance = 0.0005, 0.02
+    laboratory = rest({"coulomb_friction": {"level": 0.3}}, noise)
+    trials = [fitted(laboratory, name) for name in ("coulomb_friction", "presliding")]
+    found = propose(trials, laboratory, noise, tolerance)
+    (pair,) = found.separations
+    assert pair.log_likelihood > TIE
+    assert pair.difference_deg < tolerance
+    assert found.to_json()["recommended"] is False
+    assert not found.sentence.startswith("Run")
+    assert "does not matter" in found.sentence
+    strict = replace(found, tolerance_deg=0.1 * pair.difference_deg)
+    assert strict.recommended
+    assert strict.sentence.startswith("Run")
+
+
+def test_a_proposal_that_decides_some_pairs_says_which_stay_open() -> None:
+    made = design("sine", Limits(3.0, None, 8.0))
+    pairs = (Separation("a", "b", 200.0, 0.5), Separation("a", "c", 3.0, 0.04))
+    found = Proposal(made, Limits(3.0, None, 8.0), pairs, NOISE_DEG, TOLERANCE_DEG)
+    assert found.recommended
+    assert not found.decides
+    assert found.sentence.startswith(f"Run the {made.words}: a and b would then differ by up to")
+    assert "no command would tell a and c apart for sure" in found.sentence
+    assert "larger or faster command" in found.sentence

@@ -14,11 +14,13 @@ from servosight.diagnose.experiment import Proposal
 
 
 def section(story: Story) -> Section | None:
-    """None where nothing is left to tell apart."""
+    """None where nothing is left to tell apart, or no command would."""
     result = story.result
     if not isinstance(result, Diagnosis) or result.proposal is None:
         return None
     proposal = result.proposal
+    if not proposal.recommended:
+        return None
     return Section(
         "experiment",
         "The next experiment",
@@ -29,13 +31,14 @@ def section(story: Story) -> Section | None:
             "decides": proposal.decides,
             "figure": _figure(proposal),
             "needed": TIE,
+            "tolerance_deg": proposal.tolerance_deg,
             "rows": [
                 {
                     "pair": " or ".join(map(spoken, (one.first, one.second))),
                     "difference_deg": one.difference_deg,
                     "noises": one.difference_deg / max(proposal.noise_deg, 1e-12),
                     "log_likelihood": one.log_likelihood,
-                    "decides": one.log_likelihood >= TIE,
+                    "decides": one.decides(proposal.tolerance_deg),
                 }
                 for one in proposal.separations
             ],
