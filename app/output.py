@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from servosight.models.atomic import check_target, write_text
+from servosight.models.json_io import json_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -26,26 +25,6 @@ class Report(Protocol):
 
     def __call__(self, word: str, done: int, total: int | None = None) -> None:
         """``done`` of ``total`` (None: not known) at what ``word`` says."""
-
-
-def plain(value: Any) -> Any:
-    """``value`` as JSON knows it: numpy's numbers and arrays unpacked, NaN and infinity as null."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    return value
-
-
-def json_text(value: Any) -> str:
-    """JSON in the order of its keys, two spaces deep; never NaN or Infinity."""
-    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def check_outputs(args: argparse.Namespace) -> None:

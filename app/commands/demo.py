@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_seed
-from servosight.app.output import console, json_text, progress
+from servosight.app.output import console, progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +24,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.sources import track_folder
     from servosight.diagnose.diagnose import diagnose
     from servosight.models.atomic import write_text
+    from servosight.models.json_io import json_text
     from servosight.models.recording_io import inspect_folder, load_recording
     from servosight.models.registry import catalogue
     from servosight.scenarios.produce import produce

@@ -10,7 +10,6 @@ import jinja2
 from markupsafe import Markup
 
 from servosight import __version__
-from servosight.app.report.numbers import chance, degrees, rounded, signed, uncertain
 from servosight.app.report.section import Section
 from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
@@ -25,6 +24,7 @@ from servosight.app.report.sections.response import section as response
 from servosight.app.report.sections.verdict import section as verdict
 from servosight.app.report.sections.where import section as where
 from servosight.app.report.story import Story, sentence, spoken
+from servosight.models.rounding import chance, degrees, rounded, signed, uncertain
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,

@@ -15,8 +15,9 @@ import pytest
 
 from servosight.app.commands import COMMANDS
 from servosight.app.main import main
-from servosight.app.output import json_text, progress, write_json
+from servosight.app.output import progress, write_json
 from servosight.models.errors import InputError
+from servosight.models.json_io import json_text
 
 NAMES = ["demo", "simulate", "import", "track", "identify", "compare", "diagnose", "add", "effects"]
 HEAVY = ("numpy", "scipy", "numba", "rich", "mujoco", "cv2", "av", "matplotlib", "OpenGL")

@@ -19,7 +19,6 @@ from servosight.app.geometry import NAME as NAME_OF_GEOMETRY
 from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
-from servosight.app.report.numbers import degrees, rounded, times, uncertain
 from servosight.app.report.sections.candidates import groups
 from servosight.app.report.story import Story
 from servosight.diagnose.compare import Comparison, compare
@@ -30,6 +29,7 @@ from servosight.models.errors import InputError
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.recording import Recording
 from servosight.models.registry import catalogue
+from servosight.models.rounding import degrees, rounded, times, uncertain
 from servosight.scenarios.produce import OURS
 
 GAP_DEG = 2.0

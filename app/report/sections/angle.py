@@ -18,10 +18,10 @@ from servosight.app.report.figure import (
     shade,
     thinned,
 )
-from servosight.app.report.numbers import degrees
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.models.arrays import Array
+from servosight.models.rounding import degrees
 
 MOST_RECORDINGS = 4
 MARGIN_S = 0.35

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
-from servosight.app.report.numbers import degrees, rounded
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
 from servosight.diagnose.diagnose import Diagnosis, Step
 from servosight.diagnose.evidence import EXPLAINED
+from servosight.models.rounding import degrees, rounded
 
 
 def section(story: Story) -> Section | None:

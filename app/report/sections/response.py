@@ -9,12 +9,12 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn
-from servosight.app.report.numbers import rounded
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.frequency import Response, response
 from servosight.diagnose.samples import all_samples
 from servosight.models.arrays import Array
+from servosight.models.rounding import rounded
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""

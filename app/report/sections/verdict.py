@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from servosight.app.report.numbers import degrees, times
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import MIN_GAIN
 from servosight.diagnose.findings import findings, lead
+from servosight.models.rounding import degrees, times
 
 MOST = 3
 """Findings on what remains that the verdict shows."""

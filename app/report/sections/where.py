@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
-from servosight.app.report.numbers import rounded
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.events import swings, turns
@@ -22,6 +21,7 @@ from servosight.diagnose.residual_tests import quantile
 from servosight.diagnose.samples import Samples, all_samples
 from servosight.diagnose.trial import Judged
 from servosight.diagnose.where import shares
+from servosight.models.rounding import rounded
 
 DOING = {
     "reversal": "turning round",
