@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
-import numpy as np
 
 from servosight.models.errors import InputError
 
@@ -24,7 +23,7 @@ T = TypeVar("T")
 def plain(value: Any) -> Any:
     """``value`` in JSON's types: arrays as lists, dataclasses as tables, NaN and infinity as null.
 
-    >>> plain({"x": np.array([1.0, math.nan])})
+    >>> plain({"x": (1.0, math.nan)})
     {'x': [1.0, None]}
     """
     if isinstance(value, Enum):
@@ -93,6 +92,8 @@ def typed(table: Any, kind: type[T]) -> T:
 
 def _decoded(kind: Any, value: Any) -> Any:
     """What JSON has no type for."""
+    import numpy as np  # not at the top: the command line's help comes without it
+
     origin = get_origin(kind) or kind
     if origin is np.ndarray:
         (number,) = get_args(get_args(kind)[1])
