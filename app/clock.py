@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,8 +45,12 @@ def video_offset(
     )
     file = folder.path / "recording.toml"
     if light is None:
-        set_keys(file, clock_note=f'"{CONFOUNDED}"')
-        return assumed_s, CONFOUNDED
+        sigma_s = settings.offset_sigma_s if "offset_sigma_s" in settings.details else math.inf
+        note = CONFOUNDED
+        if math.isfinite(sigma_s):
+            note = f"no light in view; recording.toml states the offset to {1e3 * sigma_s:.2g} ms"
+        set_keys(file, offset_sigma_s=f"{sigma_s:.3g}", clock_note=f'"{note}"')
+        return assumed_s, note
     x, y = light.place_px
     seen = (
         f"a light at {x:.0f},{y:.0f} px that shows the command ({light.shows}) gives an offset of "
@@ -53,10 +58,15 @@ def video_offset(
     )
     if stated and abs(light.offset_s - assumed_s) <= _SURE * light.sigma_s:
         note = f"{seen}, which agrees with video_offset_s"
-        set_keys(file, clock_note=f'"{note}"')
+        set_keys(file, offset_sigma_s=f"{light.sigma_s:.3g}", clock_note=f'"{note}"')
         return assumed_s, note
     note = f"{seen}, {1e3 * (light.offset_s - assumed_s):+.3f} ms from what was assumed"
-    set_keys(file, video_offset_s=f"{light.offset_s:.7f}", clock_note=f'"{note}"')
+    set_keys(
+        file,
+        video_offset_s=f"{light.offset_s:.7f}",
+        offset_sigma_s=f"{light.sigma_s:.3g}",
+        clock_note=f'"{note}"',
+    )
     return light.offset_s, note
 
 

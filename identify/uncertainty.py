@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.identify.clock import offset_slopes
 from servosight.identify.correlation import weighted_normal
+from servosight.identify.information import projected_out
 from servosight.identify.problem import Coordinate, Problem
 from servosight.identify.profile import CHI_SQUARE_95, Profile
 from servosight.models.actuator import Estimate
@@ -19,6 +21,8 @@ _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; beyond these, the profile is asked."""
 _VAGUE = 10.0
 """A sigma of so many times the value tells nothing."""
+_TIMED = 0.02
+"""A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 
 
 @dataclass(frozen=True)
@@ -74,10 +78,40 @@ class Uncertainty:
             begin = end
         samples = self.jacobian.shape[0]
         meat *= samples / max(samples - int(self.free.sum()), 1)
-        shared = self.jacobian[:, known].T @ self.problem.shared
-        meat += shared @ shared.T
+        for common in (self.problem.shared, self._timing):
+            shared = self.jacobian[:, known].T @ common
+            meat += shared @ shared.T
         result = np.full(self.inverse.shape, np.nan)
         result[np.ix_(known, known)] = part @ meat @ part
+        return result
+
+    @cached_property
+    def _offsets(self) -> tuple[Array, Array]:
+        """Slopes of the residuals over the clocks' offsets, and their sigmas."""
+        return offset_slopes(self.problem, self.point)
+
+    @property
+    def _timing(self) -> Array:
+        """What one sigma of each known offset makes of the residuals, (scored, offsets)."""
+        slopes, sigmas_s = self._offsets
+        return np.asarray(slopes[:, np.isfinite(sigmas_s)] * sigmas_s[np.isfinite(sigmas_s)])
+
+    @cached_property
+    def timed(self) -> NDArray[np.bool_]:
+        """True for shared coordinates that cannot be told from an offset that is not known."""
+        result = np.zeros(self.point.size, dtype=bool)
+        slopes, sigmas_s = self._offsets
+        unknown = slopes[:, np.isinf(sigmas_s)]
+        if not unknown.size:
+            return result
+        known = np.flatnonzero(np.isfinite(np.diag(self.inverse)))
+        for index in known[known < self.problem.physical]:
+            others = self.jacobian[:, known[known != index]]
+            alone, shift = (
+                projected_out(columns, others) for columns in (self.jacobian[:, [index]], unknown)
+            )
+            left = np.linalg.norm(projected_out(alone, shift))
+            result[index] = left < _TIMED * np.linalg.norm(alone)
         return result
 
     @cached_property
@@ -144,6 +178,12 @@ class Uncertainty:
             return None, (
                 f"{coordinate.name} cannot be told from this recording: a model without it fits as "
                 f"well{self._limit(index)}; use an excitation that reaches it"
+            )
+        if self.timed[index]:
+            return None, (
+                f"{coordinate.name} cannot be told from camera latency: the offset between command "
+                f"and video is not known; put a light that the command switches into view, or "
+                f"state offset_sigma_s in recording.toml"
             )
         sigma: float | None = None
         if np.isfinite(self.plain_sigma[index]):

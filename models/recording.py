@@ -36,7 +36,9 @@ class Recording:
     the last. ``time_s`` (samples,) is mid-exposure, ``angle_deg`` (samples,) the measured angle,
     ``sigma_deg`` (samples,) its standard deviation where known, and ``shared_deg`` (samples,
     errors) what one sigma of each error that all samples share makes of them, such as that of the
-    hinge's place in the picture. ``exposure_s`` is the time over which one sample averages the
+    hinge's place in the picture. ``offset_sigma_s`` is the standard deviation of the offset between
+    the command's clock and the angle's: 0 for one clock, infinite where it is not known.
+    ``exposure_s`` is the time over which one sample averages the
     angle. ``relative_gain`` and ``relative_load`` are the gain of the
     position loop and the load on the surface relative to those that a model's parameters refer to.
     ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
@@ -59,6 +61,7 @@ class Recording:
     horn: Stream | None = None
     side: Side = "surface"
     shared_deg: Array | None = None
+    offset_sigma_s: float = 0.0
 
     @property
     def duration_s(self) -> float:

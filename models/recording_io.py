@@ -156,6 +156,7 @@ def recording_of(
         exposure_s=settings.exposure_s,
         relative_gain=settings.relative_gain,
         relative_load=settings.relative_load,
+        offset_sigma_s=settings.offset_sigma_s,
         path=path,
         video=video,
         details=dict(settings.details),
@@ -181,6 +182,8 @@ def save_recording(
     for key in ("relative_gain", "relative_load"):
         if getattr(recording, key) != 1.0 or key in table:
             table[key] = getattr(recording, key)
+    if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
+        table["offset_sigma_s"] = recording.offset_sigma_s
     if recording.exposure_s > 0.0:
         table["camera"] = {**table.get("camera", {}), "exposure_s": recording.exposure_s}
     scale = float(table.get("unit_scale", 1.0))

@@ -22,6 +22,7 @@ KEYS = (
     "hold",
     "command_hold",
     "video_offset_s",
+    "offset_sigma_s",
     "unit_scale",
     "deg_per_us",
     "neutral_us",
@@ -37,7 +38,8 @@ CAMERA_KEYS = ("exposure_s", "readout_s")
 class Settings:
     """The keys of recording.toml that change how numbers are read; ``details`` is all of it.
 
-    ``video_offset_s`` is added to a video's times to give the command's clock. ``unit_scale``
+    ``video_offset_s`` is added to a video's times to give the command's clock, and
+    ``offset_sigma_s`` its standard deviation: infinite where it is not known. ``unit_scale``
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
@@ -47,6 +49,7 @@ class Settings:
 
     hold: Hold = "zero"
     video_offset_s: float = 0.0
+    offset_sigma_s: float = 0.0
     unit_scale: float = 1.0
     deg_per_us: float | None = None
     neutral_us: float | None = None
@@ -111,6 +114,7 @@ def read_settings(path: Path) -> Settings:
     return Settings(
         hold=_hold(path, table),
         video_offset_s=_number(path, "video_offset_s", table.get("video_offset_s", 0.0)),
+        offset_sigma_s=_offset_sigma(path, table),
         unit_scale=scale,
         deg_per_us=_optional(path, "deg_per_us", table),
         neutral_us=_optional(path, "neutral_us", table),
@@ -121,6 +125,22 @@ def read_settings(path: Path) -> Settings:
         relative_load=_ratio(path, "relative_load", table, lowest=0.0),
         details=table,
     )
+
+
+def _offset_sigma(path: Path, table: Mapping[str, Any]) -> float:
+    """As stated; without it, a video that was tracked (its clock has a note) has an unknown one."""
+    if "offset_sigma_s" not in table:
+        return math.inf if "clock_note" in table else 0.0
+    value = table["offset_sigma_s"]
+    if value == math.inf:
+        return math.inf
+    sigma_s = _number(path, "offset_sigma_s", value)
+    if sigma_s < 0.0:
+        raise InputError(
+            f"{path}: key offset_sigma_s is {sigma_s:g}, expected seconds from 0 on, or inf where "
+            f"the offset is not known; write 2 ms as 0.002"
+        )
+    return sigma_s
 
 
 def _hold(path: Path, table: Mapping[str, Any]) -> Hold:

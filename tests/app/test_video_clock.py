@@ -31,7 +31,28 @@ def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path)
         assert "cannot be told from dead time" in note
     text = (tmp_path / "recording.toml").read_text()
     assert text.count("clock_note") == 1
+    assert text.count("offset_sigma_s = inf") == 1
     assert text.endswith(NOTES)
+    assert inspect_folder(tmp_path).settings.offset_sigma_s == np.inf
+
+
+def test_an_offsets_sigma_is_kept_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The light's own, or without a light the one that recording.toml states."""
+    (tmp_path / "recording.toml").write_text(NOTES)
+    (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
+    still = np.zeros(60)
+    track = Track(
+        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
+        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
+    )  # fmt: skip
+    for offset_s, sigma_s in ((0.2512, 0.0018), (0.5, 0.002)):
+        light = clock.Light("above", (3.0, 4.0), offset_s, sigma_s)
+        monkeypatch.setattr(clock, "find_light", lambda *known, light=light, **more: light)
+        video_offset(inspect_folder(tmp_path), track)
+        assert inspect_folder(tmp_path).settings.offset_sigma_s == sigma_s
+    monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
+    video_offset(inspect_folder(tmp_path), track)
+    assert inspect_folder(tmp_path).settings.offset_sigma_s == 0.002
 
 
 def test_the_light_is_timed_by_the_shutter_that_was_found(

@@ -179,6 +179,51 @@ def test_what_all_samples_share_does_not_average_out(record: Any) -> None:
     assert both.sigma[0] == pytest.approx(0.5e-3 * k, rel=0.05)
 
 
+def test_the_clocks_uncertainty_moves_what_it_moves(record: Any) -> None:
+    """A fit to the same angles stamped 1 ms later shifts by what one sigma of 1 ms foretells."""
+    recording = record(6.0, T=0.03, dead_time__delay=0.011)
+    for effects in ([], ["dead_time"]):
+        found = []
+        for shift_s in (-5e-4, 5e-4):
+            late = replace(recording, time_s=recording.time_s + shift_s)
+            found.append(fit_effects(Problem.of([late], catalogue(), effects)).outcome.point)
+        moved = np.abs(found[1] - found[0])
+        fit = fit_effects(Problem.of([recording], catalogue(), effects))
+        sigma = []
+        for offset_sigma_s in (0.0, 1e-3):
+            doubtful = replace(recording, offset_sigma_s=offset_sigma_s)
+            problem = Problem.of([doubtful], catalogue(), effects)
+            own = Uncertainty(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+            sigma.append(own.sigma)
+        expected = np.hypot(sigma[0], moved)[: fit.problem.physical]
+        assert sigma[1][: fit.problem.physical] == pytest.approx(expected, rel=0.05)
+    assert moved[3] == pytest.approx(1e-3, rel=0.01)
+
+
+def test_dead_time_is_no_surer_than_the_clock(record: Any) -> None:
+    recording = replace(record(6.0, dead_time__delay=0.011), offset_sigma_s=0.0018)
+    found = identify([recording], ["dead_time"], catalogue=catalogue(), method="gradient")
+    assert found.actuator.parameters["dead_time.delay"].sigma == pytest.approx(0.0018, rel=0.02)
+
+
+def test_an_unknown_clock_is_confounded_with_dead_time(record: Any) -> None:
+    """Others keep their sigmas; beside a recording on one clock, dead time keeps one as well."""
+    sure = record(6.0, dead_time__delay=0.011)
+    unknown = replace(sure, offset_sigma_s=np.inf)
+    options: dict[str, Any] = {"catalogue": catalogue(), "method": "gradient"}
+    known, found, both = (
+        identify(recordings, ["dead_time"], **options)
+        for recordings in ([sure], [unknown], [unknown, record(6.0, 1, dead_time__delay=0.011)])
+    )
+    assert found.actuator.parameters["dead_time.delay"].sigma is None
+    (warning,) = found.warnings
+    assert warning.startswith("dead_time.delay")
+    assert "camera latency" in warning
+    for name in ("k", "T", "xi"):
+        assert found.actuator.parameters[name] == known.actuator.parameters[name]
+    assert both.actuator.parameters["dead_time.delay"].sigma is not None
+
+
 def test_masked_samples_do_not_count(record: Any) -> None:
     """Two thirds of the samples: sigma grows by about sqrt(3 / 2), with the signal's own share."""
     recording = record(6.0, 2)
