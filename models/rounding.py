@@ -33,6 +33,13 @@ def times(ratio: float) -> str:
     return rounded(ratio, 2)
 
 
+def percent(value: float) -> str:
+    """A percentage with as many digits as show how far below 100 it is."""
+    off = abs(100.0 - value)
+    decimals = 0 if off >= 10.0 else 1 if off >= 1.0 else 2 if off >= 0.1 else 3
+    return f"{value:.{decimals}f}".replace("-", "−")
+
+
 def chance(p: float) -> str:
     """A probability as tests state it."""
     return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"

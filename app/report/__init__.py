@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,14 +16,20 @@ __all__ = ["write_report"]
 
 
 def write_report(
-    path: Path, result: Diagnosis | Comparison, recordings: Sequence[Recording]
+    path: Path,
+    result: Diagnosis | Comparison,
+    recordings: Sequence[Recording],
+    *,
+    at: datetime | None = None,
+    command: str | None = None,
 ) -> None:
     """Write a self-contained page, whole or not at all; InputError where it cannot be written.
 
-    ``recordings`` are those of the result, validation last. The same result gives the same bytes.
+    ``recordings`` are those of the result, validation last. ``at`` and ``command`` say when and
+    with which command line it is made. The same arguments give the same bytes.
     """
-    from servosight.app.report.page import page
+    from servosight.app.report.page import Made, page
     from servosight.app.report.story import Story
     from servosight.models.atomic import write_text
 
-    write_text(path, page(Story.of(result, recordings)))
+    write_text(path, page(Story.of(result, recordings), Made(at, command)))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
 from importlib.resources import files
 
 import jinja2
@@ -42,7 +44,20 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
 )
 
 
-def page(story: Story) -> str:
+@dataclass(frozen=True)
+class Made:
+    """When and by which command line the page was made; neither is shown where not known."""
+
+    at: datetime | None = None
+    command: str | None = None
+
+    @property
+    def words(self) -> str | None:
+        """The date as the page shows it."""
+        return None if self.at is None else f"{self.at:%d %B %Y, %H:%M %Z}".strip().lstrip("0")
+
+
+def page(story: Story, made: Made = Made()) -> str:
     """The whole page; a section that has nothing to tell is left out."""
     told = [found for found in (section(story) for section in SECTIONS) if found is not None]
     environment = _environment()
@@ -54,6 +69,9 @@ def page(story: Story) -> str:
         sections=list(zip(told, bodies, strict=True)),
         names=names,
         style=Markup(_read("style.css")),
+        script=Markup(_read("zoom.js")),
+        made=made.words,
+        command=made.command,
         version=__version__,
     )
 

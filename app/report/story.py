@@ -86,6 +86,11 @@ def _square(one: Judged, window: Window) -> float:
     return float(np.sum(one.error_deg[(time_s >= window.start_s) & (time_s <= window.end_s)] ** 2))
 
 
+def tolerance_deg(noise_deg: float, floor_deg: float) -> float:
+    """The tolerance of a floor that is hypot(noise, tolerance)."""
+    return float(np.sqrt(max(floor_deg**2 - noise_deg**2, 0.0)))
+
+
 def catalogue_of(diagnosis: Diagnosis) -> dict[str, Effect]:
     """The effects that the diagnosis chose from, the user's own among them."""
     layout = diagnosis.ladder[0].trial.fit.problem.plant.layout

@@ -198,7 +198,8 @@ def test_a_diagnosis_tells_the_whole_story(
 def test_the_page_stands_alone(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
     text, page = written(tmp_path / "report.html", found, [recording])
     assert all(address.startswith(("#", "data:")) for address in page.addresses)
-    assert not page.tags & {"script", "link", "iframe", "img"}
+    assert not page.tags & {"link", "iframe", "img"}
+    assert text.count("<script>") == text.count("<script") == 1
     assert "@import" not in text
     assert not re.search(r"url\((?!#)", text)
     assert len(page.ids) == len(set(page.ids))
@@ -252,12 +253,12 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     assert "backlash alone would help most" in page.text
     nothing = replace(found, verdict="no_effect_missing", effects=(), ladder=one)
     _, page = written(tmp_path / "nothing.html", nothing, [recording])
-    assert "Nothing is missing" in page.text
+    assert "No effect is missing" in page.text
     part = replace(found, verdict="unexplained", floor_deg=0.5 * found.floor_deg)
     _, page = written(tmp_path / "part.html", part, [recording])
-    assert "Not explained yet" in page.text
+    assert "Not fully explained" in page.text
     assert "something remains that no known effect accounts for" in page.text
-    assert "What remains looks like this. " in page.text
+    assert "What the remaining error shows: " in page.text
     rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])

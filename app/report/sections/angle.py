@@ -27,6 +27,7 @@ MOST_RECORDINGS = 4
 MARGIN_S = 0.35
 BAND = 2.0
 """The noise band is as many standard deviations wide to either side: 19 in 20 samples."""
+MOST_RATIO = 4.0
 COLOURS = (BEFORE, AFTER)
 STYLES = ("--", "-")
 
@@ -82,9 +83,16 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
             axes.set_xlim(max(low, time_s[0]), min(high, time_s[-1]))
             shade(axes, time_s[seen], _held_out(story, number)[seen])
         (line,) = thinned(time_s[seen], recording.angle_deg[seen])
+        ((command_time, command),) = thinned(*_command(story, number, low, high))
+        scaled = _own_scale(command, line[1])
+        (upper.twinx() if scaled else upper).plot(
+            command_time,
+            command,
+            color=NOISE,
+            linewidth=1.1,
+            label="command, right-hand scale" if scaled else "command",
+        )
         if close:
-            command_time, command = _command(story, number, low, high)
-            upper.plot(command_time, command, color=NOISE, linewidth=1.1, label="command")
             upper.plot(*line, ".", color=MEASURED, markersize=4.5, label="measured")
         else:
             upper.plot(*line, color=MEASURED, linewidth=1.0, label="measured")
@@ -99,8 +107,10 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
         upper.set_ylabel("angle [deg]")
         lower.set_ylabel("error [deg]")
         lower.set_xlabel("time [s]")
-        figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=4)
-        figure.align_ylabels()
+        handles = [handle for axes in figure.axes for handle in axes.lines if axes is not lower]
+        labels = [str(handle.get_label()) for handle in handles]
+        figure.legend(handles, labels, loc="outside upper left", ncols=4)
+        figure.align_ylabels([upper, lower])
 
     where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
     errors = ", ".join(
@@ -110,6 +120,12 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
     alt = f"Measured and predicted angle {where}, and the error below. Error of the {errors}."
     name = f"angle-{number}{'-close' if close else ''}"
     return drawn(name, (8.2, 4.4), alt, paint)
+
+
+def _own_scale(command: Array, angle: Array) -> bool:
+    """True where command and angle differ so much in size that one scale would hide either."""
+    ratio = float(np.ptp(command)) / max(float(np.ptp(angle)), 1e-12)
+    return not 1.0 / MOST_RATIO < ratio < MOST_RATIO
 
 
 def _command(story: Story, number: int, low: float, high: float) -> tuple[Array, Array]:

@@ -68,7 +68,7 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
         axes.text(
             edges[0] + 0.03,
             floor_deg,
-            f"floor of the measurement {degrees(floor_deg)}",
+            f"floor {degrees(floor_deg)}",
             va="bottom",
             fontsize=8.5,
         )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story
+from servosight.app.report.story import Story, tolerance_deg
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import EXPLAINED, MIN_GAIN
 from servosight.diagnose.trial import BLOCK_S, HELD_OUT_EVERY, Judged
@@ -29,7 +29,7 @@ def section(story: Story) -> Section:
             ),
             "noise_deg": story.noise_deg,
             "floor_deg": story.floor_deg,
-            "tolerance_deg": float(np.sqrt(max(story.floor_deg**2 - story.noise_deg**2, 0.0))),
+            "tolerance_deg": tolerance_deg(story.noise_deg, story.floor_deg),
             "block_s": BLOCK_S,
             "every": HELD_OUT_EVERY,
             "allowed": EXPLAINED,

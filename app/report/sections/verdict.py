@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from servosight.app.report.section import Section
-from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed
+from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed, tolerance_deg
 from servosight.diagnose.compare import Comparison
 from servosight.diagnose.diagnose import Diagnosis
 from servosight.diagnose.evidence import MIN_GAIN
 from servosight.diagnose.findings import findings, lead
-from servosight.models.rounding import degrees, times
+from servosight.diagnose.law import Law
+from servosight.diagnose.trial import Judged
+from servosight.models.rounding import degrees, percent, times
 
 MOST = 3
 """Findings on what remains that the verdict shows."""
@@ -23,7 +27,7 @@ def section(story: Story) -> Section:
     if isinstance(result, Diagnosis):
         headline, sentence = _words(result)
         values = {
-            "tiles": _tiles(result),
+            "tiles": _tiles(story, result),
             "effects": _effects(result),
             "heading": "What that means" if result.verdict == "explained" else "What was added",
             "doubt": _doubt(result),
@@ -35,7 +39,8 @@ def section(story: Story) -> Section:
         values = {
             "tiles": [
                 _tile("model’s error", result.rmse_deg, "before"),
-                _tile("floor of the measurement", result.floor_deg, "floor"),
+                *_limits(story),
+                _fit_tile(story),
             ],
             "effects": [],
             "heading": None,
@@ -43,7 +48,7 @@ def section(story: Story) -> Section:
             "next": None,
             "counted": "all samples",
         }
-    return Section("verdict", headline, {"sentence": sentence, **values})
+    return Section("verdict", headline, {"sentence": sentence, "floor": story.floor_deg, **values})
 
 
 def _words(result: Diagnosis) -> tuple[str, str]:
@@ -53,63 +58,128 @@ def _words(result: Diagnosis) -> tuple[str, str]:
     named = listed(result.effects)
     if result.verdict == "no_effect_missing":
         return (
-            "Nothing is missing",
-            f"The linear model already predicts the surface to {degrees(first)}, which is as "
-            f"exact as the measurement allows.",
+            "No effect is missing",
+            f"The linear model predicts the surface to {degrees(first)}, {_reached(result, first)}",
         )
     if result.verdict == "explained":
         return (
             f"What was missing: {named}",
-            f"The linear model of this servo lacks {named}; once the model knows of it, its error "
-            f"falls from {degrees(first)} to {degrees(last)}, as exact as the measurement allows.",
+            f"The linear model of this servo lacks {named}. With {named} in the model, its error "
+            f"falls from {degrees(first)} to {degrees(last)}, {_reached(result, last)}",
         )
+    above = f"{times(last / result.floor_deg)} times the floor of {degrees(result.floor_deg)}"
+    if result.law is not None:
+        return ("Not explained by any known effect, but by a law", _lawful(result, result.law))
     if result.effects:
         return (
-            "Not explained yet",
+            "Not fully explained",
             f"Adding {named} lowers the linear model’s error from {degrees(first)} to "
-            f"{degrees(last)}, still {times(last / result.floor_deg)} times what the measurement "
-            f"allows: something remains that no known effect accounts for.",
+            f"{degrees(last)}, still {above}: something remains that no known effect accounts for.",
         )
     best = result.candidates[0] if result.candidates else None
     if best is not None and best.held_out_rmse_deg <= (1.0 - MIN_GAIN) * first:
         return (
             "The linear model misses something",
-            f"The linear model is {degrees(first)} off; of the known effects, "
-            f"{listed([best.effect])} alone would help most and bring that to "
+            f"The error of the linear model is {degrees(first)}, {above}. Of the known effects, "
+            f"{listed([best.effect])} alone would help most and lower it to "
             f"{degrees(best.held_out_rmse_deg)}.",
         )
     return (
         "The linear model misses something",
-        f"The linear model is {degrees(first)} off, {times(first / result.floor_deg)} times what "
-        f"the measurement allows, and no single known effect accounts for it.",
+        f"The error of the linear model is {degrees(first)}, {above}, and no single known effect "
+        f"accounts for it.",
     )
+
+
+def _lawful(result: Diagnosis, law: Law) -> str:
+    """What was found for what no effect of the catalogue accounts for."""
+    before, after = law.before.held_out_rmse_deg, law.after.held_out_rmse_deg
+    named = f" with {listed(law.before.effects)}" if law.before.effects else ""
+    terms = ", and ".join(form.words for form in law.terms)
+    share = f"{100.0 * min(law.closed, 1.0):.0f} %"
+    return (
+        f"Something remains that no known effect accounts for: a torque that goes {terms}. With "
+        f"this law the error of the model{named} falls from {degrees(before)} to {degrees(after)}, "
+        f"which closes {share} of the gap to the floor of {degrees(result.floor_deg)}."
+    )
+
+
+def _reached(result: Diagnosis | Comparison, error_deg: float) -> str:
+    """How an error that is at the floor compares with noise and tolerance."""
+    noise, floor = result.noise_deg, result.floor_deg
+    tolerance = tolerance_deg(noise, floor)
+    if tolerance > noise and error_deg < 0.5 * floor:
+        return (
+            f"far below the tolerance of {degrees(tolerance)} at which the search ends; the noise "
+            f"of the measurement is {degrees(noise)}."
+        )
+    if tolerance > noise:
+        return (
+            f"within the tolerance of {degrees(tolerance)}; the noise of the measurement is "
+            f"{degrees(noise)}."
+        )
+    return f"no more than the noise of the measurement, {degrees(noise)}, accounts for."
 
 
 def _compared(result: Comparison) -> tuple[str, str]:
-    ratio = result.rmse_deg / result.floor_deg
+    error, floor = degrees(result.rmse_deg), degrees(result.floor_deg)
     if result.explained:
         return (
             "The model holds",
-            f"On these recordings the model is {degrees(result.rmse_deg)} off, as exact as the "
-            f"measurement allows.",
+            f"On these recordings the error of the model is {error}, "
+            f"{_reached(result, result.rmse_deg)}",
         )
     return (
         "The model misses something",
-        f"On these recordings the model is {degrees(result.rmse_deg)} off, {times(ratio)} times "
-        f"what the measurement allows.",
+        f"On these recordings the error of the model is {error}, "
+        f"{times(result.rmse_deg / result.floor_deg)} times the floor of {floor}.",
     )
 
 
-def _tiles(result: Diagnosis) -> list[dict[str, str]]:
+def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
     first = result.ladder[0].trial.held_out_rmse_deg
     last = result.ladder[-1].trial.held_out_rmse_deg
     tiles = [_tile("error of the linear model", first, "before")]
     if result.effects:
         tiles.append(_tile(f"error with {listed(result.effects)}", last, "after"))
-        tiles.append(
-            {"label": "times less", "value": times(first / max(last, LEAST_DEG)), "kind": "plain"}
-        )
-    return [*tiles, _tile("floor of the measurement", result.floor_deg, "floor")]
+    if result.law is not None:
+        last = result.law.after.held_out_rmse_deg
+        tiles.append(_tile("error with the law that was found", last, "after"))
+    if len(tiles) > 1:
+        ratio = times(first / max(last, LEAST_DEG))
+        tiles.append({"label": "times less", "value": ratio, "kind": "plain"})
+    return [*tiles, *_limits(story), _fit_tile(story)]
+
+
+def _limits(story: Story) -> list[dict[str, str]]:
+    """Noise and tolerance: two numbers, whose root of squares is the floor."""
+    allowed = tolerance_deg(story.noise_deg, story.floor_deg)
+    return [
+        _tile("noise of the measurement", story.noise_deg, "floor"),
+        _tile("tolerance", allowed, "floor"),
+    ]
+
+
+def _fit_tile(story: Story) -> dict[str, str]:
+    last = story.models[-1]
+    return {
+        "label": f"fit (NRMSE), {last.name}",
+        "value": f"{percent(fit_percent(last.judged))} %",
+        "kind": "plain",
+    }
+
+
+def fit_percent(judged: Sequence[Judged]) -> float:
+    """100 (1 - |y - model| / |y - mean y|) over held-out samples; all, where none are held out."""
+    held = any(not one.training.all() for one in judged)
+    error = away = 0.0
+    for one in judged:
+        scored = ~one.training if held else one.training
+        if scored.any():
+            angle = one.recording.angle_deg[scored]
+            error += float(np.sum(one.error_deg[scored] ** 2))
+            away += float(np.sum((angle - angle.mean()) ** 2))
+    return 100.0 * (1.0 - float(np.sqrt(error / max(away, LEAST_DEG**2))))
 
 
 def _tile(label: str, value: float, kind: str) -> dict[str, str]:
@@ -137,14 +207,14 @@ def _doubt(result: Diagnosis) -> str | None:
     if result.effects and result.alternatives:
         others = "; ".join(_model(result.effects, other) for other in result.alternatives)
         return (
-            f"These recordings cannot tell {listed(result.effects)} from {others}: take the name "
-            f"with care until the next experiment has decided."
+            f"These recordings cannot tell {listed(result.effects)} from {others}: do not "
+            f"rely on the name until the next experiment has decided."
         )
     if result.effects and result.verdict == "unexplained":
         judged = result.ladder[-1].trial.judged
         found = findings(judged, result.floor_deg, result.noise_deg)
         words = [lead(judged, found, result.floor_deg), *(one.sentence for one in found[:MOST])]
-        return f"What remains looks like this. {' '.join(words)}"
+        return f"What the remaining error shows: {' '.join(words)}"
     return None
 
 
