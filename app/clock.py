@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.models.arrays import Array
+from servosight.models.errors import InputError
 
 if TYPE_CHECKING:
+    from servosight.models.csv_io import Sheet
     from servosight.models.recording_io import RecordingFolder
     from servosight.tracking.calibrate_view import Camera
     from servosight.tracking.track import Track
@@ -86,12 +88,20 @@ def _command(file: Path) -> tuple[Array, Array]:
     from servosight.models.series import SECONDS
 
     sheet = read_sheet(file)
-    names = [
-        next((name for name in sheet.header if name.startswith(what)), what + wanted)
-        for what, wanted in (("time_", "s"), ("command_", "deg"))
-    ]
+    names = [_named(sheet, "time_", "time_s"), _named(sheet, "command_", "command_deg")]
     table = sheet.columns(names)
     return table[:, 0] / SECONDS.get(names[0].removeprefix("time_"), 1.0), table[:, 1]
+
+
+def _named(sheet: Sheet, start: str, usual: str) -> str:
+    """The first column whose name starts so."""
+    for name in sheet.header:
+        if name.startswith(start):
+            return name
+    raise InputError(
+        f"{sheet.path}: has the columns {','.join(sheet.header)} and none named {usual}; expected "
+        "time_s,command_deg, name the columns so."
+    )
 
 
 def set_keys(file: Path, **keys: str) -> None:

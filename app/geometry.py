@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -72,15 +73,26 @@ def geometry_of(recording: Recording) -> Geometry | None:
         return None
     try:
         table = tomllib.loads(recording.video.with_name(NAME).read_text(encoding="utf-8"))
-        x, y = table["pivot_px"]
-        outline = np.array(table["outline_px"], dtype=np.float64)
-        left_out = tuple(int(frame) for frame in table.get("left_out", ()))
-        found = Geometry(
-            table["frames"], table["video_bytes"], (float(x), float(y)), outline, left_out
-        )
+        found = _checked(table)
         size = recording.video.stat().st_size
-    except (OSError, KeyError, TypeError, ValueError):
+    except (OSError, KeyError, TypeError, ValueError, ArithmeticError):
         return None
-    shaped = outline.ndim == 2 and outline.shape[0] > 2 and outline.shape[1] == 2
     known = (table.get("format"), found.frames - len(found.left_out), found.video_bytes)
-    return found if shaped and known == (FORMAT, recording.time_s.size, size) else None
+    return found if known == (FORMAT, recording.time_s.size, size) else None
+
+
+def _checked(table: Mapping[str, Any]) -> Geometry:
+    """A table's geometry; KeyError, TypeError, ValueError or OverflowError where it is none."""
+    x, y = table["pivot_px"]
+    outline = np.array(table["outline_px"], dtype=np.float64)
+    left_out = tuple(int(frame) for frame in table.get("left_out", ()))
+    frames = int(table["frames"])
+    if outline.ndim != 2 or outline.shape[0] < 3 or outline.shape[1] != 2:
+        raise ValueError
+    if not np.isfinite(outline).all() or not np.isfinite([x, y]).all():
+        raise ValueError
+    if left_out and not 0 <= left_out[0] <= left_out[-1] < frames:
+        raise ValueError
+    if left_out != tuple(sorted(set(left_out))):
+        raise ValueError
+    return Geometry(frames, table["video_bytes"], (float(x), float(y)), outline, left_out)

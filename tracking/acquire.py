@@ -21,6 +21,7 @@ from servosight.tracking.surface import Surface, learn, single, spread
 from servosight.tracking.surface_mask import surface_mask
 
 _COARSE_PX = 1.5
+_FARTHEST = 1.5  # times the picture's longer side, from its middle to the pivot
 _ROUGH_FRAMES = 14
 _LEAST_SCORE = 0.6
 _SEARCH_RAD = np.deg2rad(75.0)
@@ -39,6 +40,8 @@ def acquire(
     """
     if template is not None:
         _check_box(video, template, images[0].shape)
+    if pivot_px is not None:
+        _check_pivot(video, pivot_px, images[0].shape)
     if pivot_px is not None and template is not None:
         angles, mask, grid = _from_pointing(images, pivot_px, template)
         found = np.isfinite(angles)
@@ -58,6 +61,7 @@ def acquire(
         for motion in motions:
             angles[motion.frame] = motion.angle_rad
         pivot = np.array(pivot_px) if pivot_px is not None else centre_of(video, motions)
+        _check_pivot(video, (float(pivot[0]), float(pivot[1])), images[0].shape)
         points = np.vstack([motion.points_px for motion in motions])
         hull = _hull_mask(points, images[reference].shape, template)
         grid = _coarse(pivot, hull)
@@ -132,6 +136,17 @@ def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:
         raise InputError(
             f"{video}: the template box {_text(box)} does not fit; expected X,Y,W,H of at least "
             f"12 x 12 px within the {shape[1]} x {shape[0]} px picture."
+        )
+
+
+def _check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
+    """Refuse a pivot so far out that the turn about it is a shift; the lattice grows with it."""
+    away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
+    if not np.hypot(*away) < _FARTHEST * max(shape):
+        raise InputError(
+            f"{video}: the pivot {_text(pivot_px)} is too far from the {shape[1]} x {shape[0]} px "
+            f"picture; expected it within {_FARTHEST:g} times the longer side from the middle, "
+            "give it with --pivot X,Y or show it in the picture."
         )
 
 

@@ -68,8 +68,13 @@ def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:
     return camera_of(table, str(path))
 
 
-def camera_of(table: Mapping[str, Any], source: str) -> Camera:
+def camera_of(table: object, source: str) -> Camera:
     """The camera of a table with ``lens`` and ``plane``, as in camera.toml or recording.toml."""
+    if not isinstance(table, Mapping):
+        raise InputError(
+            f"{source}: is {table!r} and no table; expected the tables lens and plane that "
+            "`servosight calibrate` writes."
+        )
     lens, onto = None, None
     if "lens" in table:
         focal = _numbers(table, source, "lens", "focal_px", (2,))

@@ -24,6 +24,8 @@ from servosight.tracking.swing_features import LEAST_FRAMES, Tracks
 _ROUNDS = 30
 _SURE = 5.0  # sigma: features lean as a whole, too, by some of it
 _LEAST_WEIGHT = 6.0
+_STRONGEST = 5.0  # stretch or horizon: a camera 85 deg off the axis makes 1.2 of the first
+_FARTHEST = 1e3  # of a point from the pivot, in half widths of the picture
 _OWN = 6  # unknowns beside the angles: shape of the plane 4, pivot 2
 
 
@@ -80,7 +82,9 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     if free is None:
         return None
     rigid = seen.solve(free, held=4)
-    full = seen.solve(rigid.values, held=0)
+    full = seen.solve(rigid.values, held=0) if rigid is not None else None
+    if rigid is None or full is None:
+        return None
     told = full.told & rigid.told
     if told.sum() < LEAST_FRAMES or not told[0]:
         return None
@@ -173,8 +177,11 @@ class _Seen:
         pivot = np.linalg.lstsq(stacked, np.concatenate(values), rcond=None)[0]
         return np.concatenate([np.zeros(4), pivot, angles[1:]])
 
-    def solve(self, values: Array, held: int) -> _Fitted:
-        """Gauss-Newton from ``values`` with the first ``held`` unknowns kept as they are."""
+    def solve(self, values: Array, held: int) -> _Fitted | None:
+        """Gauss-Newton from ``values`` with the first ``held`` unknowns kept as they are.
+
+        None where it diverges, as it does on points that do not turn about a common pivot.
+        """
         points = self._points(values)
         values = values.copy()
         for _ in range(_ROUNDS):
@@ -185,6 +192,8 @@ class _Seen:
             step = -np.linalg.lstsq(normal, right, rcond=1e-12)[0]
             values[held:] += step
             points -= solved[:, :, 0] + solved[:, :, 1:] @ step
+            if not (np.abs(values[:4]).max() < _STRONGEST and np.abs(points).max() < _FARTHEST):
+                return None
             if np.abs(step).max() < 1e-9:
                 break
         raw, slopes, own = self._linear(values, points)

@@ -24,17 +24,24 @@ def opened(video: Path) -> Iterator[InputContainer]:
     if not video.is_file():
         raise InputError(f"{video}: no such file; expected a video, give the path of one.")
     try:
-        with av.open(str(video)) as container:
+        # What a file says of its author is not read, so it may be in any encoding.
+        with av.open(str(video), metadata_errors="replace") as container:
             if not container.streams.video:
                 raise InputError(
                     f"{video}: holds no video stream; expected a video of the moving surface, "
                     "check that the right file is named."
                 )
             stream = container.streams.video[0]
+            if getattr(stream, "codec_context", None) is None:
+                raise InputError(
+                    f"{video}: names a codec that FFmpeg does not know; expected a video that "
+                    "FFmpeg decodes, check its header or convert it to another codec."
+                )
             stream.thread_type = "AUTO"
             stream.thread_count = 2
             yield container
-    except (av.FFmpegError, EOFError) as error:
+    # A damaged header gives sizes and times that no arithmetic takes: the file's fault as well.
+    except (av.FFmpegError, EOFError, ValueError, ArithmeticError) as error:
         raise InputError(
             f"{video}: cannot be read as a video to its end ({reason(error)}); expected a whole "
             "file that FFmpeg reads, copy or record it again."

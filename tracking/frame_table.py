@@ -1,69 +1,53 @@
-"""A frames.csv: when each frame of a video was taken, where the file's own times do not tell."""
+"""frames.csv: when each frame of a video was taken, where the file's own times do not say."""
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from servosight.models.arrays import Array
+from servosight.models.csv_io import Sheet, read_sheet
 from servosight.models.errors import InputError
-from servosight.tracking.container import reason
+from servosight.models.series import Series, check_finite, check_time
+from servosight.models.settings import LONGEST_EXPOSURE_S
 
 
 def read_frame_table(table: Path) -> tuple[Array, Array | None]:
     """Mid-exposure times [s] (frames,) and, where given, exposures [s] (frames,) of a frames.csv.
 
-    Columns ``frame,time_s[,exposure_s]``, frames numbered from 0 without a gap.
+    Columns ``frame,time_s[,exposure_s]``, frames numbered from 0 without a gap. Raises
+    ``InputError`` for a file that cannot be read so, and for times that do not rise or exposures
+    out of range.
     """
-    try:
-        text = table.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    sheet = read_sheet(table)
+    if not {"frame", "time_s"} <= set(sheet.header):
         raise InputError(
-            f"{table}: cannot be read ({reason(error)}); expected a text file with the columns "
-            "frame,time_s[,exposure_s]."
-        ) from error
-    reader = csv.reader(text.splitlines())
-    header = [name.strip() for name in next(reader, [])]
-    if not {"frame", "time_s"} <= set(header):
-        raise InputError(
-            f"{table}: row 1 has the columns {','.join(header) or '(none)'}; expected "
+            f"{table}: row 1 has the columns {','.join(sheet.header) or '(none)'}; expected "
             "frame,time_s[,exposure_s], name them so."
         )
-    wanted: list[str] = [name for name in ("frame", "time_s", "exposure_s") if name in header]
-    rows: list[list[float]] = []
-    for number, row in enumerate(reader, start=2):
-        if not row:
-            continue
-        rows.append(_table_row(table, number, header, wanted, row))
-        if rows[-1][0] != len(rows) - 1:
-            raise InputError(
-                f"{table}: row {number} names frame {rows[-1][0]:g}; expected frame "
-                f"{len(rows) - 1}, list every frame once, in order, from 0."
-            )
-        if len(rows) > 1 and rows[-1][1] <= rows[-2][1]:
-            raise InputError(
-                f"{table}: time_s in row {number} does not come after the row before; expected "
-                "rising mid-exposure times, sort or mend the rows."
-            )
-    columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(wanted)).T
-    return columns[1], columns[2] if "exposure_s" in wanted else None
+    number, time = _column(sheet, "frame"), _column(sheet, "time_s")
+    wrong = np.flatnonzero(number.values != np.arange(number.values.size))
+    if wrong.size:
+        raise InputError(
+            f"{number.at(wrong[0])}; expected frame {wrong[0]}, list every frame once, in order, "
+            "from 0."
+        )
+    check_time(time)
+    if "exposure_s" not in sheet.header:
+        return time.values, None
+    exposure = _column(sheet, "exposure_s")
+    wrong = np.flatnonzero((exposure.values < 0.0) | (exposure.values > LONGEST_EXPOSURE_S))
+    if wrong.size:
+        raise InputError(
+            f"{exposure.at(wrong[0])}; expected 0 to {LONGEST_EXPOSURE_S:g} seconds, write 8 ms "
+            "as 0.008."
+        )
+    return time.values, exposure.values
 
 
-def _table_row(
-    table: Path, number: int, header: list[str], wanted: list[str], row: list[str]
-) -> list[float]:
-    values = []
-    for name in wanted:
-        try:
-            value = float(row[header.index(name)])
-        except (ValueError, IndexError):
-            value = np.nan
-        if not np.isfinite(value):
-            raise InputError(
-                f"{table}: {name} in row {number} is no number; expected a finite number there, "
-                "mend or remove the row."
-            )
-        values.append(value)
-    return values
+def _column(sheet: Sheet, name: str) -> Series:
+    values = sheet.columns([name])[:, 0]
+    column = Series(sheet.path, name, values, values, sheet.numbers)
+    check_finite(column)
+    return column

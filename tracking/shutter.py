@@ -35,7 +35,7 @@ class Shutters:
 
     def __call__(self, index: int) -> Shutter:
         """A frame's, by its number."""
-        place = min(index, len(self.exposures_s) - 1)
+        place = min(max(index, 0), len(self.exposures_s) - 1)
         return Shutter(float(self.exposures_s[place]), self.readout_s)
 
     @property

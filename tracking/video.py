@@ -44,22 +44,9 @@ def frames(video: Path) -> Iterator[Frame]:
         shape: tuple[int, ...] | None = None
         last_s = -np.inf
         for index, picture in enumerate(container.decode(stream)):
-            time_s = _time_s(video, index, picture, rate)
-            if time_s <= last_s:
-                raise InputError(
-                    f"{video}: frame {index} is stamped {time_s:.6f} s, not after the frame before "
-                    f"it ({last_s:.6f} s); expected rising presentation times, remux the file or "
-                    "give the times in a frames.csv."
-                )
-            image = _grey(picture)
-            if shape is None:
-                shape = _checked_shape(video, image)
-            elif image.shape != shape:
-                raise InputError(
-                    f"{video}: frame {index} is {image.shape[1]} x {image.shape[0]} px where the "
-                    f"first is {shape[1]} x {shape[0]}; expected one size, cut the file there."
-                )
-            last_s = time_s
+            time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
+            image = _grey(video, index, picture, shape)
+            shape, last_s = image.shape, time_s
             yield Frame(index, time_s, image)
 
 
@@ -74,18 +61,34 @@ def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> flo
     )
 
 
-def _grey(picture: Any) -> Image:
+def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
+    """The time of a frame, refused where it is not after the last one's."""
+    if time_s > last_s:
+        return time_s
+    raise InputError(
+        f"{video}: frame {index} has the time {time_s:.6f} s, not after the frame before it "
+        f"({last_s:.6f} s); expected rising presentation times, remux the file so that they rise."
+    )
+
+
+def _grey(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None = None) -> Image:
+    """The picture in grey; refused where its size cannot be used or is not ``shape``, the first's.
+
+    Before it is converted: a damaged header may claim more than fits into memory.
+    """
+    width, height = picture.width, picture.height
+    if min(width, height) < 32 or max(width, height) > _LARGEST_SIDE_PX:
+        raise InputError(
+            f"{video}: pictures of {width} x {height} px; expected 32 to {_LARGEST_SIDE_PX} px a "
+            "side, scale the video."
+        )
+    if shape is not None and (height, width) != shape:
+        raise InputError(
+            f"{video}: frame {index} is {width} x {height} px where the first is {shape[1]} x "
+            f"{shape[0]}; expected one size, cut the file there."
+        )
     image: Image = picture.to_ndarray(format="gray")
     return image
-
-
-def _checked_shape(video: Path, image: Image) -> tuple[int, ...]:
-    if min(image.shape) < 32 or max(image.shape) > _LARGEST_SIDE_PX:
-        raise InputError(
-            f"{video}: pictures of {image.shape[1]} x {image.shape[0]} px; expected 32 to "
-            f"{_LARGEST_SIDE_PX} px a side, scale the video."
-        )
-    return image.shape
 
 
 def sample_frames(video: Path, count: int) -> list[Frame]:
@@ -105,7 +108,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
             )
         rate = stream.average_rate or stream.guessed_rate
         start_s = _time_s(video, 0, first, rate)
-        _checked_shape(video, image := _grey(first))
+        image = _grey(video, 0, first)
         sampled = [Frame(0, start_s, image)]
         end_s = declared_end_s(stream, container)
         if end_s is None or first.pts is None or end_s <= start_s:
@@ -117,7 +120,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
             for picture in container.decode(stream):
                 time_s = _time_s(video, len(sampled), picture, rate)
                 if time_s >= target_s:
-                    sampled.append(Frame(len(sampled), time_s, _grey(picture)))
+                    sampled.append(Frame(len(sampled), time_s, _grey(video, len(sampled), picture)))
                     break
         return [frame for frame in sampled if frame.image.shape == image.shape]
 
@@ -128,7 +131,7 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
     ``index`` counts from the video's start, by the declared rate after the first run. A file
     without a declared length gives its first run alone.
     """
-    last_s = -np.inf
+    last_s, shape = -np.inf, None
     for number in range(count):
         with opened(video) as container:
             stream = container.streams.video[0]
@@ -145,9 +148,11 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             for picture in container.decode(stream):
                 time_s = _time_s(video, len(run), picture, rate)
                 if time_s >= max(target_s, last_s + 1e-9):
-                    run.append(
-                        Frame(round((time_s - start_s) * float(rate)), time_s, _grey(picture))
-                    )
+                    index = round((time_s - start_s) * float(rate))
+                    if run:
+                        _after(video, index, time_s, run[-1].time_s)
+                    run.append(Frame(index, time_s, _grey(video, index, picture, shape)))
+                    shape = run[-1].image.shape
                 if len(run) == length:
                     break
         if run:
@@ -185,7 +190,9 @@ def _by_decoding(
     stride = 4
     for index, picture in enumerate(decoder, start=1):
         if index % stride == 0:
-            kept.append(Frame(index, _time_s(video, index, picture, rate), _grey(picture)))
+            kept.append(
+                Frame(index, _time_s(video, index, picture, rate), _grey(video, index, picture))
+            )
             if len(kept) >= 2 * count:
                 kept, stride = kept[1::2], 2 * stride
     return kept

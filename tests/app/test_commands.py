@@ -453,6 +453,10 @@ def test_track_a_recording(
     kept = geometry_of(read)
     assert kept is not None
     assert [kept.frame_of(row) for row in (0, 149, 150, 297)] == [0, 149, 152, 299]
+    whole = (rec / "track.toml").read_text()
+    for damaged in ("[150, 1000]", "[-1, 150]", "[150, 150]", '"no"', "[150, 1e400]"):
+        (rec / "track.toml").write_text(whole.replace("[150, 151]", damaged))
+        assert geometry_of(read) is None
     (rec / "video.mkv").unlink()
     complaint(capsys, ["track", str(rec)], "holds no video", "expected")
 

@@ -83,3 +83,18 @@ def test_a_recording_may_hold_its_cameras_geometry(tmp_path: Path) -> None:
     file.write_text("[camera.geometry]\n")
     with pytest.raises(InputError, match=r"camera\.geometry: has neither"):
         known_camera(inspect_folder(tmp_path))
+    file.write_text("[camera]\ngeometry = 5\n")
+    with pytest.raises(InputError, match=r"camera\.geometry: is 5 and no table"):
+        known_camera(inspect_folder(tmp_path))
+
+
+@pytest.mark.parametrize("header", ["time_s,position", "t,command_deg", "a,b"])
+def test_a_command_without_its_column_is_refused(tmp_path: Path, header: str) -> None:
+    (tmp_path / "command.csv").write_text(f"{header}\n0,1\n1,1\n")
+    still = np.zeros(60)
+    track = Track(
+        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
+        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
+    )  # fmt: skip
+    with pytest.raises(InputError, match="expected time_s,command_deg"):
+        video_offset(inspect_folder(tmp_path), track)

@@ -8,6 +8,7 @@ import pytest
 from servosight.models.arrays import Array
 from servosight.tracking.calibrate_swing import Swing, calibrate_swing
 from servosight.tracking.plane import Lens, Plane, jacobian, like_picture, mapped
+from servosight.tracking.rotation import turning
 from servosight.tracking.swing_features import Tracks
 
 SHAPE = (480, 640)
@@ -115,3 +116,18 @@ def test_a_known_lens_goes_before_the_swing() -> None:
     assert np.abs(np.rad2deg(swing.angle_rad) - angles).max() < 0.02
     seen = np.array([[500.0, 100.0]])
     assert np.abs(swing.plane.to_picture(swing.plane.of_picture(seen)) - seen).max() < 1e-6
+
+
+def test_points_that_share_no_pivot_give_no_error() -> None:
+    """False matches alone: the fit diverges, and that is no plane instead of an OverflowError."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        frames, points = int(rng.integers(5, 12)), int(rng.integers(5, 40))
+        home = rng.uniform(0.0, 400.0, (points, 2))
+        seen = [home]
+        for _ in range(1, frames):
+            turned = (home - [200, 150]) @ turning(0.1 * rng.normal()).T + [200, 150]
+            seen.append(turned + 60 * rng.normal(size=home.shape) + 20 * rng.normal(size=2))
+        point, frame = np.tile(np.arange(points), frames), np.repeat(np.arange(frames), points)
+        swing = calibrate_swing(Tracks(np.vstack(seen), point, frame, (300, 400)))
+        assert swing is None or np.isfinite(swing.angle_rad).all()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import av
@@ -12,10 +14,11 @@ import numpy as np
 import pytest
 
 from servosight.models.errors import InputError
+from servosight.tracking import video as video_module
 from servosight.tracking.container import check
 from servosight.tracking.frame_table import read_frame_table
 from servosight.tracking.track import track
-from servosight.tracking.video import even_times, frames
+from servosight.tracking.video import even_times, frames, stretches
 
 Write = Callable[..., Path]
 
@@ -84,12 +87,17 @@ def test_frame_table_goes_first(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("", "row 1"),
+        ("", "empty"),
         ("frame,seconds\n0,1\n", "row 1"),
         ("frame,time_s\n0,1\n1,x\n", "row 3"),
         ("frame,time_s\n0,1\n1,nan\n", "row 3"),
         ("frame,time_s\n0,1\n2,2\n", "row 3"),
         ("frame,time_s\n0,1\n1,1\n", "row 3"),
+        ("frame,time_s\n0,0\n1,1e300\n", "spans"),
+        ("frame,time_s\n0,1\n1," + "2" * 200_000, "characters"),
+        ("frame,time_s,exposure_s\n0,1,1e5\n1,2,1e5\n", "exposure_s"),
+        ("frame,time_s,exposure_s\n0,1,0.1\n1,2,-1e5\n", "row 3"),
+        ("frame,time_s,exposure_s\n0,1,1e300\n", "exposure_s"),
     ],
 )
 def test_bad_frame_tables(tmp_path: Path, text: str, word: str) -> None:
@@ -119,6 +127,55 @@ def test_truncated_video(tmp_path: Path, write: Write) -> None:
     half = tmp_path / "half.mkv"
     half.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     refused(lambda: track(half), "half.mkv", "truncated")
+
+
+def changed(path: Path, old: bytes, new: bytes) -> Path:
+    """The same file with some of its bytes replaced by as many others."""
+    data = path.read_bytes()
+    assert old in data
+    path.write_bytes(data.replace(old, new))
+    return path
+
+
+def test_an_unknown_codec(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "damaged.mkv", noise(60), np.arange(60) / 100)
+    refused(lambda: track(changed(path, b"FFV1", b"XXV1")), "damaged.mkv", "codec")
+
+
+def test_names_in_another_encoding(tmp_path: Path, write: Write) -> None:
+    """What the file says of itself in Latin-1 does not matter to the pictures."""
+    path = write(tmp_path / "title.mkv", noise(60), np.arange(60) / 100)
+    assert check(changed(path, b"Lavf", b"L\xe4\xffv")).count == 60
+
+
+def test_two_frames_at_one_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """FFmpeg writes no such file; a damaged one has such blocks, each read as it is here."""
+    pictures = [
+        SimpleNamespace(
+            pts=n // 2, time_base=Fraction(1, 100), width=96, height=64,
+            to_ndarray=lambda format, picture=picture: picture,
+        )
+        for n, picture in enumerate(noise(60))
+    ]  # fmt: skip
+    stream = SimpleNamespace(
+        average_rate=Fraction(100), guessed_rate=None, time_base=Fraction(1, 100), start_time=0,
+        duration=60,
+    )  # fmt: skip
+    container = SimpleNamespace(
+        streams=SimpleNamespace(video=[stream]),
+        decode=lambda of: iter(pictures),
+        seek=lambda place, stream: None,
+        duration=None,
+    )
+    monkeypatch.setattr(video_module, "opened", lambda path: nullcontext(container))
+    for read in (lambda: list(frames(tmp_path)), lambda: list(stretches(tmp_path, 2, 8))):
+        refused(read, "not after the frame before")
+
+
+def test_a_pivot_out_of_reach(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "far.mkv", noise(60), np.arange(60) / 100)
+    for pivot in ((20.0, 1e308), (-1e6, 0.0), (float("nan"), 3.0)):
+        refused(lambda at=pivot: track(path, pivot=at, template=(4, 4, 40, 20)), "pivot", "--pivot")
 
 
 def test_nothing_moves(tmp_path: Path, write: Write) -> None:
