@@ -27,6 +27,8 @@ SHADE = "#eef1f5"
 NOISE = "#b9c2cc"
 FAINT = "#5b6570"
 
+WIDE, NARROW = 8.2, 4.1
+"""Widths of figures [inch], on a page and on a telephone."""
 POINTS = 1500
 """Two for each of this many stretches are drawn of a long line: no screen shows more."""
 
@@ -69,6 +71,20 @@ def drawn(name: str, size: tuple[float, float], alt: str, paint: Paint) -> Marku
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return _inlined(stream.getvalue(), name, alt)
+
+
+def drawn_twice(name: str, height: float, alt: str, paint: Paint) -> Markup:
+    """A figure as wide as the page and a narrow one for a telephone: the page shows either."""
+    wide = drawn(name, (WIDE, height), alt, paint)
+    narrow = drawn(f"{name}-narrow", (NARROW, max(0.85 * height, 0.6 * NARROW)), alt, paint)
+    return Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(
+        wide, narrow
+    )
+
+
+def legend_columns(figure: Figure) -> int:
+    """How many entries of a legend fit side by side."""
+    return 4 if figure.get_figwidth() > NARROW else 2
 
 
 def _inlined(text: str, name: str, alt: str) -> Markup:

@@ -14,7 +14,8 @@ from servosight.app.report.figure import (
     BEFORE,
     MEASURED,
     NOISE,
-    drawn,
+    drawn_twice,
+    legend_columns,
     shade,
     thinned,
 )
@@ -109,7 +110,7 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
         lower.set_xlabel("time [s]")
         handles = [handle for axes in figure.axes for handle in axes.lines if axes is not lower]
         labels = [str(handle.get_label()) for handle in handles]
-        figure.legend(handles, labels, loc="outside upper left", ncols=4)
+        figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns(figure))
         figure.align_ylabels([upper, lower])
 
     where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
@@ -119,7 +120,7 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
     )
     alt = f"Measured and predicted angle {where}, and the error below. Error of the {errors}."
     name = f"angle-{number}{'-close' if close else ''}"
-    return drawn(name, (8.2, 4.4), alt, paint)
+    return drawn_twice(name, 4.4, alt, paint)
 
 
 def _own_scale(command: Array, angle: Array) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from servosight.app.report.figure import AFTER, drawn, thinned
+from servosight.app.report.figure import AFTER, drawn_twice, thinned
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, spoken
 from servosight.diagnose.diagnose import Diagnosis
@@ -57,4 +57,4 @@ def _figure(proposal: Proposal) -> Markup:
         axes.set_xlabel("time [s]")
         axes.set_ylabel("command [deg]")
 
-    return drawn("experiment", (8.2, 2.2), f"The command: {proposal.design.words}.", paint)
+    return drawn_twice("experiment", 2.2, f"The command: {proposal.design.words}.", paint)

@@ -9,12 +9,15 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
 from servosight.diagnose.diagnose import Diagnosis, Step
 from servosight.diagnose.evidence import EXPLAINED
 from servosight.models.rounding import degrees, rounded
+
+LEAST_STEP = 1.2
+"""Narrower steps [inch] have their names upright."""
 
 
 def section(story: Story) -> Section | None:
@@ -60,7 +63,9 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         axes.set_yscale("log")
-        low, high = 0.6 * min(*errors, floor_deg), 1.9 * max(*errors, floor_deg)
+        crowded = figure.get_figwidth() < LEAST_STEP * len(ladder)
+        high = (30.0 if crowded else 1.9) * max(*errors, floor_deg)
+        low = 0.6 * min(*errors, floor_deg)
         axes.set_ylim(low, high)
         axes.set_xlim(edges[0], edges[-1] + 0.001)
         axes.axhspan(low, floor_deg, color=NOISE, alpha=0.45, linewidth=0)
@@ -78,7 +83,13 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
             axes.hlines(error, edges[place], edges[place + 1], color=colour, linewidth=3.5)
             text = f"{named(step)}\n{degrees(error)}"
             axes.annotate(
-                text, (place, error), (0, 6), textcoords="offset points", ha="center", va="bottom"
+                text,
+                (place, error),
+                (0, 6),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                rotation=90.0 if crowded else 0.0,
             )
         axes.set_xticks([])
         axes.grid(axis="x", visible=False)
@@ -90,5 +101,4 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
     alt = "Held-out error on a logarithmic scale: " + ", then ".join(
         f"{named(step)} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
     )
-    size = (max(1.5 * len(ladder), 6.6), 3.1)
-    return drawn("ladder", size, f"{alt}. The floor is {degrees(floor_deg)}.", paint)
+    return drawn_twice("ladder", 3.4, f"{alt}. The floor is {degrees(floor_deg)}.", paint)

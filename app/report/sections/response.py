@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn
+from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn_twice, legend_columns
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.frequency import Response, response
@@ -19,6 +19,7 @@ from servosight.models.rounding import rounded
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
+LEAST_GAIN = 1e-3
 MOST_UNSURE = 0.5
 """Lines whose gain is known no better than to this share are not drawn."""
 
@@ -56,11 +57,10 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
 
     def paint(figure: Figure) -> None:
         gains, phases, coherences = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 2))
-        gains.fill_between(
-            at, np.maximum(gain - wide, 1e-3), gain + wide, color=MEASURED, alpha=0.15, linewidth=0
-        )
+        band = decibels(np.maximum(gain - wide, LEAST_GAIN)), decibels(gain + wide)
+        gains.fill_between(at, *band, color=MEASURED, alpha=0.15, linewidth=0)
         dots = "." if first.periodic else ""
-        gains.plot(at, gain, marker=dots, color=MEASURED, linewidth=1.1, label="measured")
+        gains.plot(at, decibels(gain), marker=dots, color=MEASURED, linewidth=1.1, label="measured")
         around = np.degrees(wide / gain)
         phases.fill_between(
             at, phase - around, phase + around, color=MEASURED, alpha=0.15, linewidth=0
@@ -69,21 +69,23 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=1.1)
         for told, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
             style = {"color": colour, "linewidth": 1.3}
-            gains.plot(at, np.abs(one.model[known]), look, label=told.name, **style)
+            gains.plot(at, decibels(np.abs(one.model[known])), look, label=told.name, **style)
             ahead = np.angle(one.model[known] / first.measured[known], deg=True)
             phases.plot(at, phase + ahead, look, **style)
             coherences.plot(at, one.model_coherence[known], look, **style)
         gains.set_xscale("log")
-        gains.set_yscale("log")
-        for axis in (gains.xaxis, gains.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-            axis.set_minor_formatter(NullFormatter())
+        gains.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+        gains.xaxis.set_minor_formatter(NullFormatter())
         coherences.set_ylim(0.0, 1.05)
-        gains.set_ylabel("gain")
+        gains.set_ylabel("gain [dB]")
         phases.set_ylabel("phase [deg]")
         coherences.set_ylabel("coherence")
         coherences.set_xlabel("frequency [Hz]")
-        figure.legend(*gains.get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        figure.legend(
+            *gains.get_legend_handles_labels(),
+            loc="outside upper left",
+            ncols=legend_columns(figure),
+        )
         figure.align_ylabels()
 
     alt = (
@@ -91,7 +93,12 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         f"{' and '.join(told.name for told in story.models)}; the last model's gain is off by "
         f"{100 * float(np.median(np.abs(np.abs(last.model[known]) / gain - 1.0))):.1f} % in median."
     )
-    return drawn("response", (8.2, 5.6), alt, paint)
+    return drawn_twice("response", 5.6, alt, paint)
+
+
+def decibels(gain: Array) -> Array:
+    """20 log10 of a gain."""
+    return np.asarray(20.0 * np.log10(gain))
 
 
 def _known(one: Response) -> NDArray[np.bool_]:
