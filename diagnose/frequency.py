@@ -117,11 +117,16 @@ def _of(
     scale: float,
     averages: float,
     periodic: bool,
-) -> Response:
-    """From spectra of command, angle and model (segments, lines) to responses at excited lines."""
+) -> Response | None:
+    """From spectra of command, angle and model (segments, lines) to responses at excited lines.
+
+    None where the command rests throughout the segments.
+    """
     command, angle, model = spectra
     power = np.mean(np.abs(command) ** 2, axis=0)
     kept = power > EXCITED**2 * power.max()
+    if not kept.any():
+        return None
     command, angle, model = command[:, kept], angle[:, kept], model[:, kept]
     power = power[kept]
     measured, coherence = _gain(command, angle, power)

@@ -108,6 +108,8 @@ def linear_share(samples: Sequence[Samples]) -> float:
         [e[one.scored] for one, e in zip(samples, _centred(samples), strict=True)]
     )
     normal = table.T @ table
+    if not normal.any():  # the command rests throughout what is scored
+        return 0.0
     normal += _RIDGE * np.trace(normal) / _TAPS * np.eye(_TAPS)
     left = error - table @ np.linalg.solve(normal, table.T @ error)
     return float(np.clip(1.0 - np.sum(left**2) / max(np.sum(error**2), 1e-300), 0.0, 1.0))

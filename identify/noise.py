@@ -124,7 +124,7 @@ def _smoothness(recording: Recording) -> tuple[Array, Mask]:
     shapes = _shapes(recording)
     lengths = [length for length in _LENGTHS if length <= recording.time_s.size]
     tables = [_blocks(recording, shapes, length) for length in lengths]
-    calmest = min(float(np.partition(table.command.ravel(), _FEWEST)[_FEWEST]) for table in tables)
+    calmest = min(_calm_limit(table.command.ravel()) for table in tables)
     calm = [table.command <= calmest for table in tables]
     found = _cut(tables, calm)
     for share in _MOVED:
@@ -137,6 +137,12 @@ def _smoothness(recording: Recording) -> tuple[Array, Mask]:
         if found[1].sum() >= _ENOUGH:
             break
     return found
+
+
+def _calm_limit(moved: Array) -> float:
+    """How far the command moves the calmest coefficients (all, where there are too few)."""
+    place = min(_FEWEST, moved.size - 1)
+    return float(np.partition(moved, place)[place])
 
 
 def _cut(tables: list[_Blocks], calm: list[Mask]) -> tuple[Array, Mask]:

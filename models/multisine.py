@@ -79,6 +79,8 @@ def grid_of(time_s: Array, command_deg: Array) -> Grid | None:
     size = np.abs(np.fft.rfft(command_deg[:period] - command_deg[:period].mean()))
     strong = np.flatnonzero(size > _EMPTY * size.max())
     strong = strong[strong < period // 4]  # images about the row rate are not the wave's own
+    if not strong.size:  # constant but for the last row, say, which belongs to no whole period
+        return None
     reach = min(max(int(strong[-1]), _BEYOND), period // 2 - 1)
     lines = np.arange(1, reach + 1)
     free = lines[~np.isin(lines, strong)]

@@ -19,7 +19,7 @@ def section(story: Story) -> Section | None:
     if not isinstance(result, Diagnosis) or not result.candidates:
         return None
     linear = result.ladder[0].trial.held_out_rmse_deg
-    largest = max([linear, *(one.held_out_rmse_deg for one in result.candidates)])
+    largest = max([1e-300, linear, *(one.held_out_rmse_deg for one in result.candidates)])
     strongest = max([1e-9, *(one.evidence for one in result.candidates)])
     catalogue = catalogue_of(result)
     shown = [
