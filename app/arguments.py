@@ -64,6 +64,13 @@ def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     )
 
 
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """``--force``."""
+    parser.add_argument(
+        "--force", action="store_true", help="replace existing files that servosight did not write"
+    )
+
+
 def number(text: str) -> float:
     """A finite number."""
     value = _float(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -46,8 +47,11 @@ class Geometry:
         left_out = tuple(np.flatnonzero(~track.measured).tolist())
         return cls(track.frames, video.stat().st_size, track.pivot_px, outline, left_out)
 
-    def save(self, folder: Path) -> None:
-        """Write track.toml into a recording's folder, whole or not at all."""
+    def save(self, folder: Path, written: Mapping[str, str] | None = None) -> None:
+        """Write track.toml into a recording's folder, whole or not at all.
+
+        ``written`` are the files beside it that the tracker writes, by name, with their SHA-256.
+        """
         from servosight.models.atomic import write_text
 
         x, y = self.pivot_px
@@ -59,8 +63,26 @@ class Geometry:
             f"video_bytes = {self.video_bytes}",
             f"pivot_px = [{x:.4f}, {y:.4f}]",
             f"outline_px = [{points}]",
+            "[sha256]",
+            *(f'"{name}" = "{digest}"' for name, digest in (written or {}).items()),
         )
         write_text(folder / NAME, "\n".join(lines) + "\n")
+
+
+def tracked_files(folder: Path) -> set[str]:
+    """Names of the files in ``folder`` that the tracker wrote and nobody has changed since."""
+    try:
+        table = tomllib.loads((folder / NAME).read_text(encoding="utf-8"))
+        digests = dict(table["sha256"])
+        same = {name for name, known in digests.items() if digest(folder / name) == known}
+    except (OSError, KeyError, TypeError, ValueError):
+        return set()
+    return {*same, NAME}
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file; empty where it is missing."""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def geometry_of(recording: Recording) -> Geometry | None:

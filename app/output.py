@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import sys
 from collections.abc import Iterator
@@ -10,13 +11,26 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from servosight.models.atomic import check_target, write_text
+from servosight.models.atomic import write_text
+from servosight.models.errors import InputError
 from servosight.models.json_io import json_text
+from servosight.models.mark import Kind, kind_of
+from servosight.models.temporary import sweep
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 STANDARD_OUTPUT = "-"
+WRITTEN = {
+    "report": Kind.HTML,
+    "json": Kind.JSON,
+    "next_command": Kind.TABLE,
+    "draft": Kind.PLUGIN,
+    "overlay": Kind.VIDEO,
+    "sheet": Kind.PNG,
+    "print": Kind.PNG,
+}
+"""Arguments that name a file to write, beside ``-o``."""
 PIPED_WIDTH = 120
 
 
@@ -27,12 +41,55 @@ class Report(Protocol):
         """``done`` of ``total`` (None: not known) at what ``word`` says."""
 
 
-def check_outputs(args: argparse.Namespace) -> None:
-    """Refuse files that could not be written, before the work begins."""
-    for name in ("output", "report", "json", "next_command", "draft", "overlay", "sheet"):
+def check_outputs(args: argparse.Namespace, output: Kind = Kind.MODEL) -> None:
+    """Refuse, before the work begins, files that could not be written or must not be replaced.
+
+    ``output`` is what the command writes to its ``-o``.
+    """
+    named: set[Path] = set()
+    for name, kind in {"output": output, **WRITTEN}.items():
         place = getattr(args, name, None)
-        if place is not None and place != STANDARD_OUTPUT:
-            check_target(Path(place))
+        if place is None or place == STANDARD_OUTPUT:
+            continue
+        check_target(Path(place), kind, force=args.force)
+        target = Path(os.path.realpath(place))
+        if target in named and (target.is_file() or not target.exists()):
+            raise InputError(
+                f"{place}: is named for two results; expected a file for each, change one name"
+            )
+        named.add(target)
+
+
+def check_target(path: Path, kind: Kind, *, force: bool = False) -> None:
+    """Refuse a place that cannot be written, or a file that is no earlier result of this kind."""
+    target = Path(os.path.realpath(path))
+    exists, is_file = target.exists(), target.is_file()
+    if target.is_dir():
+        raise InputError(
+            f"{path}: is a folder, expected the name of a file to write; add a name to it"
+        )
+    if not target.parent.is_dir():
+        raise InputError(
+            f"{path}: the folder {path.parent} does not exist, expected an existing one; make it "
+            f"or choose another"
+        )
+    needed = ([target] if exists else []) + ([target.parent] if is_file or not exists else [])
+    if not all(os.access(place, os.W_OK) for place in needed):
+        raise InputError(
+            f"{path}: may not be written, expected a folder of your own; choose another or correct "
+            f"its permissions"
+        )
+    if is_file and not force and kind_of(target) is not kind:
+        raise InputError(refusal(path))
+    sweep(target.parent)
+
+
+def refusal(path: Path) -> str:
+    """The sentence for a file that is not replaced."""
+    return (
+        f"{path}: the file exists and carries no mark that servosight wrote it, expected a new "
+        f"name; choose another or replace the file with --force"
+    )
 
 
 def write_json(place: str | None, value: Any) -> None:

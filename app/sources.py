@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import math
 import sys
 import time
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from servosight.tracking.track import Track
 
 DEG_PER_RAD = math.degrees(1.0)
+HORN = "horn.csv"
 DOUBT = 1.5
 """Overshoot and damping change the ratio of the two ranges by about as much."""
 
@@ -91,7 +93,8 @@ def track_folder(
     ``marker`` one to follow instead of the surface's own print, by family and number.
     """
     from servosight.app.clock import known_camera, set_keys, video_offset
-    from servosight.app.geometry import Geometry
+    from servosight.app.geometry import Geometry, digest
+    from servosight.models import shared_error
     from servosight.models.errors import InputError
     from servosight.models.shared_error import write_shared
 
@@ -102,52 +105,58 @@ def track_folder(
         )
     settings = folder.settings
     place = output or folder.angle
-    clock: list[tuple[float, str]] = []
-
-    def offset_s(surface: Track) -> float:
-        clock.append(video_offset(folder, surface, light_px))
-        return clock[0][0]
-
-    tracks = track_video(
+    tracks = measure(
         folder.video,
-        place,
         parts=parts,
         method=method,
-        offset_s=offset_s,
         camera=camera or known_camera(folder),
         marker=marker,
-        scale=settings.unit_scale,
         frame_table=folder.frames,
         exposure_s=settings.exposure_s if settings.shutter_told else None,
         readout_s=settings.readout_s if settings.shutter_told else None,
     )
-    surface, (later_s, note) = tracks[0], clock[0]
+    surface = tracks[0]
+    later_s, note = video_offset(folder, surface, light_px)
+    scale = settings.unit_scale
     if place == folder.angle:
-        rows, shared = surface.measured, surface.shared_deg
-        told = None if shared is None else shared[rows]
-        write_shared(folder.path, surface.time_s[rows] + later_s, told, settings.unit_scale)
-        Geometry.of(surface, folder.video).save(folder.path)
         if surface.shutters is not None and surface.shutters.note is not None:
             found_s = float(surface.shutters.exposures_s[0])
             set_keys(folder.path / "recording.toml", found_exposure_s=f"{found_s:.6f}")
+        rows, shared = surface.measured, surface.shared_deg
+        told = None if shared is None else shared[rows]
+        # angle.csv comes last: as long as it is missing, the recording is tracked again.
+        write_shared(folder.path, surface.time_s[rows] + later_s, told, scale)
+        written = {shared_error.NAME: digest(folder.path / shared_error.NAME)}
+        written |= {
+            name: hashlib.sha256(_table(track, later_s, scale).encode()).hexdigest()
+            for name, track in zip((place.name, HORN), tracks, strict=False)
+        }
+        Geometry.of(surface, folder.video).save(folder.path, written)
+    _write_tracks(place, tracks, later_s, scale)
     return [replace(surface, notes=(*surface.notes, note)), *tracks[1:]]
 
 
-def track_video(
+def track_video(video: Path, output: Path, **options: Any) -> list[Track]:
+    """Track a video, write ``output`` and, for a second part, horn.csv beside it.
+
+    ``options`` are those of :func:`measure`.
+    """
+    tracks = measure(video, **options)
+    _write_tracks(output, tracks)
+    return tracks
+
+
+def measure(
     video: Path,
-    output: Path,
     *,
     parts: Parts = Parts(),
     method: Literal["match", "refine"] = "refine",
-    offset_s: Callable[[Track], float] = lambda surface: 0.0,
-    scale: float = 1.0,
     marker: tuple[Family, int | None] | None = None,
     **known: Any,
 ) -> list[Track]:
-    """Track a video, write ``output`` and, for a second part, horn.csv beside it.
+    """Track the surface in a video and, where one is wanted, a second part.
 
-    ``offset_s`` tells from the surface's track what to add to the video's times; ``scale`` is the
-    recording's unit_scale, and ``known`` what ``tracking.track`` takes of times and camera.
+    ``known`` is what ``tracking.track`` takes of times and camera.
     """
     from servosight.tracking.markers import track_marker
     from servosight.tracking.track import track
@@ -180,11 +189,17 @@ def track_video(
                     **known,
                 )
             )
-    # Both are measured before either is written: they belong together.
-    later_s = offset_s(found[0])
-    for name, one in zip((output.name, "horn.csv"), found, strict=False):
-        _write_track(output.with_name(name), one, later_s, scale)
     return found
+
+
+def _write_tracks(
+    output: Path, tracks: Sequence[Track], later_s: float = 0.0, scale: float = 1.0
+) -> None:
+    """Write each part's angle, the surface's to ``output``, which comes last."""
+    from servosight.models.atomic import write_text
+
+    for name, track in reversed(list(zip((output.name, HORN), tracks, strict=False))):
+        write_text(output.with_name(name), _table(track, later_s, scale))
 
 
 def _paced(show: Report) -> Callable[[int, int], None]:
@@ -201,17 +216,17 @@ def _paced(show: Report) -> Callable[[int, int], None]:
     return report
 
 
-def _write_track(path: Path, track: Track, offset_s: float, scale: float) -> None:
-    """Write ``time_s,angle_deg,sigma_deg`` of the frames that measured the angle.
+def _table(track: Track, later_s: float, scale: float) -> str:
+    """``time_s,angle_deg,sigma_deg`` of the frames that measured the angle, as CSV.
 
-    The others are left out: a wide sigma would count as noise of the rest.
+    ``later_s`` is added to the times. Other frames are left out: a wide sigma would count as noise
+    of the rest.
     """
-    from servosight.models.recording_io import write_angle
+    from servosight.models.recording_io import angle_text
 
     rows = track.measured
-    write_angle(
-        path,
-        track.time_s[rows] + offset_s,
+    return angle_text(
+        track.time_s[rows] + later_s,
         track.angle_deg[rows] / scale,
         track.sigma_deg[rows] / abs(scale),
     )

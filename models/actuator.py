@@ -14,6 +14,7 @@ import tomli_w
 from servosight.models.atomic import write_text
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
+from servosight.models.mark import Kind, marked_toml
 from servosight.models.parameter import CORE, OWN, Parameter
 
 FORMAT = 1
@@ -59,7 +60,7 @@ class Actuator:
             },
             "provenance": dict(self.provenance),
         }
-        write_text(path, tomli_w.dumps(card))
+        write_text(path, marked_toml(Kind.MODEL, tomli_w.dumps(card)))
 
     @classmethod
     def load(cls, path: Path, effects: Mapping[str, Effect]) -> Actuator:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from servosight.models.errors import InputError
+from servosight.models.temporary import discard, temporary_file, temporary_folder
 
 
 def write_text(path: Path, text: str) -> None:
@@ -24,16 +23,8 @@ def write_bytes(path: Path, data: bytes) -> None:
         if target.exists() and not target.is_file():
             target.write_bytes(data)  # a pipe or a device has no old content to keep
             return
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:100]}.")
-        temporary = Path(name)
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-            temporary.chmod(_mode(target))
-            os.replace(temporary, target)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+        with new_file(path) as temporary:
+            temporary.write_bytes(data)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -49,75 +40,99 @@ def new_file(path: Path) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     try:
-        handle, name = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.stem[:100]}.", suffix=target.suffix
-        )
-        os.close(handle)
-        temporary = Path(name)
+        temporary = temporary_file(target)
         try:
             yield temporary
             temporary.chmod(_mode(target))
             os.replace(temporary, target)
         finally:
-            temporary.unlink(missing_ok=True)
+            discard(temporary)
+    except BrokenPipeError:
+        raise
     except OSError as error:
         raise unwritable(path, error) from None
 
 
-def check_target(path: Path) -> None:
-    """Refuse a place that cannot be written, before the work whose result shall go there."""
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
-        raise InputError(
-            f"{path}: is a folder, expected the name of a file to write; add a name to it"
-        )
-    if not target.parent.is_dir():
-        raise InputError(
-            f"{path}: the folder {path.parent} does not exist, expected an existing one; make it "
-            f"or choose another"
-        )
-    if not os.access(target if target.exists() else target.parent, os.W_OK):
-        raise InputError(
-            f"{path}: may not be written, expected a place of your own; choose another or mend "
-            f"its permissions"
-        )
-
-
 @contextmanager
-def new_folder(folder: Path, replaceable: Collection[str]) -> Iterator[Path]:
+def new_folder(
+    folder: Path,
+    replaceable: Collection[str],
+    *,
+    sign: str | None = None,
+    force: bool = False,
+) -> Iterator[Path]:
     """A folder to fill that takes the place of ``folder`` when the block ends without an error.
 
-    Missing parents are made. An existing folder is replaced only where it holds nothing but
-    ``replaceable`` names; otherwise InputError, and nothing is touched.
+    Missing parents are made. What :func:`check_folder` refuses is refused, and nothing is touched.
     """
+    check_folder(folder, replaceable, sign=sign, force=force)
     target = Path(os.path.realpath(folder))
     try:
-        others = sorted({entry.name for entry in target.iterdir()} - set(replaceable))
-    except FileNotFoundError:
-        others = []
-    except OSError as error:
-        raise unwritable(folder, error) from None
-    if others:
-        raise InputError(
-            f"{folder}: the folder holds {others[0]!r}, which would be lost; expected a new or "
-            f"empty folder, so choose another name or move the file away"
-        )
-    try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        stage = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name[:100]}."))
+        stage = temporary_folder(target)
     except OSError as error:
         raise unwritable(folder, error) from None
     try:
         fresh = stage / "new"
         fresh.mkdir()
         yield fresh
-        if target.exists():
-            target.rename(stage / "old")
-        fresh.rename(target)
+        _exchange(fresh, target, stage / "old")
+    except OSError as error:
+        raise unwritable(folder, error) from None
     finally:
-        if not target.exists() and (stage / "old").exists():
-            (stage / "old").rename(target)
-        shutil.rmtree(stage, ignore_errors=True)
+        discard(stage)
+
+
+def check_folder(
+    folder: Path,
+    replaceable: Collection[str],
+    *,
+    sign: str | None = None,
+    force: bool = False,
+) -> None:
+    """Refuse a folder whose replacement would lose what the program did not make.
+
+    A folder that is missing or empty is accepted; so is one that holds nothing but ``replaceable``
+    names, if the file ``sign``, which shows who made it, is among them or ``force`` is given.
+    """
+    target = Path(os.path.realpath(folder))
+    try:
+        names = {entry.name for entry in target.iterdir()}
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    others = sorted(names - set(replaceable))
+    if others:
+        raise InputError(
+            f"{folder}: the folder holds {others[0]!r}, which would be lost; expected a new or "
+            f"empty folder, so choose another name or move the file away"
+        )
+    if names and not force and sign not in names:
+        lost = "would be replaced" if sign is None else f"came from elsewhere (there is no {sign})"
+        raise InputError(
+            f"{folder}: the folder holds {min(names)!r}, which {lost}; expected a new or empty "
+            f"folder, so choose another name or replace it with --force"
+        )
+
+
+def _exchange(fresh: Path, target: Path, old: Path) -> None:
+    """Put ``fresh`` in the place of ``target``, in one step where the system can."""
+    if not target.exists():
+        fresh.rename(target)
+        return
+    import ctypes
+
+    swap = getattr(ctypes.CDLL(None), "renameat2", None)
+    here, both = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    if swap is not None and swap(here, os.fsencode(fresh), here, os.fsencode(target), both) == 0:
+        return
+    target.rename(old)
+    try:
+        fresh.rename(target)
+    except BaseException:
+        old.rename(target)
+        raise
 
 
 def unwritable(path: Path, error: OSError) -> InputError:

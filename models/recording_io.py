@@ -169,12 +169,17 @@ def _stream(s: Streams) -> Stream:
 
 
 def save_recording(
-    recording: Recording, folder: Path, *, extra: Mapping[str, Any] | None = None
+    recording: Recording,
+    folder: Path,
+    *,
+    extra: Mapping[str, Any] | None = None,
+    force: bool = False,
 ) -> None:
     """Write a recording's folder, whole or not at all; ``extra`` are more keys of recording.toml.
 
-    Reading it gives the same numbers to the last bit (with a ``unit_scale`` in the details, to
-    the last digit). The video stays where it is.
+    A folder that is not empty is replaced only with ``force``, and only if it holds nothing but a
+    recording's files. Reading it gives the same numbers to the last bit (with a ``unit_scale`` in
+    the details, to the last digit). The video stays where it is.
     """
     table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
     table.pop("command_hold", None)
@@ -190,7 +195,7 @@ def save_recording(
     command = table_text(
         ("time_s", "command_deg"), (recording.command_time_s, recording.command_deg / scale)
     )
-    with new_folder(folder, FILES) as fresh:
+    with new_folder(folder, FILES, force=force) as fresh:
         write_text(fresh / "recording.toml", tomli_w.dumps(table))
         write_text(fresh / "command.csv", command)
         surface = Stream(recording.time_s, recording.angle_deg, recording.sigma_deg)
@@ -204,12 +209,17 @@ def save_recording(
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:
     """Write ``time_s,angle_deg[,sigma_deg]`` (samples,), whole or not at all."""
+    write_text(path, angle_text(time_s, angle_deg, sigma_deg))
+
+
+def angle_text(time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> str:
+    """``time_s,angle_deg[,sigma_deg]`` (samples,) as CSV."""
     header = ["time_s", "angle_deg"]
     columns = [time_s, angle_deg]
     if sigma_deg is not None:
         header.append("sigma_deg")
         columns.append(sigma_deg)
-    write_text(path, table_text(header, columns))
+    return table_text(header, columns)
 
 
 def series_of(sheet: Sheet, name: str, values: Array, raw: Array) -> Series:

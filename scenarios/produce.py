@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from servosight.models.atomic import new_folder, write_text
+from servosight.models.atomic import check_folder, new_folder, write_text
 from servosight.models.camera import Camera
 from servosight.models.csv_io import table_text
 from servosight.models.recording_io import FILES, save_recording, write_angle
@@ -32,19 +32,24 @@ KNOWN = ("rate_hz", "exposure_s", "readout_s", "width", "height")
 Progress = Callable[[int, int], None]
 
 
-def produce(scenario: Scenario, folder: Path, progress: Progress | None = None) -> Trajectory:
+def produce(
+    scenario: Scenario, folder: Path, progress: Progress | None = None, *, force: bool = False
+) -> Trajectory:
     """Run ``scenario`` and write ``folder`` whole or not at all; returns what the twin did.
 
-    With a video there is no angle.csv: it is tracked first. ``progress`` is told of frames done
-    and of all frames. Raises InputError where ``folder`` holds what is not a recording's.
+    With a video there is no angle.csv: it is tracked first. ``progress`` receives the frames done
+    and the number of all frames. Raises InputError where ``folder`` is not empty, unless it was
+    simulated before (it then holds truth.toml) or ``force`` is given, and in any case where it
+    holds what is not a recording's.
     """
+    check_folder(folder, OURS, sign=TRUTH, force=force)
     trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
     camera = replace(scenario.camera, clock_seed=_stream(scenario, 2) + scenario.camera.clock_seed)
     exact = angle_recording(trajectory, camera, 0.0, 0, name=folder.name)
     noisy = angle_recording(
         trajectory, camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
     )
-    with new_folder(folder, OURS) as fresh:
+    with new_folder(folder, OURS, sign=TRUTH, force=force) as fresh:
         save_recording(noisy, fresh, extra=_known(scenario))
         truth: dict[str, Any] = {"format": 1, "effects": list(scenario.effects)}
         if scenario.video:

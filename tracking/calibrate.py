@@ -117,8 +117,9 @@ def _read(file: Path) -> Image:
 def write_picture(file: Path, image: Image) -> None:
     """Write a grey picture as PNG, whole or not at all."""
     from servosight.models.atomic import write_bytes
+    from servosight.models.mark import marked_png
 
-    write_bytes(file, bytes(cv2.imencode(".png", image)[1]))
+    write_bytes(file, marked_png(bytes(cv2.imencode(".png", image)[1])))
 
 
 def calibrate(views: dict[str, Image], board: Board, plane: Path | None = None) -> Calibration:

@@ -12,6 +12,7 @@ import numpy as np
 from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.errors import InputError
+from servosight.models.mark import Kind, marked_toml
 from servosight.tracking.calibrate_view import Camera
 from servosight.tracking.plane import Lens
 
@@ -42,7 +43,7 @@ def write_camera(path: Path, calibration: Calibration) -> None:
     if onto is not None:
         table["plane"] = {"onto": [[float(v) for v in row] for row in onto]}
     table["view"] = [{"name": n, "rms_px": e} for n, e in calibration.errors_px.items()]
-    write_text(path, tomli_w.dumps(table))
+    write_text(path, marked_toml(Kind.CAMERA, tomli_w.dumps(table)))
 
 
 def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.arrays import Array, Image
 from servosight.models.atomic import new_file, write_bytes
 from servosight.models.errors import InputError
+from servosight.models.mark import MARK, marked_png
 from servosight.tracking.result import Flag, Track, outline_at
 from servosight.tracking.video import Frame, frames
 
@@ -106,6 +107,7 @@ def write_overlay(path: Path, tracks: Sequence[Track], progress: Progress | None
         stream = container.add_stream("libx264", rate=_rate(tracks[0]))
         stream.pix_fmt, stream.options = "yuv420p", {"crf": "20", "preset": "veryfast"}
         stream.codec_context.time_base = stream.time_base = _TICK
+        container.metadata["comment"] = MARK
         start_s: float | None = None
         for frame in source:
             picture = av.VideoFrame.from_ndarray(
@@ -146,7 +148,7 @@ def write_sheet(path: Path, tracks: Sequence[Track], progress: Progress | None =
     ]
     good, data = cv2.imencode(".png", np.vstack(rows))
     assert good
-    write_bytes(path, data.tobytes())
+    write_bytes(path, marked_png(data.tobytes()))
 
 
 def doubtful(tracks: Sequence[Track], count: int = _SHEET_FRAMES) -> list[int]:

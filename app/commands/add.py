@@ -5,7 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_json, add_model_output, add_plugins, add_recordings
+from servosight.app.arguments import (
+    add_force,
+    add_json,
+    add_model_output,
+    add_plugins,
+    add_recordings,
+)
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
@@ -17,6 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_model_output(parser)
     add_json(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from servosight.app.arguments import add_force
 from servosight.app.output import check_outputs, console
+from servosight.models.mark import Kind
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -29,8 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--print", metavar="FILE.png", type=Path, help="write the board to print")
     parser.add_argument(
-        "-o", "--output", metavar="camera.toml", type=Path, default=Path("camera.toml")
+        "-o", "--output", metavar="camera.toml", type=Path, help="default: camera.toml"
     )
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -42,7 +45,10 @@ def run(args: argparse.Namespace) -> None:
             raise InputError(f"--{name} is {value}; expected {least} to 60 squares, count them.")
     if not 0.0 < args.square_mm < 1e4:
         raise InputError(f"--square-mm is {args.square_mm:g}; expected a side above 0 mm.")
-    check_outputs(args)
+    sources = args.sources or ([args.plane] if args.plane else [])
+    if sources and args.output is None:
+        args.output = Path("camera.toml")
+    check_outputs(args, Kind.CAMERA)
     from servosight.tracking.calibrate import Board, calibrate, read_views
     from servosight.tracking.calibrate_file import write_camera
 
@@ -53,7 +59,6 @@ def run(args: argparse.Namespace) -> None:
 
         write_picture(args.print, board.picture())
         out.print(f"{args.print}: print it flat, and measure a square for --square-mm")
-    sources = args.sources or ([args.plane] if args.plane else [])
     if not sources:
         if args.print is None:
             raise InputError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_json, add_plugins, add_recordings, add_report
+from servosight.app.arguments import add_force, add_json, add_plugins, add_recordings, add_report
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
@@ -16,6 +16,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_report(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -5,16 +5,25 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_seed
-from servosight.app.output import console, progress
+from servosight.app.arguments import add_force, add_seed
+from servosight.app.output import check_target, console, progress
+from servosight.models.mark import Kind
+
+WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight demo``."""
     parser.add_argument(
-        "-o", "--output", metavar="DIR", type=Path, default=Path("out/demo"), help="out/demo"
+        "-o",
+        "--output",
+        metavar="DIR",
+        type=Path,
+        default=Path("out/demo"),
+        help="folder for the recording, model, diagnosis and report (default: out/demo)",
     )
     add_seed(parser, default=1)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -30,12 +39,16 @@ def run(args: argparse.Namespace) -> None:
     from servosight.scenarios.produce import produce
     from servosight.scenarios.scenario import hidden
 
+    card, diagnosis, report = (args.output / name for name in WRITTEN)
+    if args.output.is_dir():
+        for name, kind in WRITTEN.items():
+            check_target(args.output / name, kind, force=args.force)
     out = console(args)
     place = args.output / "recording"
     scenario = hidden(args.seed)
     out.print(f"1. A servo with a hidden effect moves a fin and is filmed (seed {args.seed}).")
     with progress("filming") as show:
-        produce(scenario, place, lambda done, total: show("frames", done, total))
+        produce(scenario, place, lambda done, total: show("frames", done, total), force=args.force)
     out.print("2. The camera measures the fin's angle.")
     track_folder(inspect_folder(place))
     recording = load_recording(place)
@@ -43,9 +56,9 @@ def run(args: argparse.Namespace) -> None:
     with progress("diagnosing") as show:
         result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)
     values = result.to_json()
-    result.actuator.save(args.output / "model.toml")
-    write_text(args.output / "diagnosis.json", json_text(values))
-    write_report(args.output / "report.html", result, [recording])
+    result.actuator.save(card)
+    write_text(diagnosis, json_text(values))
+    write_report(report, result, [recording])
     show_diagnosis(out, values)
     out.print(f"4. What was hidden: {', '.join(scenario.effects)}.")
-    out.print(f"5. Open {args.output / 'report.html'} in a browser.")
+    out.print(f"5. Open {report} in a browser.")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
+    add_force,
     add_json,
     add_model_output,
     add_plugins,
@@ -70,6 +71,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_report(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:

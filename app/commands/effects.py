@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from servosight.app.arguments import add_json, add_plugins
-from servosight.app.output import console, write_json
+from servosight.app.arguments import add_force, add_json, add_plugins
+from servosight.app.output import check_outputs, console, write_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,12 +22,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("effect", metavar="ID", nargs="?", help="one effect, in full")
     add_json(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Print each effect's equation, parameters, look, cause and how to confirm it."""
     from servosight.models.registry import catalogue, select
 
+    check_outputs(args)
     effects = catalogue(args.plugin)
     names = list(effects) if args.effect is None else select(effects, [args.effect])
     write_json(args.json, {"schema": 1, "effects": [_described(effects[name]) for name in names]})

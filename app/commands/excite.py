@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
+    add_force,
     add_json,
     add_plugins,
     add_pulse,
@@ -15,6 +16,7 @@ from servosight.app.arguments import (
     number,
 )
 from servosight.app.output import check_outputs, console, next_command, write_json
+from servosight.models.mark import Kind
 
 if TYPE_CHECKING:
     from servosight.models.design import Design, Form, Limits
@@ -90,6 +92,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_pulse(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -102,7 +105,7 @@ def run(args: argparse.Namespace) -> None:
             f"excite: expected one of a shape ({', '.join(SHAPES)}), --check FILE and --analyse "
             f"REC; name one"
         )
-    check_outputs(args)
+    check_outputs(args, Kind.TABLE)
     if args.check is not None:
         _check(args)
     elif args.analyse is not None:

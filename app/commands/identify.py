@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from servosight.app.arguments import (
+    add_force,
     add_json,
     add_model_output,
     add_plugins,
@@ -34,6 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_model_output(parser)
     add_json(parser)
     add_plugins(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:

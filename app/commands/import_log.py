@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_pulse, number
+from servosight.app.arguments import add_force, add_pulse, number
 from servosight.app.output import console, next_command
 
 
@@ -30,23 +30,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="degrees that show one unit of an output that is no angle",
     )
     add_pulse(parser)
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
+    from servosight.models.atomic import check_folder
     from servosight.models.errors import InputError
     from servosight.models.importers import Request, import_recording
     from servosight.models.importers.request import parse_map
-    from servosight.models.recording_io import save_recording
+    from servosight.models.recording_io import FILES, save_recording
 
     if args.unit_scale == 0.0:
         raise InputError("--unit-scale 0: expected degrees in one unit, so give another number")
+    check_folder(args.output, FILES, force=args.force)
     request = Request(
         parse_map(args.map), args.unit, args.unit_scale, args.deg_per_us, args.neutral_us
     )
     imported = import_recording(args.source, request)
     recording = imported.recording
-    save_recording(recording, args.output)
+    save_recording(recording, args.output, force=args.force)
     out = console(args)
     for note in imported.notes:
         out.print(f"note: {note}")

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from servosight.app.arguments import add_seed
+from servosight.app.arguments import add_force, add_seed
 from servosight.app.output import console, next_command, progress
 
 
@@ -34,6 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="REC", type=Path, required=True, help="folder to write"
     )
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -49,7 +50,12 @@ def run(args: argparse.Namespace) -> None:
     if args.effect or args.set:
         scenario = with_effects(scenario, args.effect, parse_settings(args.set))
     with progress("simulating") as show:
-        produce(scenario, args.output, lambda done, total: show("frames", done, total))
+        produce(
+            scenario,
+            args.output,
+            lambda done, total: show("frames", done, total),
+            force=args.force,
+        )
     out = console(args)
     out.print(
         f"{args.output}: {scenario.duration_s:g} s, seed {scenario.seed}, hidden: "

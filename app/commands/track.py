@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import box, point
-from servosight.app.output import check_outputs, console
+from servosight.app.arguments import add_force, box, point
+from servosight.app.output import check_outputs, check_target, console
+from servosight.models.mark import Kind
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,15 +66,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     drawn.add_argument(
         "--sheet", metavar="FILE.png", type=Path, help="the frames with the largest uncertainty"
     )
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
-    from servosight.app.sources import Part, Parts, track_folder, track_video
+    from servosight.app.sources import HORN, Part, Parts, track_folder, track_video
     from servosight.models.recording_io import inspect_folder
     from servosight.tracking.calibrate_file import read_camera
 
-    check_outputs(args)
     parts = Parts(
         Part(args.pivot, args.template),
         Part(args.second_pivot, args.second_template)
@@ -84,6 +85,7 @@ def run(args: argparse.Namespace) -> None:
     marker = (args.marker, args.id) if args.marker else None
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
+    _check(args, output, parts.second is not None)
     if folder is not None:
         tracks = track_folder(
             folder,
@@ -101,9 +103,34 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     for note in tracks[0].notes:
         out.print(f"note: {note}")
-    for place, track in zip((output, output.with_name("horn.csv")), tracks, strict=False):
+    for place, track in zip((output, output.with_name(HORN)), tracks, strict=False):
         _tell(out, place, track)
     _draw(args, output, tracks, out)
+
+
+def _check(args: argparse.Namespace, output: Path, second: bool) -> None:
+    """Refuse to replace what the tracker did not write; track.toml knows what it wrote."""
+    from servosight.app import geometry
+    from servosight.app.sources import HORN
+    from servosight.models import shared_error
+
+    check_outputs(args)
+    own = geometry.tracked_files(output.parent)
+    names = [output.name, *([HORN] if second else [])]
+    if output == args.source / "angle.csv":
+        names += [geometry.NAME, shared_error.NAME]
+    for name in names:
+        path = output.with_name(name)
+        check_target(path, Kind.TABLE, force=args.force or name in own)
+    if args.draw:
+        for kind, path in _drawings(output).items():
+            check_target(path, kind, force=args.force)
+
+
+def _drawings(output: Path) -> dict[Kind, Path]:
+    """Where --draw puts its two pictures."""
+    names = {Kind.VIDEO: "track_overlay.mp4", Kind.PNG: "track_sheet.png"}
+    return {kind: output.with_name(name) for kind, name in names.items()}
 
 
 def _tell(out: Console, place: Path, track: Track) -> None:
@@ -124,8 +151,9 @@ def _tell(out: Console, place: Path, track: Track) -> None:
 def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: Console) -> None:
     from servosight.app.output import progress
 
-    overlay = args.overlay or (output.with_name("track_overlay.mp4") if args.draw else None)
-    sheet = args.sheet or (output.with_name("track_sheet.png") if args.draw else None)
+    drawn = _drawings(output) if args.draw else {}
+    overlay = args.overlay or drawn.get(Kind.VIDEO)
+    sheet = args.sheet or drawn.get(Kind.PNG)
     if overlay is None and sheet is None:
         return
     from servosight.tracking.draw import write_overlay, write_sheet

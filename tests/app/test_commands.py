@@ -347,13 +347,13 @@ def test_import_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     source = log(tmp_path / "log.csv", "t,goal,pos")
     words = ["import", str(source), "-o", str(tmp_path / "deep" / "rec"), "--map", "time=t"]
     words += ["--map", "command=goal:rad", "--map", "angle=pos", "--unit", "rad"]
-    for _ in range(2):  # a second time replaces the first
-        assert main(words) == 0
+    for more in ([], ["--force"]):  # a second time replaces the first only where it may
+        assert main([*words, *more]) == 0
         assert "300 samples" in capsys.readouterr().out
     settings = tomllib.loads((tmp_path / "deep" / "rec" / "recording.toml").read_text())
     assert settings["source"]["name"] == "log.csv"
     (tmp_path / "deep" / "rec" / "video.mkv").write_bytes(b"precious")
-    complaint(capsys, words, "video.mkv", "expected a new or empty folder")
+    complaint(capsys, [*words, "--force"], "video.mkv", "expected a new or empty folder")
     complaint(capsys, ["import", str(source), "-o", str(tmp_path / "r")], "--map time=COLUMN")
     complaint(capsys, [*words, "--unit-scale", "0"], "--unit-scale 0", "expected")
     complaint(capsys, ["import", "none.json", "-o", "r"], "none.json", "no such file")
@@ -516,7 +516,7 @@ def test_demo_writes_its_four_parts(
     asked: dict[str, Any],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def produce(scenario: Any, folder: Path, progress: Any) -> None:
+    def produce(scenario: Any, folder: Path, progress: Any, *, force: bool) -> None:
         filmed(folder)
         progress(1, 1)
 

@@ -442,7 +442,8 @@ def stop(fresh: Path) -> None:
 
 
 def fails(place: Path, replaceable: tuple[str, ...]) -> None:
-    with pytest.raises(RuntimeError, match="stop"), new_folder(place, replaceable) as fresh:
+    stopped = pytest.raises(RuntimeError, match="stop")
+    with stopped, new_folder(place, replaceable, force=True) as fresh:
         stop(fresh)
 
 
@@ -454,7 +455,7 @@ def test_a_folder_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
         write_text(fresh / "a", "1")
     fails(place, ("a",))
     assert (place / "a").read_text() == "1"
-    with new_folder(place, ("a",)) as fresh:
+    with new_folder(place, ("a",), sign="a") as fresh:
         write_text(fresh / "b", "3")
     assert [entry.name for entry in place.iterdir()] == ["b"]
     assert [entry.name for entry in place.parent.iterdir()] == ["rec"]
