@@ -1,10 +1,10 @@
-# make setup | demo | test | check | benchmarks | hidden | paper | clean
+# make setup | demo | test | lint | check | bare | benchmarks | hidden | paper | clean
 SEED ?= 1
 WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check benchmarks hidden paper clean
+.PHONY: setup demo test lint check bare benchmarks hidden paper clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -15,12 +15,14 @@ $(STAMP): pyproject.toml uv.lock hatch_build.py src/servosight/__init__.py tools
 
 # The same recording, model, diagnosis and report for the same seed: make demo SEED=7
 demo: setup
-	$(BIN)/servosight demo -o out/demo --seed $(SEED)
+	@echo "demo: films, tracks and diagnoses a servo; one to three minutes, 200 MB in out/demo"
+	@$(BIN)/servosight demo -o out/demo --seed $(SEED)
 
 # Pass more to pytest by ARGS: make test ARGS="tests/models -k friction"
 test: setup
-	$(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
-
+	@echo "test: pytest in $(WORKERS) processes (WORKERS=N changes that); all tests take 8 to 20 minutes on 2 cores"
+	@[ -n "$$SERVOSIGHT_DATA" ] || echo "test: tests on recordings of real servos are skipped, because SERVOSIGHT_DATA names no folder"
+	@$(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -28,6 +30,10 @@ lint: setup
 	$(BIN)/lint-imports
 
 check: lint test
+
+# Both commands in a bare root made by debootstrap; as root
+bare:
+	@tools/bare_root.sh
 
 # The peers that benchmarks compare with, from the lock's own group
 UV ?= $(shell command -v uv || echo .venv-uv/bin/uv)

@@ -87,6 +87,7 @@ def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> Layers:
     ``room_px``: how far beyond the picture the bench is drawn.
     """
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before anything imports OpenGL
+    os.environ.setdefault("PYGLET_HEADLESS", "1")  # pyrender imports pyglet: no X libraries
     import pyrender
 
     view = View.of(camera)
