@@ -23,6 +23,7 @@ test: setup
 	@echo "test: pytest in $(WORKERS) processes (WORKERS=N changes that); all tests take 8 to 20 minutes on 2 cores"
 	@[ -n "$$SERVOSIGHT_DATA" ] || echo "test: tests on recordings of real servos are skipped, because SERVOSIGHT_DATA names no folder"
 	@$(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
+
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
