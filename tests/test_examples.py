@@ -1,6 +1,6 @@
 """The examples in the documents run, in a folder of their own, and print what the documents say.
 
-An example is an indented ``$ `` line and the output below it, where ``...`` stands for lines left out.
+An example is an indented ``$ `` line and its output below, where ``...`` stands for lines left out.
 Files shown in a fenced block whose introduction ends with their name are written before. Words must
 agree, numbers to 5 %: another processor rounds differently. To bring the printed lines up to date:
 ``SERVOSIGHT_REWRITE=1 .venv/bin/python -m pytest tests/test_examples.py``, then read the diff.
@@ -32,6 +32,7 @@ NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 DRAWN = re.compile(r"[─▏▎▍▌▋▊▉█]+")
 LEFT_OUT = {
     "servosight demo": "films; tests/test_story.py tells the same story",
+    "servosight simulate servo.toml": "films; tests/test_docs.py reads the scenario",
     "servosight import": "reads a log that is not here; tests/app and tests/models import logs",
     "servosight diagnose fit": "needs the recordings of a real servo",
     "servosight diagnose stop": "half a minute each; tests/diagnose/test_law.py",
@@ -68,7 +69,8 @@ def parts(page: Path) -> Iterator[File | Example]:
         elif prompt := PROMPT.match(lines[i]):
             end = i + 1
             while end < len(lines) and (
-                not lines[end] or (lines[end].startswith(prompt[1]) and not PROMPT.match(lines[end]))
+                not lines[end]
+                or (lines[end].startswith(prompt[1]) and not PROMPT.match(lines[end]))
             ):
                 end += 1
             printed = tuple(line[len(prompt[1]) :].rstrip() for line in lines[i + 1 : end])
@@ -117,7 +119,9 @@ def rewritten(example: Example, output: list[str]) -> dict[int, str]:
     return {
         i: max(
             output,
-            key=lambda line, old=example.printed[i]: difflib.SequenceMatcher(None, old, line).ratio(),
+            key=lambda line, old=example.printed[i]: difflib.SequenceMatcher(
+                None, old, line
+            ).ratio(),
         )
         for i in wanted(example)
     }
