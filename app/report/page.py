@@ -16,6 +16,7 @@ from servosight.app.report.section import Section
 from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
 from servosight.app.report.sections.experiment import section as experiment
+from servosight.app.report.sections.film import section as film
 from servosight.app.report.sections.ladder import section as ladder
 from servosight.app.report.sections.law import section as law
 from servosight.app.report.sections.method import section as method
@@ -31,6 +32,7 @@ from servosight.models.rounding import chance, degrees, rounded, signed, uncerta
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,
     picture,
+    film,
     angle,
     ladder,
     law,

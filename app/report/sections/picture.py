@@ -40,7 +40,7 @@ class Drawn:
 
 def section(story: Story) -> Section | None:
     """None where no recording has a video whose surface is known."""
-    found = _worst_frame(story)
+    found = worst_frame(story)
     if found is None:
         return None
     number, index, geometry = found
@@ -80,7 +80,7 @@ def section(story: Story) -> Section | None:
     )
 
 
-def _worst_frame(story: Story) -> tuple[int, int, Geometry] | None:
+def worst_frame(story: Story) -> tuple[int, int, Geometry] | None:
     """Recording, row and geometry of the largest error among trusted frames."""
     best: tuple[float, int, int, Geometry] | None = None
     for number, one in enumerate(story.before.judged):
