@@ -15,6 +15,7 @@ from servosight.diagnose.where import Window, worst_windows
 from servosight.identify.identify import floor_deg
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import Problem
+from servosight.identify.thin import thinned
 from servosight.models.actuator import Actuator
 from servosight.models.effect import Effect
 from servosight.models.recording import Recording, views
@@ -30,6 +31,7 @@ class Comparison:
     floor_deg: float
     where: tuple[Window, ...]
     findings: tuple[Finding, ...]
+    warnings: tuple[str, ...] = ()
 
     @property
     def rmse_deg(self) -> float:
@@ -68,6 +70,7 @@ class Comparison:
             "where": [window.to_json() for window in self.where],
             "findings": [one.to_json() for one in self.findings],
             "sentences": list(self.sentences),
+            "warnings": list(self.warnings),
         }
 
 
@@ -84,9 +87,10 @@ def compare(
     recording and are found on it.
     """
     recordings = views(recordings)
-    judged = tuple(_judge(actuator, recording, catalogue) for recording in recordings)
     noise = joint_noise_deg(tuple(recordings))
     floor = floor_deg(recordings, noise, tolerance)
+    recordings, notes = thinned(recordings)
+    judged = tuple(_judge(actuator, recording, catalogue) for recording in recordings)
     return Comparison(
         actuator,
         judged,
@@ -94,6 +98,7 @@ def compare(
         floor,
         tuple(worst_windows(judged)),
         findings(judged, floor, noise),
+        tuple(notes),
     )
 
 

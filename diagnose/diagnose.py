@@ -18,6 +18,7 @@ from servosight.diagnose.where import Window, worst_windows
 from servosight.identify.identify import floor_deg, parameters_json
 from servosight.identify.noise import joint_noise_deg
 from servosight.identify.problem import TOLERANCE_SHARE
+from servosight.identify.thin import thinned
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.design import Limits
@@ -142,6 +143,8 @@ def diagnose(
         allowed = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
     floor = floor_deg(every, noise, allowed)
     bar = Bar(floor, allowed)
+    scored, _ = thinned(every)
+    recordings, validate = scored[: len(recordings)], scored[len(recordings) :]
     laboratory = _laboratory(tuple(recordings), tuple(validate), catalogue, bar)
     climber = Climber(laboratory, bar, progress)
     climb = climber.climb() if auto else climber.first_step()

@@ -17,6 +17,7 @@ from servosight.identify.polished import Polished
 from servosight.identify.population import OPERATORS, Population
 from servosight.identify.problem import TOLERANCE_SHARE, Problem
 from servosight.identify.starts import Standpoint, effect_starts, linear_start, search_box
+from servosight.identify.thin import thinned
 from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.actuator import Actuator, Estimate
 from servosight.models.arrays import Array
@@ -90,11 +91,13 @@ def identify(
     ``method`` is a key of :data:`METHODS`. Every method is polished by Gauss-Newton.
     """
     began = time.perf_counter()
-    problem = Problem.of(views(recordings), catalogue, effects)
+    whole = views(recordings)
+    scored, notes = thinned(whole)
+    problem = Problem.of(scored, catalogue, effects)
     fit, history = METHODS[method](problem, seed)
     table, warnings = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
     biases = own_estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost, "bias")
-    noise = joint_noise_deg(problem.recordings)
+    noise = joint_noise_deg(tuple(whole))
     return Identification(
         Actuator(
             {**table, "bias": biases[0]},
@@ -109,7 +112,7 @@ def identify(
         method,
         time.perf_counter() - began,
         fit.outcome.stopped,
-        tuple(warnings),
+        (*notes, *warnings),
         fit.outcome.evaluations,
         history,
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from servosight.identify.information import Information, information, percent
 from servosight.identify.problem import Problem
+from servosight.identify.thin import thinned
 from servosight.models.actuator import Actuator
 from servosight.models.arrays import Array
 from servosight.models.design import SHAPES, Limits, design
@@ -34,6 +35,7 @@ def assess(
     Each is taken to start at rest where its first command and its bias (default: the actuator's)
     put it.
     """
+    recordings, _ = thinned(recordings)
     problem = Problem.of(recordings, catalogue, actuator.effects)
     own = biases_deg or [actuator.value("bias")] * len(recordings)
     return information(problem, resting_point(problem, actuator, own), noise_deg)
@@ -125,6 +127,7 @@ def better_command(
 
     None where they leave room for no shape, or for none that tells more.
     """
+    (like,), _ = thinned([like])
     limits = Limits.of(like.command_time_s, like.command_deg)
     now = assess(actuator, [like], noise_deg, catalogue=catalogue)
     found = []

@@ -41,6 +41,8 @@ def run(args: argparse.Namespace) -> None:
     )
     show_findings(out, values["findings"], values["sentences"][0])
     show_where(out, values["where"])
+    for warning in values["warnings"]:
+        out.print(f"note: {warning}")
     if args.report is not None:
         from servosight.app.report import write_report
 
