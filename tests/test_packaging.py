@@ -18,7 +18,7 @@ import pytest
 
 import servosight
 
-HEAVY = ("av", "control", "cv2", "fmpy", "matplotlib", "mujoco", "numba", "pyrender", "scipy")
+HEAVY = ("av", "control", "cv2", "matplotlib", "mujoco", "numba", "pyrender", "scipy")
 
 
 @pytest.fixture(scope="module")
