@@ -1,10 +1,10 @@
-# make setup | demo | test | lint | check | bare | benchmarks | hidden | paper | clean
+# make setup | demo | test | lint | check | docs | bare | benchmarks | hidden | paper | clean
 SEED ?= 1
 WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check bare benchmarks hidden paper clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -36,9 +36,16 @@ check: lint test
 bare:
 	@tools/bare_root.sh
 
-# The peers that benchmarks compare with, from the lock's own group
+# What the groups of the lock add to .venv: peers that benchmarks compare with, and what builds the site
 UV ?= $(shell command -v uv || echo .venv-uv/bin/uv)
-PEERS = UV_PROJECT_ENVIRONMENT=.venv $(UV) sync --frozen --quiet --inexact --group benchmarks
+ADD = UV_PROJECT_ENVIRONMENT=.venv $(UV) sync --frozen --quiet --inexact --group
+PEERS = $(ADD) benchmarks
+
+# The documentation as a site in out/docs, with the API reference from the docstrings
+docs: setup
+	@$(ADD) docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "docs: open out/docs/index.html"
 
 benchmarks: setup
 	@$(PEERS)
