@@ -91,6 +91,9 @@ def geometry_of(recording: Recording) -> Geometry | None:
     It fits where video and samples are still those that were tracked: a row for each frame that
     was not left out.
     """
+    from servosight.models.errors import InputError
+    from servosight.models.files import read_settings
+
     if recording.video is None:
         return None
     try:

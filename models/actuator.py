@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ import tomli_w
 from servosight.models.atomic import write_text
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
-from servosight.models.mark import Kind, marked_toml
+from servosight.models.files import read_settings
 from servosight.models.parameter import CORE, OWN, Parameter
 
 FORMAT = 1
@@ -65,18 +64,7 @@ class Actuator:
     @classmethod
     def load(cls, path: Path, effects: Mapping[str, Effect]) -> Actuator:
         """Read a card; InputError names the key that is wrong and what was expected."""
-        try:
-            card = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise InputError(
-                f"{path}: no such file; expected a model card that `servosight identify "
-                f"-o MODEL.toml` writes"
-            ) from None
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise InputError(
-                f"{path}: not a readable model card ({error}); expected TOML as `servosight "
-                f"identify -o MODEL.toml` writes it"
-            ) from None
+        card = read_settings(path, "a model card as `servosight identify -o MODEL.toml` writes it")
         if card.get("format") != FORMAT:
             raise InputError(
                 f"{path}: key format is {card.get('format')!r}, expected {FORMAT}; write the card "

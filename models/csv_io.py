@@ -11,9 +11,9 @@ import numpy as np
 
 from servosight.models.arrays import Array
 from servosight.models.errors import InputError
+from servosight.models.files import LARGEST_TABLE, read_text
 
 LONGEST_LINE = 100_000
-LARGEST_FILE = 1 << 30
 _UNQUOTED = "\x1f"  # ASCII's own unit separator stands in for the delimiter of a quoted table
 
 
@@ -67,7 +67,7 @@ def read_sheet(path: Path) -> Sheet:
     Beside semicolons and tabs a comma in a number is a decimal comma. InputError for a file that
     is missing, empty, too large, not UTF-8, without header, or with a row of another width.
     """
-    text = _text(path)
+    text = read_text(path, "a CSV file", LARGEST_TABLE)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     numbers = [number for number, line in enumerate(lines, 1) if line.strip()]
     if not numbers:
@@ -109,31 +109,6 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
     rows = zip(*(column.tolist() for column in columns), strict=True)
     body = "".join(",".join(map(repr, row)) + "\n" for row in rows)
     return ",".join(header) + "\n" + body
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is no file, expected a CSV file; name the file itself")
-        if path.exists() and path.stat().st_size > LARGEST_FILE:
-            raise InputError(
-                f"{path}: the file has {path.stat().st_size / 1e9:.1f} GB, expected at most 1 GB; "
-                f"cut the recording into parts"
-            )
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); expected a CSV file, check the name and "
-            f"the permissions"
-        ) from None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"{path}, row {line}: byte 0x{data[error.start]:02x} is not UTF-8, expected plain "
-            f"text; save the file as CSV in UTF-8"
-        ) from None
 
 
 def _delimiter(header: str) -> str:

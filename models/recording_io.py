@@ -18,7 +18,7 @@ from servosight.models.csv_io import Sheet, read_sheet, table_text
 from servosight.models.errors import InputError
 from servosight.models.recording import Recording, Stream
 from servosight.models.series import DEGREES, SECONDS, Series
-from servosight.models.settings import FORMAT, Settings, read_settings
+from servosight.models.settings import FORMAT, Settings, read_recording_settings
 
 FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
 """What ``save_recording`` writes."""
@@ -96,7 +96,7 @@ def inspect_folder(path: Path) -> RecordingFolder:
     frames = path / "frames.csv"
     return RecordingFolder(
         path,
-        read_settings(path / "recording.toml"),
+        read_recording_settings(path / "recording.toml"),
         videos[0] if videos else None,
         frames if frames.is_file() else None,
     )

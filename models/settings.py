@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from servosight.models.errors import InputError
+from servosight.models.files import read_settings
 from servosight.models.recording import Hold
 
 FORMAT = 1
@@ -61,25 +61,15 @@ class Settings:
     details: dict[str, Any] = field(default_factory=dict)
 
 
-def read_settings(path: Path) -> Settings:
+def read_recording_settings(path: Path) -> Settings:
     """Read recording.toml; defaults where there is none.
 
     Keys of the user's own are kept as notes, but one that looks like a misspelt setting is
     refused: passing over ``exposure_ms`` in silence would shift every angle.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
+    if not path.exists():
         return Settings()
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); expected a text file, check its "
-            f"permissions"
-        ) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise InputError(
-            f"{path}: is no TOML ({error}), expected lines such as format = 1; mend that place"
-        ) from None
+    table = read_settings(path, "a recording's settings in TOML, such as format = 1")
     known = table.get("format", FORMAT)
     if known != FORMAT or isinstance(known, bool):
         raise InputError(

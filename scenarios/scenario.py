@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from servosight.models.arrays import Array
 from servosight.models.camera import Camera
 from servosight.models.errors import InputError
 from servosight.models.excitation import Excitation
+from servosight.models.files import read_settings
 from servosight.models.registry import catalogue
 from servosight.scenarios.camera_settings import (
     TABLES,
@@ -102,18 +102,7 @@ class Scenario:
         Keys are the fields' names; ``[servo]``, ``[motion]``, ``[camera]``, those of
         docs/camera.md and ``[effects.ID]`` are tables.
         """
-        try:
-            table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        except OSError as error:
-            raise InputError(
-                f"{path}: cannot be read ({error.strerror}), expected a scenario in TOML; check "
-                f"the name"
-            ) from None
-        except ValueError as error:
-            raise InputError(
-                f"{path}: is no TOML ({error}), expected lines such as duration_s = 20.0; mend "
-                f"that place"
-            ) from None
+        table = read_settings(path, "a scenario in TOML, with lines such as duration_s = 20.0")
         return _read(table, str(path))
 
     def excitation(self) -> Excitation:

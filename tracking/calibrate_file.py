@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.errors import InputError
-from servosight.models.mark import Kind, marked_toml
+from servosight.models.files import read_settings
 from servosight.tracking.calibrate_view import Camera
 from servosight.tracking.plane import Lens
 
@@ -48,17 +47,7 @@ def write_camera(path: Path, calibration: Calibration) -> None:
 
 def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:
     """Read camera.toml; ``size_px`` (width, height) is that of the video it is meant for."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); expected a file that `servosight "
-            "calibrate` wrote, check the name."
-        ) from None
-    except ValueError as error:
-        raise InputError(
-            f"{path}: is no TOML ({error}); expected a file that `servosight calibrate` wrote."
-        ) from None
+    table = read_settings(path, "a file that `servosight calibrate` wrote")
     known = (table.get("width"), table.get("height"))
     if size_px is not None and None not in known and known != size_px:
         raise InputError(
@@ -104,7 +93,7 @@ def _numbers(
 ) -> Array:
     try:
         values = np.array(table[part][key], np.float64)
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         values = np.empty(0)
     if values.shape != shape or not np.isfinite(values).all():
         raise InputError(

@@ -7,7 +7,6 @@ Source of the format: github.com/Rhoban/bam; ``entries`` hold ``timestamp`` [s],
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.errors import InputError
+from servosight.models.files import LARGEST_LOG, read_settings
 from servosight.models.importers.request import Imported, Raw, Request, assemble
 
 DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
@@ -85,13 +85,8 @@ def _relative_gain(log: dict[str, Any]) -> float:
 
 
 def _log(path: Path) -> dict[str, Any]:
-    try:
-        log = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(
-            f"{path}: is no JSON ({error}), expected a log as bam writes it; check that it is whole"
-        ) from None
-    if not isinstance(log, dict) or not isinstance(log.get("entries"), list) or not log["entries"]:
+    log = read_settings(path, "a log as bam writes it", largest=LARGEST_LOG)
+    if not isinstance(log.get("entries"), list) or not log["entries"]:
         raise InputError(
             f"{path}: key entries is missing or empty, expected a list of entries with timestamp, "
             f"goal_position and position, as bam writes it; choose such a log"
