@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,11 +70,14 @@ class Geometry:
 
 def tracked_files(folder: Path) -> set[str]:
     """Names of the files in ``folder`` that the tracker wrote and nobody has changed since."""
+    from servosight.models.errors import InputError
+    from servosight.models.files import read_settings
+
     try:
-        table = tomllib.loads((folder / NAME).read_text(encoding="utf-8"))
+        table = read_settings(folder / NAME)
         digests = dict(table["sha256"])
         same = {name for name, known in digests.items() if digest(folder / name) == known}
-    except (OSError, KeyError, TypeError, ValueError):
+    except (InputError, OSError, KeyError, TypeError, ValueError):
         return set()
     return {*same, NAME}
 
@@ -97,10 +99,10 @@ def geometry_of(recording: Recording) -> Geometry | None:
     if recording.video is None:
         return None
     try:
-        table = tomllib.loads(recording.video.with_name(NAME).read_text(encoding="utf-8"))
+        table = read_settings(recording.video.with_name(NAME))
         found = _checked(table)
         size = recording.video.stat().st_size
-    except (OSError, KeyError, TypeError, ValueError, ArithmeticError):
+    except (InputError, OSError, KeyError, TypeError, ValueError, ArithmeticError):
         return None
     known = (table.get("format"), found.frames - len(found.left_out), found.video_bytes)
     return found if known == (FORMAT, recording.time_s.size, size) else None

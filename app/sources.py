@@ -29,11 +29,13 @@ DOUBT = 1.5
 
 def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     """All recordings in order, each horn's behind its surface's, with the given pulse widths."""
+    from servosight.models.files import check_path
     from servosight.models.recording import views
     from servosight.models.recording_io import inspect_folder, load_recording
 
     recordings = []
     for path in paths:
+        check_path(path)
         if path.is_dir():
             folder = inspect_folder(path)
             if folder.needs_tracking:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from servosight.models.errors import InputError
+from servosight.models.files import check_path
 from servosight.models.temporary import discard, temporary_file, temporary_folder
 
 
@@ -18,6 +19,7 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, data: bytes) -> None:
     """Write ``data`` whole or not at all; InputError where the place cannot be written."""
+    check_path(path)
     target = Path(os.path.realpath(path))  # a link keeps pointing at what it points at
     try:
         if target.exists() and not target.is_file():
@@ -38,6 +40,7 @@ def new_file(path: Path) -> Iterator[Path]:
     After an error, or an interruption, nothing is left and ``path`` is as it was. The place has the
     ending of ``path``.
     """
+    check_path(path)
     target = Path(os.path.realpath(path))
     try:
         temporary = temporary_file(target)
@@ -66,6 +69,7 @@ def new_folder(
     Missing parents are made. What :func:`check_folder` refuses is refused, and nothing is touched.
     """
     check_folder(folder, replaceable, sign=sign, force=force)
+    check_path(folder)
     target = Path(os.path.realpath(folder))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from servosight.models import series
 from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.csv_io import read_sheet, table_text
@@ -42,14 +43,14 @@ class Excitation:
                     f"expected time_s,command_deg; rename the columns"
                 )
         rows = sheet.columns(["time_s", "command_deg"])
-        finite = np.isfinite(rows).all(axis=1)
-        rising = np.concatenate([[True], np.diff(rows[:, 0]) > 0.0])
-        bad = np.flatnonzero(~(finite & rising))
-        if bad.size:
-            raise InputError(
-                f"{path}, row {sheet.numbers[bad[0]]}: expected finite numbers and a time_s that "
-                f"rises; mend or delete the row"
-            )
+        time, command = (
+            series.Series(path, name, column, column, sheet.numbers)
+            for name, column in zip(("time_s", "command_deg"), rows.T, strict=True)
+        )
+        for column in (time, command):
+            series.check_finite(column)
+        series.check_time(time)
+        series.check_angle(command)
         if len(rows) < 2 or np.ptp(rows[:, 1]) == 0.0:
             raise InputError(
                 f"{path}: column command_deg never moves, expected a changing command; write one "

@@ -10,7 +10,7 @@ import stat
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from servosight.models.errors import InputError
 
@@ -36,6 +36,11 @@ def shown(path: Path | str) -> str:
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
     half = _LONGEST_SHOWN // 2
     return text if len(text) <= 2 * half else f"{text[:half]}...{text[-half:]}"
+
+
+def plain_name(name: str) -> str:
+    """A file's name as text that any file can hold: what is not UTF-8 becomes U+FFFD."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def check_path(path: Path) -> None:
@@ -71,8 +76,7 @@ def read_bytes(path: Path, expected: str, largest: int) -> bytes:
         # Without blocking: to open a pipe that nothing writes to would wait for ever.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         with os.fdopen(handle, "rb") as stream:
-            status = os.fstat(handle)
-            if not stat.S_ISREG(status.st_mode):
+            if not stat.S_ISREG(os.fstat(handle).st_mode):
                 raise InputError(f"{name}: is no file, expected {expected}; name the file itself")
             data = stream.read(largest + 1)
     except FileNotFoundError:
@@ -85,8 +89,8 @@ def read_bytes(path: Path, expected: str, largest: int) -> bytes:
         ) from None
     if len(data) > largest:
         raise InputError(
-            f"{name}: the file has {max(status.st_size, len(data)):,} bytes, expected {expected} of "
-            f"at most {largest:,}; check that it is the right file, or cut it into parts"
+            f"{name}: the file has more than {largest:,} bytes, the most that is read; expected "
+            f"{expected}, so check that it is the right file or cut it into parts"
         )
     return data
 
@@ -105,18 +109,22 @@ def read_text(path: Path, expected: str, largest: int = LARGEST_SETTINGS) -> str
 
 
 def read_settings(
-    path: Path, expected: str = "settings in TOML", *, largest: int = LARGEST_SETTINGS
+    path: Path,
+    expected: str = "settings in TOML",
+    *,
+    form: Literal["TOML", "JSON"] = "TOML",
+    largest: int = LARGEST_SETTINGS,
 ) -> dict[str, Any]:
-    """The table of a TOML file, or of a JSON file by its ending ``.json``; otherwise InputError.
+    """The table of a TOML file, or the object of a JSON file; otherwise InputError.
 
     The one way in which servosight reads such files. The table is nested at most ``DEEPEST``
     levels and its whole numbers have at most 64 bits, so that whoever walks it, shows it or makes
     floats of it can rely on that. ``expected`` names the kind of file in messages.
     """
     text = read_text(path, expected, largest)
-    kind, name = ("JSON" if path.suffix.lower() == ".json" else "TOML"), shown(path)
+    name = shown(path)
     try:
-        if kind == "JSON":
+        if form == "JSON":
             table = json.loads(text)
         else:
             _check_keys(name, text)
@@ -125,7 +133,7 @@ def read_settings(
         raise _too_deep(name) from None
     except ValueError as error:
         raise InputError(
-            f"{name}: is no {kind} ({_shortened(error)}), expected {expected}; correct that place"
+            f"{name}: is no {form} ({_shortened(error)}), expected {expected}; correct that place"
         ) from None
     if not isinstance(table, dict):
         raise InputError(f"{name}: holds no table, expected {expected}; check the name")

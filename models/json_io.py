@@ -13,9 +13,7 @@ from typing import Any, TypeVar, get_args, get_origin
 import msgspec
 
 from servosight.models.errors import InputError
-
-LARGEST_BYTES = 256 * 1024 * 1024
-"""A larger JSON file is none of servosight's; reading it would only fill the memory."""
+from servosight.models.files import LARGEST_LOG, read_settings
 
 T = TypeVar("T")
 
@@ -50,32 +48,9 @@ def json_text(value: Any) -> str:
 
 def read_json(path: Path | str) -> dict[str, Any]:
     """The object in a JSON file; InputError where there is none."""
-    place = Path(path)
-    try:
-        if place.is_file() and place.stat().st_size > LARGEST_BYTES:
-            raise InputError(
-                f"{place}: larger than {LARGEST_BYTES // 1024**2} MB, expected a result that "
-                f"servosight saved; check the name"
-            )
-        table = msgspec.json.decode(place.read_bytes())
-    except FileNotFoundError:
-        raise InputError(
-            f"{place}: no such file, expected a result that servosight saved; check the name"
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"{place}: cannot be read ({error.strerror}), expected a JSON file; check the name and "
-            f"its permissions"
-        ) from None
-    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{place}: not JSON ({error}), expected a result that servosight saved; save it again"
-        ) from None
-    if not isinstance(table, dict):
-        raise InputError(
-            f"{place}: holds no JSON object, expected a result that servosight saved; save it again"
-        )
-    return table
+    return read_settings(
+        Path(path), "a result that servosight saved", form="JSON", largest=LARGEST_LOG
+    )
 
 
 def typed(table: Any, kind: type[T]) -> T:

@@ -16,6 +16,7 @@ from servosight.models.arrays import Array
 from servosight.models.atomic import new_folder, write_text
 from servosight.models.csv_io import Sheet, read_sheet, table_text
 from servosight.models.errors import InputError
+from servosight.models.files import check_path, plain_name
 from servosight.models.recording import Recording, Stream
 from servosight.models.series import DEGREES, SECONDS, Series
 from servosight.models.settings import FORMAT, Settings, read_recording_settings
@@ -87,6 +88,7 @@ class Streams:
 
 def inspect_folder(path: Path) -> RecordingFolder:
     """Look into a recording's folder; InputError where it is none or its settings are wrong."""
+    check_path(path)
     if not path.is_dir():
         raise InputError(
             f"{path}: no such folder, expected a recording with command.csv and angle.csv; check "
@@ -111,6 +113,7 @@ def load_recording(
     the same keys in recording.toml. Raises InputError for whatever a recording cannot be.
     """
     place = Path(path)
+    check_path(place)
     if place.is_dir():
         folder = inspect_folder(place)
         settings, video, horn_file = folder.settings, folder.video, folder.horn
@@ -128,7 +131,7 @@ def load_recording(
     horn = None
     if horn_file is not None and horn_file.exists():
         horn = _streams(command, read_sheet(horn_file), scale)
-    name = place.resolve().name if place.is_dir() else place.stem
+    name = plain_name(place.resolve().name if place.is_dir() else place.stem)
     read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
     return replace(read, shared_deg=shared_error.read_shared(place, read.time_s, scale))
 

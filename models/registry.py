@@ -10,6 +10,7 @@ from pathlib import Path
 
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
+from servosight.models.files import check_path
 
 CATALOGUE: tuple[str, ...] = (
     "dead_time",
@@ -75,6 +76,7 @@ def _load(module: str) -> Effect:
 
 
 def _load_plugin(path: Path) -> list[Effect]:
+    check_path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such plugin file; expected a Python file with an EFFECT")
     name = f"servosight_plugin_{path.stem}"

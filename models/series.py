@@ -13,7 +13,10 @@ from servosight.models.errors import InputError
 
 FEWEST_SAMPLES = 50
 LARGEST_ANGLE_DEG = 1e5
-LONGEST_S = 1e6
+LONGEST_S = 1e5
+"""A day and some hours; grids over time are as long as that."""
+LARGEST_TIME_S = 1e10
+"""A clock since 1970 has 1.8e9 s; beyond 1e10 a float holds no microsecond."""
 LONGEST_INTERVAL_S = 0.9
 """A clock in milliseconds that is read as seconds ticks 1 to 40 "seconds" at any camera's rate."""
 SHORTEST_S = 1e-3
@@ -66,6 +69,12 @@ def check_time(time: Series) -> None:
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
             f"{time.word} before), expected rising time; delete the {time.word} or sort the file"
+        )
+    if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
+        raise InputError(
+            f"{time.path}: column {time.name} reaches {time.raw[-1]:.10g}, expected at most "
+            f"{LARGEST_TIME_S:.0e} s; let the clock begin at 0, or name the column time_ms or "
+            f"time_us if it counts those"
         )
     if values.size < 2:
         return

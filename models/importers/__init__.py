@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from servosight.models.errors import InputError
+from servosight.models.files import check_path
 from servosight.models.importers.bam import read_bam
 from servosight.models.importers.mat import read_mat
 from servosight.models.importers.request import Imported, Request
@@ -20,6 +21,7 @@ FORMATS: dict[str, Callable[[Path, Request], Imported]] = {".json": read_bam, ".
 
 def import_recording(source: Path, request: Request) -> Imported:
     """Read a log of another program; InputError says what in it is no recording."""
+    check_path(source)
     if not source.is_file():
         raise InputError(f"{source}: no such file, expected a log to import; check the name")
     return FORMATS.get(source.suffix.lower(), read_table)(source, request)

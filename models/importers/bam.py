@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.errors import InputError
-from servosight.models.files import LARGEST_LOG, read_settings
+from servosight.models.files import LARGEST_LOG, plain_name, read_settings
 from servosight.models.importers.request import Imported, Raw, Request, assemble
 
 DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
@@ -61,7 +61,7 @@ def read_bam(path: Path, request: Request) -> Imported:
         for quantity, (key, unit) in KEYS.items()
     }
     source: dict[str, Any] = {
-        "name": path.name,
+        "name": plain_name(path.name),
         "format": "bam",
         **{
             key: value
@@ -85,7 +85,7 @@ def _relative_gain(log: dict[str, Any]) -> float:
 
 
 def _log(path: Path) -> dict[str, Any]:
-    log = read_settings(path, "a log as bam writes it", largest=LARGEST_LOG)
+    log = read_settings(path, "a log as bam writes it", form="JSON", largest=LARGEST_LOG)
     if not isinstance(log.get("entries"), list) or not log["entries"]:
         raise InputError(
             f"{path}: key entries is missing or empty, expected a list of entries with timestamp, "

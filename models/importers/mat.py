@@ -6,6 +6,9 @@ models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position
 
 from __future__ import annotations
 
+import io
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +17,8 @@ import numpy as np
 
 from servosight.models.arrays import Array
 from servosight.models.errors import InputError
+from servosight.models.files import plain_name, read_bytes
+from servosight.models.importers import mat_reader
 from servosight.models.importers.request import (
     Column,
     Imported,
@@ -26,6 +31,8 @@ from servosight.models.importers.request import (
 EMPS = {"time": Column("t", "s"), "command": Column("qg", "m"), "angle": Column("qm", "m")}
 EMPS_SCALE = 100.0
 """Degrees that show one metre: a centimetre of the axis reads as a degree."""
+LARGEST_MAT = 1 << 28
+LONGEST_READ_S = 60.0
 
 
 def read_mat(path: Path, request: Request) -> Imported:
@@ -50,21 +57,32 @@ def read_mat(path: Path, request: Request) -> Imported:
         for name, value in variables.items()
         if _is_numeric(value) and value.size == 1 and np.isfinite(value.ravel()[0])
     }
-    source = {"name": path.name, "format": "mat", **scalars}
+    source = {"name": plain_name(path.name), "format": "mat", **scalars}
     return Imported(assemble(path, raw, request, {"source": source}))
 
 
 def _variables(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-
+    """Numeric arrays by name, as :mod:`servosight.models.importers.mat_reader` finds them."""
+    content = read_bytes(path, "a MATLAB file", LARGEST_MAT)
     try:
-        content: dict[str, Any] = loadmat(str(path), appendmat=False)
-    except Exception as error:  # scipy's parser raises whatever broken bytes lead it to
-        raise InputError(
-            f"{path}: cannot be read as a MATLAB file ({' '.join(str(error).split())[:120]}); "
-            f"expected version 7.2 or older, so save it with -v7"
-        ) from None
-    return {name: value for name, value in content.items() if not name.startswith("__")}
+        reader = subprocess.run(
+            [sys.executable, "-P", "-m", mat_reader.__name__],
+            input=content,
+            capture_output=True,
+            timeout=LONGEST_READ_S,
+        )
+    except subprocess.TimeoutExpired:
+        why = f"it takes more than {LONGEST_READ_S:g} s"
+    else:
+        if reader.returncode == 0:
+            with np.load(io.BytesIO(reader.stdout), allow_pickle=False) as arrays:
+                return {name.removeprefix(mat_reader.PREFIX): arrays[name] for name in arrays}
+        lines = reader.stderr.decode("utf-8", "replace").strip().splitlines()
+        why = lines[-1][:120] if lines and reader.returncode > 0 else "its header is damaged"
+    raise InputError(
+        f"{path}: cannot be read as a MATLAB file ({why}); expected a whole file of version 7.2 or "
+        f"older, so save it with -v7"
+    )
 
 
 def _vector(path: Path, variables: dict[str, Any], quantity: str, name: str) -> Array:

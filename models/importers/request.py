@@ -11,6 +11,7 @@ import numpy as np
 
 from servosight.models.arrays import Array
 from servosight.models.errors import InputError
+from servosight.models.files import plain_name
 from servosight.models.recording import Recording
 from servosight.models.recording_io import Streams, recording_of
 from servosight.models.series import DEGREES, SECONDS, Series
@@ -117,7 +118,7 @@ def assemble(
         series["time"], series["command"], series["time"], series["angle"], series.get("sigma")
     )
     settings = Settings(unit_scale=request.unit_scale or 1.0, details=table)
-    return recording_of(path.stem, streams, settings)
+    return recording_of(plain_name(path.stem), streams, settings)
 
 
 def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:

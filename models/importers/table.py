@@ -6,6 +6,7 @@ from pathlib import Path
 
 from servosight.models.csv_io import Sheet, read_sheet
 from servosight.models.errors import InputError
+from servosight.models.files import plain_name
 from servosight.models.importers.request import Column, Imported, Raw, Request, assemble, unit_of
 from servosight.models.series import DEGREES, SECONDS
 
@@ -21,7 +22,7 @@ def read_table(path: Path, request: Request) -> Imported:
             unit = unit_of(quantity, column, request)
             raw[quantity] = Raw(column.name, unit, values, sheet.numbers, "row")
     source = {
-        "name": path.name,
+        "name": plain_name(path.name),
         "format": "csv",
         **{f"{quantity}_column": one.column for quantity, one in raw.items()},
     }

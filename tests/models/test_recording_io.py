@@ -214,7 +214,7 @@ SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "huge angle": (with_row(20, "0.185,1,2e5"), ("row 20", "angle_deg", "unit", "degrees")),
     "clock in ms at 120 Hz": (table(time=8.333), ("time_s", "8.33 s", "time_ms")),
     "clock in ms at 1 kHz": (table(time=1.0), ("time_s", "1 s", "time_ms")),
-    "clock in us": (table(time=1e5), ("time_s", "1e+06", "time_us")),
+    "clock in us": (table(time=1e5), ("time_s", "1e+05", "time_us")),
     "clock in hours": (table(time=1e-7), ("time_s", "unit")),
     "sigma of zero": (
         ["time_s,command_deg,angle_deg,sigma_deg", *(f"{r},0" for r in table()[1:])],
