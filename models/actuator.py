@@ -14,6 +14,7 @@ from servosight.models.atomic import write_text
 from servosight.models.effect import Effect
 from servosight.models.errors import InputError
 from servosight.models.files import read_settings
+from servosight.models.mark import Kind, marked_toml
 from servosight.models.parameter import CORE, OWN, Parameter
 
 FORMAT = 1

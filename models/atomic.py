@@ -69,7 +69,6 @@ def new_folder(
     Missing parents are made. What :func:`check_folder` refuses is refused, and nothing is touched.
     """
     check_folder(folder, replaceable, sign=sign, force=force)
-    check_path(folder)
     target = Path(os.path.realpath(folder))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -99,6 +98,7 @@ def check_folder(
     A folder that is missing or empty is accepted; so is one that holds nothing but ``replaceable``
     names, if the file ``sign``, which shows who made it, is among them or ``force`` is given.
     """
+    check_path(folder)
     target = Path(os.path.realpath(folder))
     try:
         names = {entry.name for entry in target.iterdir()}

@@ -12,6 +12,7 @@ from servosight.models.arrays import Array
 from servosight.models.atomic import write_text
 from servosight.models.errors import InputError
 from servosight.models.files import read_settings
+from servosight.models.mark import Kind, marked_toml
 from servosight.tracking.calibrate_view import Camera
 from servosight.tracking.plane import Lens
 
