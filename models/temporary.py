@@ -69,6 +69,8 @@ def _claim(target: Path, flags: int) -> Path:
         try:
             handle = os.open(path, flags, 0o600)
         except FileNotFoundError:  # another run swept it before it was locked
+            if not target.parent.is_dir():
+                raise
             continue
         _held[path] = handle
         if _lock(handle) and path.exists():
