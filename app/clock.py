@@ -7,13 +7,11 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.models.arrays import Array
-from servosight.models.errors import InputError
+from servosight.models.core import Array, InputError
 
 if TYPE_CHECKING:
-    from servosight.models.csv_io import Sheet
-    from servosight.models.recording_io import RecordingFolder
-    from servosight.tracking.calibrate_view import Camera
+    from servosight.models.io import RecordingFolder, Sheet
+    from servosight.tracking.calibration import Camera
     from servosight.tracking.track import Track
 
 
@@ -29,7 +27,7 @@ def video_offset(
     sigma.
     """
     from servosight.tracking.clock import CONFOUNDED, find_light
-    from servosight.tracking.shutter import Shutter
+    from servosight.tracking.core import Shutter
 
     settings = folder.settings
     shutter = Shutter(settings.exposure_s, settings.readout_s)
@@ -74,7 +72,7 @@ def video_offset(
 
 def known_camera(folder: RecordingFolder) -> Camera | None:
     """What recording.toml says in [camera.geometry], by camera.toml's own tables, if anything."""
-    from servosight.tracking.calibrate_file import camera_of
+    from servosight.tracking.calibration import camera_of
 
     table = folder.settings.details.get("camera", {}).get("geometry")
     if table is None:
@@ -84,8 +82,7 @@ def known_camera(folder: RecordingFolder) -> Camera | None:
 
 def _command(file: Path) -> tuple[Array, Array]:
     """Times [s] and commands in their own unit: what a light shows of them has none."""
-    from servosight.models.csv_io import read_sheet
-    from servosight.models.series import SECONDS
+    from servosight.models.io import SECONDS, read_sheet
 
     sheet = read_sheet(file)
     names = [_named(sheet, "time_", "time_s"), _named(sheet, "command_", "command_deg")]
@@ -106,7 +103,7 @@ def _named(sheet: Sheet, start: str, usual: str) -> str:
 
 def set_keys(file: Path, **keys: str) -> None:
     """Set top-level keys of a TOML file and leave all else as its author wrote it."""
-    from servosight.models.atomic import write_text
+    from servosight.models.core import write_text
 
     text = file.read_text(encoding="utf-8-sig") if file.is_file() else "format = 1\n"
     for key, value in keys.items():

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array
 
 if TYPE_CHECKING:
-    from servosight.models.recording import Recording
+    from servosight.models.core import Recording
     from servosight.tracking.track import Track
 
 
@@ -51,7 +51,7 @@ class Geometry:
 
         ``written`` are the files beside it that the tracker writes, by name, with their SHA-256.
         """
-        from servosight.models.atomic import write_text
+        from servosight.models.core import write_text
 
         x, y = self.pivot_px
         points = ", ".join(f"[{x:.2f}, {y:.2f}]" for x, y in self.outline_px)
@@ -70,7 +70,7 @@ class Geometry:
 
 def tracked_files(folder: Path) -> set[str]:
     """Names of the files in ``folder`` that the tracker wrote and nobody has changed since."""
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
     from servosight.models.files import read_settings
 
     try:
@@ -93,7 +93,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
     It fits where video and samples are still those that were tracked: a row for each frame that
     was not left out.
     """
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
     from servosight.models.files import read_settings
 
     if recording.video is None:

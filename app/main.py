@@ -15,7 +15,7 @@ from typing import NoReturn
 
 from servosight import __version__
 from servosight.app.commands import COMMANDS
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 

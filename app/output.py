@@ -11,11 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from servosight.models.atomic import write_text
-from servosight.models.errors import InputError
-from servosight.models.json_io import json_text
-from servosight.models.mark import Kind, kind_of
-from servosight.models.temporary import sweep
+from servosight.models.core import InputError, Kind, json_text, kind_of, sweep, write_text
 
 if TYPE_CHECKING:
     from rich.console import Console

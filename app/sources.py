@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from servosight.app.output import Report, progress
 
 if TYPE_CHECKING:
-    from servosight.models.recording import Recording
-    from servosight.models.recording_io import RecordingFolder
-    from servosight.tracking.calibrate_view import Camera
-    from servosight.tracking.markers import Family
+    from servosight.models.core import Recording
+    from servosight.models.io import RecordingFolder
+    from servosight.tracking.calibration import Camera
+    from servosight.tracking.methods import Family
     from servosight.tracking.track import Track
 
 DEG_PER_RAD = math.degrees(1.0)
@@ -29,9 +29,9 @@ DOUBT = 1.5
 
 def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     """All recordings in order, each horn's behind its surface's, with the given pulse widths."""
+    from servosight.models.core import views
     from servosight.models.files import check_path
-    from servosight.models.recording import views
-    from servosight.models.recording_io import inspect_folder, load_recording
+    from servosight.models.io import inspect_folder, load_recording
 
     recordings = []
     for path in paths:
@@ -96,9 +96,9 @@ def track_folder(
     """
     from servosight.app.clock import known_camera, set_keys, video_offset
     from servosight.app.geometry import Geometry, digest
-    from servosight.models import shared_error
-    from servosight.models.errors import InputError
-    from servosight.models.shared_error import write_shared
+    from servosight.models import io as shared_error
+    from servosight.models.core import InputError
+    from servosight.models.io import write_shared
 
     if folder.video is None:
         raise InputError(
@@ -160,7 +160,7 @@ def measure(
 
     ``known`` is what ``tracking.track`` takes of times and camera.
     """
-    from servosight.tracking.markers import track_marker
+    from servosight.tracking.methods import track_marker
     from servosight.tracking.track import track
 
     found: list[Track] = []
@@ -198,7 +198,7 @@ def _write_tracks(
     output: Path, tracks: Sequence[Track], later_s: float = 0.0, scale: float = 1.0
 ) -> None:
     """Write each part's angle, the surface's to ``output``, which comes last."""
-    from servosight.models.atomic import write_text
+    from servosight.models.core import write_text
 
     for name, track in reversed(list(zip((output.name, HORN), tracks, strict=False))):
         write_text(output.with_name(name), _table(track, later_s, scale))
@@ -224,7 +224,7 @@ def _table(track: Track, later_s: float, scale: float) -> str:
     ``later_s`` is added to the times. Other frames are left out: a wide sigma would count as noise
     of the rest.
     """
-    from servosight.models.recording_io import angle_text
+    from servosight.models.io import angle_text
 
     rows = track.measured
     return angle_text(

@@ -15,16 +15,13 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from servosight.identify.discrete import METHODS, Linear, to_linear
+from servosight.identify.discrete._discrete import METHODS, Linear, to_linear
 from servosight.identify.fit import coordinate_scale, difference_quotient, fit_effects
-from servosight.identify.noise import noise_deg
-from servosight.identify.problem import Problem
-from servosight.identify.uncertainty import Uncertainty
-from servosight.models.arrays import Array
-from servosight.models.atomic import write_text
+from servosight.identify.problem import Problem, noise_deg
+from servosight.identify.uncertainty._uncertainty import Uncertainty
+from servosight.models.core import Array, Recording, write_text
+from servosight.models.effects import catalogue
 from servosight.models.excitation import multisine, sine, standard, steps, triangle
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 
 PAGE = Path(__file__).parent.parent / "docs" / "measured" / "accuracy.md"
 TRUE = Linear(1.027, 0.0078, 0.55)

@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.output import progress
-from servosight.models.atomic import write_text
+from servosight.models.core import write_text
 from servosight.scenarios.hidden_draw import ROWS, choices
 from servosight.scenarios.hidden_page import page
 from servosight.scenarios.hidden_pictures import pictures

@@ -20,18 +20,14 @@ from typing import Any
 import numpy as np
 from threads import restart_unless
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import Fit, fit_effects
-from servosight.identify.identify import identify
+from servosight.diagnose import diagnose
+from servosight.identify.fit import Fit, fit_effects, identify
 from servosight.identify.problem import Problem
-from servosight.models.actuator import Actuator
-from servosight.models.arrays import Array
-from servosight.models.atomic import write_text
-from servosight.models.importers.bam import read_bam
-from servosight.models.importers.mat import EMPS_SCALE, read_mat
-from servosight.models.importers.request import Request
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.models.core import Actuator, Array, Recording, write_text
+from servosight.models.effects import catalogue
+from servosight.models.io.importers._bam import read_bam
+from servosight.models.io.importers._mat import EMPS_SCALE, read_mat
+from servosight.models.io.importers._request import Request
 
 Result = dict[str, Any]
 

@@ -31,15 +31,13 @@ from scipy import optimize, signal
 from sysid import LINEAR, Hand, by_sysid
 from threads import restart_unless
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.identify.identify import identify
-from servosight.models.arrays import Array
-from servosight.models.atomic import write_text
+from servosight.diagnose import diagnose
+from servosight.identify.fit import identify
+from servosight.models.core import Array, Recording, write_text
+from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
+from servosight.models.io import save_recording
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.recording_io import save_recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS
 
 HERE = Path(__file__).resolve().parent

@@ -20,14 +20,11 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.identify.identify import identify
-from servosight.models.arrays import Array
-from servosight.models.atomic import write_text
-from servosight.models.camera import Camera
+from servosight.diagnose import diagnose
+from servosight.identify.fit import identify
+from servosight.models.core import Array, Camera, Recording, write_text
+from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.scenario import Response
 from servosight.sim.run import angle_recording, run
 

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.atomic import write_text
-from servosight.models.errors import InputError
+from servosight.models.core import InputError, write_text
+from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.registry import catalogue
 from servosight.sim.bench import BenchParameters
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import run

@@ -9,14 +9,12 @@ from __future__ import annotations
 import argparse
 import time
 
-from servosight.diagnose.evidence import Bar
-from servosight.diagnose.law import MIN_CLOSED, extended
-from servosight.diagnose.trial import Laboratory
-from servosight.identify.identify import floor_deg
-from servosight.identify.noise import joint_noise_deg
-from servosight.identify.problem import TOLERANCE_SHARE
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.diagnose.discrepancy._law import MIN_CLOSED, extended
+from servosight.diagnose.selection import Bar, Laboratory
+from servosight.identify.fit import floor_deg
+from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
 from servosight.scenarios.hidden_draw import noise_for, propose
 from servosight.scenarios.hidden_trial import Fits
 

@@ -19,16 +19,14 @@ from filmed.bound import bound_deg
 from filmed.peers import Peer, aruco, ecc, pyidi, template, with_marker
 from filmed.shots import LARGE, SHOTS, Array, Shot, Truth, fast, filmed
 
-from servosight.models.atomic import write_text
-from servosight.models.camera import Camera
-from servosight.tracking.acquire import acquire
-from servosight.tracking.calibrate_view import Camera as Calibration
-from servosight.tracking.first_pass import first_pass
-from servosight.tracking.follow import follow
-from servosight.tracking.learn_layers import layered_stage
-from servosight.tracking.refine import Refine
-from servosight.tracking.result import Track
-from servosight.tracking.shutter import Shutter
+from servosight.models.core import Camera, write_text
+from servosight.tracking.acquisition import acquire
+from servosight.tracking.calibration import Camera as Calibration
+from servosight.tracking.core import Shutter, Track
+from servosight.tracking.fit import follow
+from servosight.tracking.layers import layered_stage
+from servosight.tracking.methods import Refine
+from servosight.tracking.shutter import first_pass
 from servosight.tracking.track import track
 from servosight.tracking.video import calm_frames, frames
 

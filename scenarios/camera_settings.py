@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, get_type_hints
 
-from servosight.models.camera import Camera
+from servosight.models.core import Camera
 from servosight.scenarios.toml_table import read_table, require
-from servosight.sim.render_sight import folds
+from servosight.sim.camera import folds
+from servosight.sim.film import NAMES, SHOWS, VideoSettings
 from servosight.sim.scene import View
-from servosight.sim.video_codec import NAMES
-from servosight.sim.video_indicator import SHOWS
-from servosight.sim.video_settings import VideoSettings
 
 MAX_TILT_DEG = 60.0
 MAX_SIDE_PX = 4096

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from servosight.models.registry import catalogue
+from servosight.models.effects import catalogue
 
 Range = tuple[float, float]
 

@@ -14,16 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models import excitation as shapes
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
+from servosight.models.core import Array, Camera, Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS, scaled
 from servosight.scenarios.hidden_truth import TRUTHS, known, outside
 from servosight.scenarios.scenario import Response
+from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording
-from servosight.sim.trajectory import Trajectory
 
 NOISE_DEG = (0.01, 0.3)
 FILMED_DEG = 0.02

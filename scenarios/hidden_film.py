@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from servosight.models.recording import Recording
+from servosight.models.core import Recording
 from servosight.scenarios.hidden_draw import Setup
 from servosight.tracking.track import track
 
@@ -18,7 +18,7 @@ def film(setup: Setup) -> Recording:
     The film's first frame starts with the command's clock. Frames that did not measure the angle
     are left out, as ``servosight track`` does.
     """
-    from servosight.sim.video import render_video  # OpenGL: only where there is a video
+    from servosight.sim.film import render_video
 
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / VIDEO

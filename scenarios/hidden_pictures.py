@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servosight.models.atomic import write_bytes
-from servosight.models.registry import catalogue
+from servosight.models.core import write_bytes
+from servosight.models.effects import catalogue
 from servosight.scenarios import hidden_score as score
 from servosight.scenarios.hidden_score import Line
 

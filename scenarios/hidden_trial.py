@@ -8,13 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from servosight.diagnose.diagnose import Diagnosis, diagnose
+from servosight.diagnose import Diagnosis, diagnose
 from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
-from servosight.identify.problem import Problem
-from servosight.identify.starts import linear_start
-from servosight.models.errors import InputError
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.identify.problem import Problem, linear_start
+from servosight.models.core import InputError, Recording
+from servosight.models.effects import catalogue
 from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
 from servosight.scenarios.hidden_film import film
 

@@ -7,17 +7,16 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.draws import UNCATALOGUED_DRAWS
 from servosight.scenarios.hidden_plant import KEPT, STEP_S, Physics, march
 from servosight.scenarios.scenario import Effects, Response
+from servosight.sim.bench import Trajectory
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import SETTLE, run
-from servosight.sim.trajectory import Trajectory
 
 Truth = Callable[[Response, Effects, Excitation], Trajectory]
 

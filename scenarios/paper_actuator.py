@@ -1,7 +1,7 @@
 """The paper's actuator (section E), and what its command, a sine, can tell of it.
 
 How its coefficients and its T, xi and k belong together, and which of them is a misprint, stands
-where the conversion does: identify/discrete.py.
+where the conversion does: identify/discrete/_discrete.py.
 """
 
 from __future__ import annotations
@@ -12,16 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.discrete import Difference
-from servosight.identify.estimator import drive
 from servosight.identify.fit import coordinate_scale
-from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.problem import Problem
-from servosight.identify.starts import linear_start
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
+from servosight.identify.problem import Problem, linear_start
+from servosight.identify.search import GaussNewton, drive
+from servosight.models.core import Array, Camera, Recording
+from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.scenario import Motion, Response, Scenario
 
 TRUE = Response(1.027, 0.0078, 0.55, 0.0)

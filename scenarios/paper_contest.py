@@ -8,11 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.estimator import drive
-from servosight.identify.flock import Settings
-from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.polished import Polished
-from servosight.identify.population import OPERATORS, Population
+from servosight.identify.search import OPERATORS, GaussNewton, Polished, Population, Settings, drive
 from servosight.scenarios.paper_trials import Trial
 
 POPULATION = 40

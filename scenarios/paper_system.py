@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.estimator import drive
-from servosight.identify.flock import Settings
-from servosight.identify.population import OPERATORS, Population
-from servosight.models.arrays import Array
+from servosight.identify.search import OPERATORS, Population, Settings, drive
+from servosight.models.core import Array
 
 TRUE = np.array([1.0, -0.4, 1.5, 0.2])
 """Of y(k-1), y(k-2), u(k-1) and u(k-2)."""

@@ -12,15 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.identify.estimator import Residuals, drive
 from servosight.identify.fit import coordinate_scale
-from servosight.identify.gauss_newton import GaussNewton
 from servosight.identify.problem import Problem
-from servosight.models.arrays import Array
+from servosight.identify.search import GaussNewton, Residuals, drive
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 from servosight.scenarios.scenario import Response, Scenario
 
 WITHIN = 1.01
@@ -113,7 +111,7 @@ class Traps:
     @cached_property
     def recording(self) -> Recording:
         """6 s at 120 Hz with 0.03 deg of noise."""
-        from servosight.sim.run import angle_recording, run  # MuJoCo: only where it is run
+        from servosight.sim.run import angle_recording, run
 
         scenario = Scenario(
             seed=self.seed,

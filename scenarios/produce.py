@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from servosight.models.atomic import check_folder, new_folder, write_text
-from servosight.models.camera import Camera
-from servosight.models.csv_io import table_text
-from servosight.models.recording_io import FILES, save_recording, write_angle
+from servosight.models.core import Camera, check_folder, new_folder, write_text
+from servosight.models.io import FILES, save_recording, table_text, write_angle
 from servosight.scenarios.camera_settings import filming_tables
 from servosight.scenarios.scenario import Scenario
+from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording, run
-from servosight.sim.trajectory import Trajectory
 
 VIDEO = "video.mkv"
 TRUTH = "truth.toml"
@@ -70,7 +68,7 @@ def _render(
     progress: Progress | None,
 ) -> dict[str, Any]:
     """Render the video; what the renderer knows and the tracker has to find out."""
-    from servosight.sim.video import render_video  # OpenGL: only where there is a video
+    from servosight.sim.film import render_video
 
     frames = render_video(
         trajectory,

@@ -10,23 +10,16 @@ from typing import Any
 import numpy as np
 
 from servosight.models import excitation as shapes
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
-from servosight.models.errors import InputError
+from servosight.models.core import Array, Camera, InputError
+from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.models.files import read_settings
-from servosight.models.registry import catalogue
-from servosight.scenarios.camera_settings import (
-    TABLES,
-    check_camera,
-    check_filming,
-    read_filming,
-)
+from servosight.scenarios.camera_settings import TABLES, check_camera, check_filming, read_filming
 from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS, USUAL, scaled
 from servosight.scenarios.toml_table import read_number, read_table, require
 from servosight.sim.bench import BenchParameters
 from servosight.sim.effects import resolve
-from servosight.sim.video_settings import VideoSettings
+from servosight.sim.film import VideoSettings
 
 Effects = Mapping[str, Mapping[str, float]]
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 
 Settings = TypeVar("Settings")
 

@@ -9,14 +9,17 @@ import mujoco
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
+from servosight.models.core import Array, Camera, Recording
 from servosight.models.excitation import Excitation
-from servosight.models.recording import Recording
-from servosight.sim.bench import LONGEST_STEP_S, STEPS_PER_T, BenchParameters, assemble
-from servosight.sim.effect import HiddenEffect, Polyline, Twin, Values
-from servosight.sim.effects import TWIN_EFFECTS, resolve
-from servosight.sim.trajectory import GRID_S, Trajectory
+from servosight.sim.bench import (
+    GRID_S,
+    LONGEST_STEP_S,
+    STEPS_PER_T,
+    BenchParameters,
+    Trajectory,
+    assemble,
+)
+from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Polyline, Twin, Values, resolve
 
 Chosen = Sequence[tuple[HiddenEffect, Values]]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from servosight.app.main import parser
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 from servosight.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.identify.fit import fit_effects
-from servosight.identify.identify import identify
+from servosight.diagnose import diagnose
+from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem
-from servosight.models.importers.bam import read_bam
-from servosight.models.importers.mat import EMPS_SCALE, read_mat
-from servosight.models.importers.request import Request
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+from servosight.models.io.importers._bam import read_bam
+from servosight.models.io.importers._mat import EMPS_SCALE, read_mat
+from servosight.models.io.importers._request import Request
 
 DATA = os.environ.get("SERVOSIGHT_DATA")
 pytestmark = pytest.mark.skipif(

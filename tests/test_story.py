@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from servosight.app.main import main
-from servosight.models.recording_io import load_recording
+from servosight.models.io import load_recording
 from servosight.scenarios.produce import produce
 from servosight.scenarios.scenario import Scenario, hidden_effect
 

@@ -80,5 +80,5 @@ fi
 say "4/4 rendering a test picture and compiling the numerical kernels (about a minute the first time)"
 .venv/bin/python tools/check_opengl.py ||
     stop "the libraries are there, but OpenGL does not render without a screen (the line above says why)"
-.venv/bin/python -m servosight.models.warmup
+.venv/bin/python -m servosight.models.plant.warmup
 say "done"

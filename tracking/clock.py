@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.models.arrays import Array, Mask
-from servosight.tracking.parts import swept
-from servosight.tracking.result import Track
+from servosight.models.core import Array, Mask
+from servosight.tracking.acquisition import swept
+from servosight.tracking.core import Track
 from servosight.tracking.video import frames, sample_frames
 
 Shows = Literal["start", "above", "step"]

@@ -8,50 +8,41 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.arrays import Array, Image
-from servosight.models.errors import InputError
-from servosight.tracking.acquire import acquire
-from servosight.tracking.ahead import ahead
-from servosight.tracking.calibrate_view import Camera, Flattened, flattened, view_of
-from servosight.tracking.container import Header, check
-from servosight.tracking.find_shutter import find_shutter
-from servosight.tracking.first_pass import first_pass
-from servosight.tracking.fit import Fit
-from servosight.tracking.flicker import light_centre
-from servosight.tracking.follow import Stage, follow
-from servosight.tracking.frame_table import read_frame_table
-from servosight.tracking.layered import Layered
-from servosight.tracking.learn_layers import layered_stage
-from servosight.tracking.match import Match, choose_box
-from servosight.tracking.mend import about_hinge
-from servosight.tracking.middle_row import at_middle_row
-from servosight.tracking.parts import same_view, without
-from servosight.tracking.plane import Plane
-from servosight.tracking.refine import Refine
-from servosight.tracking.result import Box as Box
-from servosight.tracking.result import Flag as Flag
-from servosight.tracking.result import Method
-from servosight.tracking.result import Track as Track
-from servosight.tracking.result import outline_at as outline_at
-from servosight.tracking.rotation import turned
-from servosight.tracking.shared import principal
-from servosight.tracking.shutter import STILL, Shutters
-from servosight.tracking.sigma import (
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.acquisition import acquire, same_view, without
+from servosight.tracking.calibration import Camera, Flattened, about_hinge, flattened, view_of
+from servosight.tracking.core import STILL, Method, Plane, Shutters, principal, turned
+from servosight.tracking.core import Box as Box
+from servosight.tracking.core import Flag as Flag
+from servosight.tracking.core import Track as Track
+from servosight.tracking.core import outline_at as outline_at
+from servosight.tracking.fit import Fit, Stage, follow
+from servosight.tracking.layers import Layered, layered_stage
+from servosight.tracking.methods import Match, Refine, choose_box
+from servosight.tracking.shutter import at_middle_row, find_shutter, first_pass
+from servosight.tracking.surface import Surface
+from servosight.tracking.uncertainty import (
     columns,
     flags_of,
     gaps,
+    light_centre,
     scatter,
     shown_share,
     speeds,
     uneven,
 )
-from servosight.tracking.steady import LEAST_PX, Bench, wander_px
-from servosight.tracking.surface import Surface
 from servosight.tracking.video import (
+    LEAST_PX,
+    Bench,
     Frame,
+    Header,
+    ahead,
     calm_frames,
+    check,
     even_times,
     frames,
+    read_frame_table,
+    wander_px,
 )
 
 Progress = Callable[[int, int], None]

@@ -30,10 +30,9 @@ def run(args: argparse.Namespace) -> None:
     """Free the effect's parameters, fit, print, write the card."""
     from servosight.app.present import show_identification
     from servosight.app.sources import load
-    from servosight.diagnose.add import add
-    from servosight.models.actuator import Actuator
-    from servosight.models.errors import InputError
-    from servosight.models.registry import catalogue, select
+    from servosight.diagnose import add
+    from servosight.models.core import Actuator, InputError
+    from servosight.models.effects import catalogue, select
 
     check_outputs(args)
     effects = catalogue(args.plugin)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from servosight.app.arguments import add_force
 from servosight.app.output import check_outputs, console
-from servosight.models.mark import Kind
+from servosight.models.core import Kind
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Find the board, fit the camera, write camera.toml."""
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
 
     for name, value, least in (("columns", args.columns, 3), ("rows", args.rows, 3)):
         if not least <= value <= 60:
@@ -49,13 +49,12 @@ def run(args: argparse.Namespace) -> None:
     if sources and args.output is None:
         args.output = Path("camera.toml")
     check_outputs(args, Kind.CAMERA)
-    from servosight.tracking.calibrate import Board, calibrate, read_views
-    from servosight.tracking.calibrate_file import write_camera
+    from servosight.tracking.calibration import Board, calibrate, read_views, write_camera
 
     board = Board(args.board, args.columns, args.rows, args.square_mm)
     out = console(args)
     if args.print is not None:
-        from servosight.tracking.calibrate import write_picture
+        from servosight.tracking.calibration import write_picture
 
         write_picture(args.print, board.picture())
         out.print(f"{args.print}: print it flat, and measure a square for --square-mm")

@@ -23,9 +23,9 @@ def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
     from servosight.app.present import show_findings, show_where
     from servosight.app.sources import load
-    from servosight.diagnose.compare import compare
-    from servosight.models.actuator import Actuator
-    from servosight.models.registry import catalogue
+    from servosight.diagnose import compare
+    from servosight.models.core import Actuator
+    from servosight.models.effects import catalogue
 
     check_outputs(args)
     effects = catalogue(args.plugin)

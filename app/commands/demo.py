@@ -7,7 +7,7 @@ from pathlib import Path
 
 from servosight.app.arguments import add_force, add_seed
 from servosight.app.output import check_target, console, progress
-from servosight.models.mark import Kind
+from servosight.models.core import Kind
 
 WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
@@ -31,11 +31,10 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.app.sources import track_folder
-    from servosight.diagnose.diagnose import diagnose
-    from servosight.models.atomic import write_text
-    from servosight.models.json_io import json_text
-    from servosight.models.recording_io import inspect_folder, load_recording
-    from servosight.models.registry import catalogue
+    from servosight.diagnose import diagnose
+    from servosight.models.core import json_text, write_text
+    from servosight.models.effects import catalogue
+    from servosight.models.io import inspect_folder, load_recording
     from servosight.scenarios.produce import produce
     from servosight.scenarios.scenario import hidden
 

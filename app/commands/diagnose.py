@@ -22,9 +22,9 @@ from servosight.app.output import check_outputs, console, next_command, progress
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.diagnose.diagnose import Diagnosis
-    from servosight.models.design import Limits
-    from servosight.models.recording import Recording
+    from servosight.diagnose import Diagnosis
+    from servosight.models.core import Recording
+    from servosight.models.excitation import Limits
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -78,8 +78,8 @@ def run(args: argparse.Namespace) -> None:
     """Diagnose, print, write the card, the JSON and the report."""
     from servosight.app.present import show_diagnosis
     from servosight.app.sources import load
-    from servosight.diagnose.diagnose import diagnose
-    from servosight.models.registry import catalogue
+    from servosight.diagnose import diagnose
+    from servosight.models.effects import catalogue
 
     check_outputs(args)
     effects = catalogue(args.plugin)
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> None:
 
 def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
     """Say what law was found; write it to the file that was asked for."""
-    from servosight.models.atomic import write_text
+    from servosight.models.core import write_text
 
     if result.law is not None:
         out.print(result.law.sentence)

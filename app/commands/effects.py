@@ -13,8 +13,8 @@ from servosight.app.output import check_outputs, console, write_json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.models.effect import Effect
-    from servosight.models.parameter import Parameter
+    from servosight.models.core import Parameter
+    from servosight.models.effects import Effect
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print each effect's equation, parameters, look, cause and how to confirm it."""
-    from servosight.models.registry import catalogue, select
+    from servosight.models.effects import catalogue, select
 
     check_outputs(args)
     effects = catalogue(args.plugin)

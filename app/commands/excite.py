@@ -16,10 +16,10 @@ from servosight.app.arguments import (
     number,
 )
 from servosight.app.output import check_outputs, console, next_command, write_json
-from servosight.models.mark import Kind
+from servosight.models.core import Kind
 
 if TYPE_CHECKING:
-    from servosight.models.design import Design, Form, Limits
+    from servosight.models.excitation import Design, Form, Limits
 
 SHAPES = {
     "steps": "random levels, each held (--dwell); shows limits and friction",
@@ -31,7 +31,7 @@ SHAPES = {
     "standard": "rest, steps, chirp, triangles at two amplitudes, multisine: a bit of everything",
     "optimal": "the mix that determines the parameters --for of --model best",
 }
-"""The shapes with a line each; tests hold the names to those of models/design.py."""
+"""The shapes with a line each; tests hold the names to those of models/excitation/_design.py."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -97,7 +97,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Design and write a command, check one, or analyse a recording."""
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
 
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
@@ -115,7 +115,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _write(args: argparse.Namespace) -> None:
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
 
     if args.output is None:
         raise InputError("excite: no file to write, expected -o command.csv; name one")
@@ -125,7 +125,7 @@ def _write(args: argparse.Namespace) -> None:
         made, told = _optimal(args, limits)
         values["information"] = told
     else:
-        from servosight.models.design import design
+        from servosight.models.excitation import design
 
         made = design(args.shape, limits, _form(args), args.seed)
     made.excitation.save(args.output)
@@ -146,9 +146,9 @@ def _write(args: argparse.Namespace) -> None:
 
 
 def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str, Any]]:
-    from servosight.identify.optimal import optimal
-    from servosight.models.actuator import Actuator
-    from servosight.models.registry import catalogue
+    from servosight.identify.design import optimal
+    from servosight.models.core import Actuator
+    from servosight.models.effects import catalogue
 
     effects = catalogue(args.plugin)
     actuator = Actuator.load(_model(args), effects)
@@ -167,11 +167,11 @@ def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str
 
 def _check(args: argparse.Namespace) -> None:
     from servosight.app.sources import load
-    from servosight.identify.noise import noise_deg
-    from servosight.identify.rehearsal import assess, better_command, rehearsal
-    from servosight.models.actuator import Actuator
+    from servosight.identify.design import assess, better_command, rehearsal
+    from servosight.identify.problem import noise_deg
+    from servosight.models.core import Actuator
+    from servosight.models.effects import catalogue
     from servosight.models.excitation import Excitation
-    from servosight.models.registry import catalogue
 
     effects = catalogue(args.plugin)
     actuator = Actuator.load(_model(args), effects)
@@ -196,8 +196,8 @@ def _check(args: argparse.Namespace) -> None:
 
 def _analyse(args: argparse.Namespace) -> None:
     from servosight.app.sources import load
-    from servosight.identify.distortion import distortion
-    from servosight.models.errors import InputError
+    from servosight.identify.discrete import distortion
+    from servosight.models.core import InputError
 
     (recording,) = load([args.analyse], args)
     found = distortion(recording)
@@ -219,7 +219,7 @@ def _analyse(args: argparse.Namespace) -> None:
 
 def _is_command(path: Path) -> bool:
     """True for a table without any angle."""
-    from servosight.models.csv_io import read_sheet
+    from servosight.models.io import read_sheet
 
     if path.is_dir() or not path.exists():
         return False
@@ -227,19 +227,19 @@ def _is_command(path: Path) -> bool:
 
 
 def _limits(args: argparse.Namespace) -> Limits:
-    from servosight.models.design import Limits
+    from servosight.models.excitation import Limits
 
     return Limits(args.angle, args.rate, args.duration, args.centre, args.row_rate)
 
 
 def _form(args: argparse.Namespace) -> Form:
-    from servosight.models.design import Form
+    from servosight.models.excitation import Form
 
     return Form(args.frequency, args.low, args.high, args.dwell)
 
 
 def _model(args: argparse.Namespace) -> Path:
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
 
     if args.model is None:
         raise InputError(
@@ -250,7 +250,7 @@ def _model(args: argparse.Namespace) -> Path:
 
 
 def _positive(value: float, option: str) -> float:
-    from servosight.models.errors import InputError
+    from servosight.models.core import InputError
 
     if value <= 0.0:
         raise InputError(f"{option} {value:g}: expected more than 0; give a larger one")

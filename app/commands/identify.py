@@ -42,11 +42,11 @@ def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
     from servosight.app.present import show_identification
     from servosight.app.sources import load
+    from servosight.identify.design import assess, better_command
     from servosight.identify.discrete import as_sampled
-    from servosight.identify.identify import METHODS, identify
-    from servosight.identify.rehearsal import assess, better_command
-    from servosight.models.errors import InputError
-    from servosight.models.registry import catalogue, select
+    from servosight.identify.fit import METHODS, identify
+    from servosight.models.core import InputError
+    from servosight.models.effects import catalogue, select
 
     check_outputs(args)
     if args.method not in METHODS:

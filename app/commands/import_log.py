@@ -35,11 +35,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
-    from servosight.models.atomic import check_folder
-    from servosight.models.errors import InputError
-    from servosight.models.importers import Request, import_recording
-    from servosight.models.importers.request import parse_map
-    from servosight.models.recording_io import FILES, save_recording
+    from servosight.models.core import InputError, check_folder
+    from servosight.models.io import FILES, save_recording
+    from servosight.models.io.importers import Request, import_recording, parse_map
 
     if args.unit_scale == 0.0:
         raise InputError("--unit-scale 0: expected degrees in one unit, so give another number")

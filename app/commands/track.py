@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, box, point
 from servosight.app.output import check_outputs, check_target, console
-from servosight.models.mark import Kind
+from servosight.models.core import Kind
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -72,8 +72,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
     from servosight.app.sources import HORN, Part, Parts, track_folder, track_video
-    from servosight.models.recording_io import inspect_folder
-    from servosight.tracking.calibrate_file import read_camera
+    from servosight.models.io import inspect_folder
+    from servosight.tracking.calibration import read_camera
 
     parts = Parts(
         Part(args.pivot, args.template),
@@ -112,7 +112,7 @@ def _check(args: argparse.Namespace, output: Path, second: bool) -> None:
     """Refuse to replace what the tracker did not write; track.toml knows what it wrote."""
     from servosight.app import geometry
     from servosight.app.sources import HORN
-    from servosight.models import shared_error
+    from servosight.models import io as shared_error
 
     check_outputs(args)
     own = geometry.tracked_files(output.parent)
@@ -156,7 +156,7 @@ def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: 
     sheet = args.sheet or drawn.get(Kind.PNG)
     if overlay is None and sheet is None:
         return
-    from servosight.tracking.draw import write_overlay, write_sheet
+    from servosight.tracking.drawing import write_overlay, write_sheet
 
     for place, write in ((overlay, write_overlay), (sheet, write_sheet)):
         if place is None:

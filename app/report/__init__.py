@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from servosight.diagnose.compare import Comparison
-    from servosight.diagnose.diagnose import Diagnosis
-    from servosight.models.recording import Recording
+    from servosight.diagnose import Comparison, Diagnosis
+    from servosight.models.core import Recording
 
 __all__ = ["write_report"]
 
@@ -30,6 +29,6 @@ def write_report(
     """
     from servosight.app.report.page import Made, page
     from servosight.app.report.story import Story
-    from servosight.models.atomic import write_text
+    from servosight.models.core import write_text
 
     write_text(path, page(Story.of(result, recordings), Made(at, command)))

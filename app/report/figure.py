@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array
 
 Paint = Callable[[Figure], None]
 

@@ -27,7 +27,7 @@ from servosight.app.report.sections.response import section as response
 from servosight.app.report.sections.verdict import section as verdict
 from servosight.app.report.sections.where import section as where
 from servosight.app.report.story import Story, sentence, spoken
-from servosight.models.rounding import chance, degrees, rounded, signed, uncertain
+from servosight.models.core import chance, degrees, rounded, signed, uncertain
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.diagnose.compare import Comparison
-from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.trial import Judged
-from servosight.diagnose.where import Window
-from servosight.models.effect import Effect
-from servosight.models.recording import Recording
+from servosight.diagnose import Comparison, Diagnosis
+from servosight.diagnose.residuals import Window
+from servosight.diagnose.selection import Judged
+from servosight.models.core import Recording
+from servosight.models.effects import Effect
 
 LEAST_DEG = 1e-9
 """Smaller errors count as this one, so that ratios and logarithms exist."""

@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
-from servosight.sim.optics import variance, vignette
-from servosight.sim.render import render_layers
-from servosight.sim.render_compose import Plane, Pose, light_of
-from servosight.sim.video_settings import VideoSettings
+from servosight.models.core import Array, Camera
+from servosight.sim.camera import Plane, Pose, light_of, render_layers, vignette
+from servosight.sim.camera._optics import variance
+from servosight.sim.film import VideoSettings
 
 _STEP_DEG = 0.02
 

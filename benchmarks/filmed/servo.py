@@ -6,13 +6,12 @@ import numpy as np
 from scipy import signal
 
 from filmed.shots import STEP_S, Array, Shot
-from servosight.identify.identify import identify
-from servosight.models.actuator import Estimate
+from servosight.identify.fit import identify
+from servosight.models.core import Estimate, Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import multisine
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
-from servosight.sim.video_settings import VideoSettings
-from servosight.tracking.result import Track
+from servosight.sim.film import VideoSettings
+from servosight.tracking.core import Track
 
 TRUE = {"k": 0.92, "T": 0.02, "xi": 0.6}
 _COMMAND_S = 0.01

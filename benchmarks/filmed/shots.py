@@ -8,16 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
+from servosight.models.core import Array, Camera
 from servosight.models.excitation import Excitation
-from servosight.sim.optics import Optics
-from servosight.sim.scene_cover import Cover
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import render_video
-from servosight.sim.video_codec import Codec
-from servosight.sim.video_light import Light
-from servosight.sim.video_settings import VideoSettings
+from servosight.sim.bench import Trajectory
+from servosight.sim.camera import Optics
+from servosight.sim.camera._light import Light
+from servosight.sim.film import VideoSettings, render_video
+from servosight.sim.film._codec import Codec
+from servosight.sim.scene import Cover
 
 STEP_S = 0.0001
 LIGHT_ON_S = 0.05

@@ -11,11 +11,12 @@ from page import picture, table
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT
 from servosight.app.sources import track_folder
-from servosight.identify.discrete import Difference, Linear, to_difference, to_linear
-from servosight.identify.identify import Identification, identify
-from servosight.models.recording import Recording
-from servosight.models.recording_io import inspect_folder, load_recording
-from servosight.models.registry import catalogue
+from servosight.identify.discrete import Difference
+from servosight.identify.discrete._discrete import Linear, to_difference, to_linear
+from servosight.identify.fit import Identification, identify
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+from servosight.models.io import inspect_folder, load_recording
 from servosight.scenarios.paper_actuator import (
     PRINTED,
     RICH,

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from page import share, table
 from peers import PEERS
 
-from servosight.identify.flock import Settings
+from servosight.identify.search import Settings
 from servosight.scenarios.paper_contest import (
     ALGORITHMS,
     GENERATIONS,

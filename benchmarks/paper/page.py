@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servosight.app.report.figure import Paint, drawn
-from servosight.models.atomic import write_text
+from servosight.models.core import write_text
 from servosight.scenarios.paper_contest import Tally
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -14,8 +14,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from servosight.identify.estimator import half_squares
-from servosight.models.arrays import Array
+from servosight.identify.search import half_squares
+from servosight.models.core import Array
 from servosight.scenarios.paper_contest import POPULATION, Search
 from servosight.scenarios.paper_trials import Trial
 

@@ -1,1 +1,8 @@
-"""The catalogue of physical effects, one file each."""
+"""What a physical effect is, and the registry of all of them."""
+
+from servosight.models.effects._contract import Cues as Cues
+from servosight.models.effects._contract import Effect as Effect
+from servosight.models.effects._contract import Place as Place
+from servosight.models.effects._initial_guess import Traces as Traces
+from servosight.models.effects._registry import catalogue as catalogue
+from servosight.models.effects._registry import select as select

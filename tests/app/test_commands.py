@@ -16,12 +16,12 @@ import pytest
 
 from servosight.app.geometry import geometry_of
 from servosight.app.main import main
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.recording_io import load_recording
-from servosight.models.registry import CATALOGUE, catalogue
+from servosight.models.core import Actuator, Estimate
+from servosight.models.effects import catalogue
+from servosight.models.effects._registry import CATALOGUE
+from servosight.models.io import load_recording
 from servosight.tracking import clock
-from servosight.tracking.result import Flag, Track
-from servosight.tracking.shutter import Shutters
+from servosight.tracking.core import Flag, Shutters, Track
 
 T, XI = 0.05, 0.7
 
@@ -235,11 +235,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         path.write_text(f"{len(recordings)} recordings")
 
     for module, name, function in (
-        ("servosight.diagnose.diagnose", "diagnose", diagnose),
-        ("servosight.diagnose.add", "add", add),
+        ("servosight.diagnose", "diagnose", diagnose),
+        ("servosight.diagnose", "add", add),
         ("servosight.app.report", "write_report", write_report),
     ):
-        monkeypatch.setitem(sys.modules, module, SimpleNamespace(**{name: function}))
+        monkeypatch.setattr(f"{module}.{name}", function)
     return kept
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.app.main import main
-from servosight.models.csv_io import table_text
+from servosight.models.io import table_text
 
 Array = NDArray[np.float64]
 

@@ -10,13 +10,12 @@ import pytest
 
 from servosight.app.commands.excite import SHAPES
 from servosight.app.main import main
-from servosight.models import design
-from servosight.models.actuator import Actuator, Estimate
+from servosight.models.core import Actuator, Estimate, Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
+from servosight.models.excitation import _design as design
+from servosight.models.io import save_recording
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.recording_io import save_recording
-from servosight.models.registry import catalogue
 
 PAPER = {"k": 1.027, "T": 0.0078, "xi": 0.55, "bias": 0.0}
 

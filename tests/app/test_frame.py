@@ -16,8 +16,7 @@ import pytest
 from servosight.app.commands import COMMANDS
 from servosight.app.main import main
 from servosight.app.output import progress, write_json
-from servosight.models.errors import InputError
-from servosight.models.json_io import json_text
+from servosight.models.core import InputError, json_text
 
 NAMES = ["demo", "simulate", "import", "track", "identify", "compare", "diagnose", "add", "effects"]
 HEAVY = ("numpy", "scipy", "numba", "rich", "mujoco", "cv2", "av", "matplotlib", "OpenGL")

@@ -15,7 +15,7 @@ import pytest
 
 from servosight.app.geometry import Geometry, digest, tracked_files
 from servosight.app.main import main
-from servosight.models.mark import Kind, kind_of, marked_png
+from servosight.models.core import Kind, kind_of, marked_png
 
 PRECIOUS = b"years of work\n"
 
@@ -245,7 +245,7 @@ def test_a_full_disk_leaves_what_was_there(made: Path, tmp_path: Path) -> None:
     card.write_bytes((made / "model.toml").read_bytes())
     before = contents(tmp_path)
     script = (
-        "import resource, signal, sys; from servosight.models.registry import catalogue; "
+        "import resource, signal, sys; from servosight.models.effects._registry import catalogue; "
         "from servosight.app.main import main; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
         "resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64)); sys.exit(main(sys.argv[1:]))"
     )

@@ -21,15 +21,13 @@ from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
 from servosight.app.report.sections.candidates import groups
 from servosight.app.report.story import Story
-from servosight.diagnose.compare import Comparison, compare
-from servosight.diagnose.diagnose import Diagnosis, diagnose
-from servosight.diagnose.experiment import Proposal, Separation
-from servosight.models.design import Limits, design
-from servosight.models.errors import InputError
+from servosight.diagnose import Comparison, Diagnosis, compare, diagnose
+from servosight.diagnose.experiment import Proposal
+from servosight.diagnose.experiment._experiment import Separation
+from servosight.models.core import InputError, Recording, degrees, rounded, times, uncertain
+from servosight.models.effects import catalogue
+from servosight.models.excitation import Limits, design
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
-from servosight.models.rounding import degrees, rounded, times, uncertain
 from servosight.scenarios.produce import OURS
 
 GAP_DEG = 2.0

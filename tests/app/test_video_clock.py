@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from servosight.app.clock import known_camera, video_offset
-from servosight.models.errors import InputError
-from servosight.models.recording_io import inspect_folder
+from servosight.models.core import InputError
+from servosight.models.io import inspect_folder
 from servosight.tracking import clock
-from servosight.tracking.result import Track
-from servosight.tracking.shutter import Shutters
+from servosight.tracking.core import Shutters, Track
 
 NOTES = "# my rig\nformat = 1\nvideo_offset_s = 0.25 # by hand\n\n[camera]\nexposure_s = 0.002\n"
 

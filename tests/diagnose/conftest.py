@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 
-from servosight.models.recording import Recording
+from servosight.models.core import Recording
 from servosight.scenarios.scenario import Scenario, hidden_effect
 from servosight.sim.run import angle_recording, run
 

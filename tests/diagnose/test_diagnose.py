@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.add import add
-from servosight.diagnose.compare import compare
-from servosight.diagnose.diagnose import diagnose
-from servosight.diagnose.evidence import Bar
-from servosight.diagnose.trial import Laboratory, training_masks
-from servosight.identify.identify import identify
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.errors import InputError
+from servosight.diagnose import add, compare, diagnose
+from servosight.diagnose.selection import Bar, Laboratory
+from servosight.diagnose.selection._trial import training_masks
+from servosight.identify.fit import identify
+from servosight.models.core import Actuator, Estimate, InputError, Recording
+from servosight.models.effects import catalogue
+from servosight.models.effects._registry import CATALOGUE
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import CATALOGUE, catalogue
 
 WHATS = {"reversal", "standstill", "slew", "step", "high_frequency"}
 

@@ -8,16 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.diagnose.evidence import TIE
-from servosight.diagnose.experiment import Proposal, Separation, propose, recorded_limits
-from servosight.diagnose.trial import Laboratory, Trial
+from servosight.diagnose import diagnose
+from servosight.diagnose.experiment import Proposal, propose, recorded_limits
+from servosight.diagnose.experiment._experiment import Separation
+from servosight.diagnose.selection import TIE, Laboratory, Trial
 from servosight.identify.fit import fit_effects
-from servosight.models.camera import Camera
-from servosight.models.design import Form, Limits, design
-from servosight.models.excitation import Excitation
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.models.core import Camera, Recording
+from servosight.models.effects import catalogue
+from servosight.models.excitation import Excitation, Form, Limits, design
 from servosight.sim.bench import BenchParameters
 from servosight.sim.run import angle_recording, run
 

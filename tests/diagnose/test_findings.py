@@ -10,17 +10,25 @@ import numpy as np
 import pytest
 from scipy.signal import freqz, lfilter
 
-from servosight.diagnose.events import rests, swings, turning_points, turns
-from servosight.diagnose.findings import Finding, findings, lead
-from servosight.diagnose.frequency import response
-from servosight.diagnose.profiles import profile
-from servosight.diagnose.residual_tests import independence, linear_share, quantile, whiteness
-from servosight.diagnose.samples import held_out_samples
-from servosight.diagnose.trial import Judged, training_masks
-from servosight.models.arrays import Array
-from servosight.models.design import Limits, design
-from servosight.models.excitation import Excitation, chirp
-from servosight.models.recording import Recording
+from servosight.diagnose.residuals import (
+    Finding,
+    findings,
+    held_out_samples,
+    independence,
+    lead,
+    linear_share,
+    profile,
+    quantile,
+    response,
+    swings,
+    turns,
+    whiteness,
+)
+from servosight.diagnose.residuals._events import rests, turning_points
+from servosight.diagnose.selection import Judged
+from servosight.diagnose.selection._trial import training_masks
+from servosight.models.core import Array, Recording
+from servosight.models.excitation import Excitation, Limits, chirp, design
 
 NOISE_DEG = 0.03
 RATE_HZ = 120.0

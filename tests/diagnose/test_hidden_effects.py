@@ -12,8 +12,9 @@ from typing import Any
 
 import pytest
 
-from servosight.diagnose.diagnose import Diagnosis, diagnose
-from servosight.models.registry import CATALOGUE, catalogue
+from servosight.diagnose import Diagnosis, diagnose
+from servosight.models.effects import catalogue
+from servosight.models.effects._registry import CATALOGUE
 from servosight.sim.effects import HIDDEN_EFFECTS
 
 NOISE_DEG = 0.03

@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Bar
-from servosight.diagnose.law import Law, find_law
-from servosight.diagnose.pursuit import FORMS
-from servosight.diagnose.torque import Loop
-from servosight.diagnose.trial import Laboratory
-from servosight.identify.identify import floor_deg
+from servosight.diagnose.discrepancy import Law, find_law
+from servosight.diagnose.discrepancy._disturbance import Loop
+from servosight.diagnose.discrepancy._matching_pursuit import FORMS
+from servosight.diagnose.selection import Bar, Laboratory
+from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
-from servosight.models.camera import Camera
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.models.core import Camera, Recording
+from servosight.models.effects import catalogue
 from servosight.scenarios.hidden_draw import mixture
 from servosight.scenarios.hidden_truth import TRUTHS
 from servosight.scenarios.scenario import Response
@@ -123,7 +121,7 @@ def test_draft_is_an_effect_that_fits(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", FORMS)
 def test_every_form_can_be_drafted(name: str, tmp_path: Path) -> None:
     """Whatever a law consists of, its file loads, and a fit can start from it."""
-    from servosight.diagnose.draft import draft
+    from servosight.diagnose.discrepancy._plugin_codegen import draft
 
     effect = FORMS[name].effect
     values = {f"{name}.{parameter.name}": 0.5 for parameter in effect.parameters}

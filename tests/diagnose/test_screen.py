@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from servosight.diagnose.screen import Screen
+from servosight.diagnose.selection._screen import Screen
 
 SAMPLES = 400
 

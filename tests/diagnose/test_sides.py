@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from servosight.diagnose.diagnose import Diagnosis, diagnose
-from servosight.identify.identify import identify
-from servosight.models.recording import Recording, Stream, views
-from servosight.models.registry import catalogue
+from servosight.diagnose import Diagnosis, diagnose
+from servosight.identify.fit import identify
+from servosight.models.core import Recording, Stream, views
+from servosight.models.effects import catalogue
 from servosight.scenarios.scenario import hidden_effect
 from servosight.sim.run import angle_recording, run
 

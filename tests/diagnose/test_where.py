@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose.trial import Judged
-from servosight.diagnose.where import Motion, classify, command_at, shares, worst_windows
-from servosight.models.arrays import Array
-from servosight.models.recording import Recording
+from servosight.diagnose.residuals import shares, worst_windows
+from servosight.diagnose.residuals._where import Motion, classify, command_at
+from servosight.diagnose.selection import Judged
+from servosight.models.core import Array, Recording
 
 Shape = Callable[[Array], Array]
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
 from servosight.models.excitation import sine, standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 
 Maker = Callable[..., Recording]
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from servosight.app.main import main
-from servosight.identify.discrete import (
+from servosight.identify.discrete import Difference
+from servosight.identify.discrete._discrete import (
     METHODS,
     TRANSFORMS,
-    Difference,
     Linear,
     by_arx,
     by_output_error,
@@ -24,7 +24,7 @@ from servosight.identify.discrete import (
     to_difference,
     to_linear,
 )
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 
 PAPER = Linear(1.027, 0.0078, 0.55)
 

@@ -7,12 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from servosight.identify.distortion import distortion
-from servosight.models.arrays import Array
-from servosight.models.design import Limits, design
-from servosight.models.errors import InputError
-from servosight.models.excitation import Excitation
-from servosight.models.recording import Recording
+from servosight.identify.discrete import distortion
+from servosight.models.core import Array, InputError, Recording
+from servosight.models.excitation import Excitation, Limits, design
 
 NOISE_DEG = 0.02
 T, XI = 0.03, 0.7

@@ -7,14 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servosight.identify.estimator import drive, half_squares
-from servosight.identify.estimators import ESTIMATORS
-from servosight.identify.flock import Box, Settings, first_flock
-from servosight.identify.gauss_newton import GaussNewton
-from servosight.identify.genetic import crossed, mutated, offspring
-from servosight.identify.polished import Polished
-from servosight.identify.population import OPERATORS, Population
-from servosight.models.arrays import Array
+from servosight.identify.search import (
+    OPERATORS,
+    GaussNewton,
+    Polished,
+    Population,
+    Settings,
+    drive,
+    half_squares,
+)
+from servosight.identify.search._estimators import ESTIMATORS
+from servosight.identify.search._genetic import crossed, mutated, offspring
+from servosight.identify.search._population_state import Box, first_flock
+from servosight.models.core import Array
 
 LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)
 

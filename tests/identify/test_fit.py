@@ -7,11 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify import fit
+from servosight.identify.fit import _fit as fit
 from servosight.identify.fit import fit_effects
-from servosight.identify.problem import Problem
-from servosight.identify.starts import Standpoint, effect_guesses, effect_starts, idle_start
-from servosight.models.registry import catalogue
+from servosight.identify.problem import (
+    Problem,
+    Standpoint,
+    effect_guesses,
+    effect_starts,
+    idle_start,
+)
+from servosight.models.effects import catalogue
 
 
 @pytest.mark.parametrize("more", ["stribeck_friction", "backlash", "speed_limit", "cogging"])

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.identify import identify
-from servosight.models.actuator import Estimate
-from servosight.models.parameter import CORE
-from servosight.models.registry import catalogue
+from servosight.identify.fit import identify
+from servosight.models.core import CORE, Estimate
+from servosight.models.effects import catalogue
 
 TRUTH = {"k": 1.027, "T": 0.0078, "xi": 0.55, "bias": 0.5}
 
@@ -33,9 +32,9 @@ def test_a_linear_fit_loads_nothing_of_scipys_signal() -> None:
     """It takes a second to load, half of what `servosight identify` may take in all."""
     script = (
         "import sys, numpy as np\n"
-        "from servosight.identify.identify import identify\n"
-        "from servosight.models.recording import Recording\n"
-        "from servosight.models.registry import catalogue\n"
+        "from servosight.identify.fit._identify import identify\n"
+        "from servosight.models.core._recording import Recording\n"
+        "from servosight.models.effects._registry import catalogue\n"
         "time_s = np.arange(0.0, 4.0, 0.01)\n"
         "command = 10.0 * np.sign(np.sin(3.0 * time_s))\n"
         "angle = command + np.random.default_rng(1).normal(0.0, 1.0, time_s.size)\n"

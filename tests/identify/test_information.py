@@ -7,15 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from servosight.identify.identify import identify
-from servosight.identify.information import Information
-from servosight.identify.optimal import optimal
-from servosight.identify.rehearsal import assess, better_command, rehearsal
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.design import SHAPES, Limits, design
-from servosight.models.errors import InputError
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.identify.design import assess, better_command, optimal, rehearsal
+from servosight.identify.design._information import Information
+from servosight.identify.fit import identify
+from servosight.models.core import Actuator, Estimate, InputError, Recording
+from servosight.models.effects import catalogue
+from servosight.models.excitation import SHAPES, Limits, design
 
 NOISE_DEG = 0.03
 PAPER = {"k": 1.027, "T": 0.0078, "xi": 0.55, "bias": 0.0}

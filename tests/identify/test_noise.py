@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.noise import joint_noise_deg, noise_deg, resolution_deg
-from servosight.models.importers import Request, import_recording
+from servosight.identify.problem import joint_noise_deg, noise_deg
+from servosight.identify.problem._noise import resolution_deg
+from servosight.models.io.importers import Request, import_recording
 
 BOUND = 0.08
 

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.fit import fit_effects
-from servosight.identify.identify import identify
-from servosight.identify.problem import Problem
-from servosight.identify.thin import MOST_SAMPLES, thinned
-from servosight.identify.uncertainty import Uncertainty
-from servosight.models.registry import catalogue
+from servosight.identify.fit import fit_effects, identify
+from servosight.identify.problem import Problem, thinned
+from servosight.identify.problem._thin import MOST_SAMPLES
+from servosight.identify.uncertainty._uncertainty import Uncertainty
+from servosight.models.effects import catalogue
 
 
 def test_ordinary_recordings_stay_as_they_are(record: Any) -> None:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.correlation import autoregression, weighted_normal
-from servosight.identify.fit import fit_effects, polish
-from servosight.identify.identify import identify
+from servosight.identify.fit import fit_effects, identify, polish
 from servosight.identify.problem import Problem
-from servosight.identify.uncertainty import Uncertainty, estimates
-from servosight.models.registry import catalogue
+from servosight.identify.uncertainty import estimates
+from servosight.identify.uncertainty._correlation import autoregression, weighted_normal
+from servosight.identify.uncertainty._uncertainty import Uncertainty
+from servosight.models.effects import catalogue
 
 TRUTH = {"k": 1.027, "T": 0.0078, "xi": 0.55}
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array
 
 Values = Mapping[str, Mapping[str, float]]
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.errors import InputError
-from servosight.models.registry import catalogue
+from servosight.models.core import Actuator, Estimate, InputError
+from servosight.models.effects import catalogue
 
 GOOD = """
 format = 1

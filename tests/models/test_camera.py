@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.models.camera import Camera, exposure_nodes
+from servosight.models.core import Camera, exposure_nodes
 
 
 @pytest.mark.parametrize("rate_hz", [29.97, 120.0, 240.0])

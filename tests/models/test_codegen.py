@@ -10,12 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.models.codegen import Layout, cache_folder, source
-from servosight.models.effect import Cues, Effect, Place
-from servosight.models.errors import InputError
-from servosight.models.parameter import Parameter
+from servosight.models.core import InputError, Parameter
+from servosight.models.effects import Cues, Effect, Place, catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.registry import catalogue
+from servosight.models.plant._codegen import Layout, cache_folder, source
 
 STIMULUS = Stimulus(
     np.array([0.0, 0.05, 0.2]),
@@ -177,7 +175,7 @@ def test_a_second_process_finds_the_kernel_compiled() -> None:
     )
     script = (
         "import numpy as np, sys\n"
-        "from servosight.models.warmup import main\n"
+        "from servosight.models.plant.warmup import main\n"
         "main()\n"
         "name = next(n for n in sys.modules if n.startswith('servosight_kernel'))\n"
         "stats = sys.modules[name].simulate_rows.stats\n"

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.models.design import SHAPES, Form, Limits, design
-from servosight.models.errors import InputError
-from servosight.models.excitation import Excitation, prbs, triangle
-from servosight.models.multisine import grid_of
+from servosight.models.core import InputError
+from servosight.models.excitation import SHAPES, Excitation, Form, Limits, design, grid_of, triangle
+from servosight.models.excitation._shapes import prbs
 
 
 @pytest.mark.parametrize("shape", SHAPES)

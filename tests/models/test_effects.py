@@ -16,15 +16,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.diagnose import diagnose
-from servosight.identify.identify import identify
-from servosight.models.actuator import Actuator, Estimate
-from servosight.models.arrays import Array
-from servosight.models.effect import Cues, Effect, Place
+from servosight.diagnose import diagnose
+from servosight.identify.fit import identify
+from servosight.models.core import Actuator, Array, Estimate, Recording
+from servosight.models.effects import Cues, Effect, Place, catalogue
 from servosight.models.excitation import standard
-from servosight.models.plant import STEP_SHARE, Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.plant._plant import STEP_SHARE
 
 T, XI = 0.0078, 0.55
 NOISE_DEG = 0.03

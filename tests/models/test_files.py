@@ -155,8 +155,8 @@ def test_a_damaged_matlab_file(
 )
 def test_a_frame_table_that_no_camera_wrote(tmp_path: Path, rows: str, word: str) -> None:
     """Exposures below 0 or above the interval between frames, absurd times, an endless field."""
-    from servosight.models.errors import InputError
-    from servosight.tracking.frame_table import read_frame_table
+    from servosight.models.core import InputError
+    from servosight.tracking.video import read_frame_table
 
     table = tmp_path / "frames.csv"
     table.write_text("frame,time_s,exposure_s\n" + rows)
@@ -169,8 +169,8 @@ def test_a_geometry_that_is_none(tmp_path: Path, value: str) -> None:
     """``camera.geometry`` of recording.toml holds tables."""
     import tomllib
 
-    from servosight.models.errors import InputError
-    from servosight.tracking.calibrate_file import camera_of
+    from servosight.models.core import InputError
+    from servosight.tracking.calibration import camera_of
 
     table = tomllib.loads(f"geometry = {value}")["geometry"]
     with pytest.raises(InputError, match=r"recording\.toml"):

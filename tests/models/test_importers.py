@@ -13,10 +13,10 @@ import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servosight.models.errors import InputError
-from servosight.models.importers import Request, import_recording
-from servosight.models.importers.request import Column, parse_map
-from servosight.models.recording_io import load_recording, save_recording
+from servosight.models.core import InputError
+from servosight.models.io import load_recording, save_recording
+from servosight.models.io.importers import Request, import_recording, parse_map
+from servosight.models.io.importers._request import Column
 
 
 def bam_log(count: int = 100, **changes: Any) -> dict[str, Any]:

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.recording import Recording
-from servosight.models.registry import catalogue
 
 T, XI = 0.0078, 0.55
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array
+from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.registry import catalogue
 
 BOUND_DEG = 0.002
 T, XI = 0.0078, 0.55

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from servosight.app.main import main
-from servosight.identify.identify import identify
-from servosight.models.recording_io import load_recording
-from servosight.models.registry import CATALOGUE, catalogue
+from servosight.identify.fit import identify
+from servosight.models.effects import catalogue
+from servosight.models.effects._registry import CATALOGUE
+from servosight.models.io import load_recording
 
 PAGE = Path(__file__).parents[2] / "docs" / "plugin.md"
 

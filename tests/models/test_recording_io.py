@@ -12,11 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from servosight.models.atomic import new_folder, write_text
-from servosight.models.csv_io import read_sheet, table_text
-from servosight.models.errors import InputError
-from servosight.models.recording import Recording
-from servosight.models.recording_io import inspect_folder, load_recording, save_recording
+from servosight.models.core import InputError, Recording, new_folder, write_text
+from servosight.models.io import (
+    inspect_folder,
+    load_recording,
+    read_sheet,
+    save_recording,
+    table_text,
+)
 
 ROWS = 80
 

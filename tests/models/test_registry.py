@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from servosight.models.effect import Effect, Place
-from servosight.models.errors import InputError
-from servosight.models.parameter import Parameter
-from servosight.models.registry import CATALOGUE, catalogue, select
+from servosight.models.core import InputError, Parameter
+from servosight.models.effects import Effect, Place, catalogue, select
+from servosight.models.effects._registry import CATALOGUE
 
 PLUGIN = '''
 from servosight.models.effect import Effect, Place

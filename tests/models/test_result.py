@@ -16,10 +16,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servosight.models.actuator import Estimate
-from servosight.models.arrays import Array
-from servosight.models.errors import InputError
-from servosight.models.result import Result, Table
+from servosight.models.core import Array, Estimate, InputError
+from servosight.models.core._result import Result, Table
 
 
 @dataclass(frozen=True)

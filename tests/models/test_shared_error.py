@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.models.errors import InputError
-from servosight.models.shared_error import read_shared, write_shared
+from servosight.models.core import InputError
+from servosight.models.io import write_shared
+from servosight.models.io._shared_error import read_shared
 
 TIME_S = np.arange(60) / 30.0
 SHARED_DEG = np.column_stack([np.sin(TIME_S), TIME_S**2]) * 1e-3

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 from servosight.scenarios.scenario import Scenario
-from servosight.sim.video_codec import Codec
+from servosight.sim.film._codec import Codec
 
 
 def load(folder: Path, text: str) -> Scenario:

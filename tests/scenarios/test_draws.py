@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS
 from servosight.scenarios.scenario import Motion, Response, Scenario
 from servosight.sim.run import run

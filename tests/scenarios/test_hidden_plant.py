@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
-from servosight.models.registry import catalogue
 from servosight.scenarios.draws import DRAWS
 from servosight.scenarios.hidden_truth import OUTSIDE, equation, fixed_steps, known
 from servosight.scenarios.scenario import Response

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.identify.estimator import half_squares
-from servosight.identify.population import OPERATORS
+from servosight.identify.search import OPERATORS, half_squares
 from servosight.scenarios.paper_actuator import RICH, SINE, TRUE, made, settled, with_T_held
 from servosight.scenarios.paper_contest import (
     ALGORITHMS,

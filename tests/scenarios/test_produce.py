@@ -11,9 +11,8 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from servosight.models.camera import Camera
-from servosight.models.errors import InputError
-from servosight.models.recording_io import load_recording
+from servosight.models.core import Camera, InputError
+from servosight.models.io import load_recording
 from servosight.scenarios.produce import produce
 from servosight.scenarios.scenario import Scenario
 
@@ -96,9 +95,9 @@ def test_a_video_takes_the_place_of_the_angles(
             columns=lambda: {"frame": np.arange(2.0), "angle_deg": np.array([0.5, 1.5])},
         )
 
-    video = ModuleType("servosight.sim.video")
+    video = ModuleType("servosight.sim.film")
     video.render_video = render_video  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "servosight.sim.video", video)
+    monkeypatch.setitem(sys.modules, "servosight.sim.film", video)
     for seed in (3, 4):
         produce(replace(SMALL, seed=seed, video=True), tmp_path / "rec")
     names = {path.name for path in (tmp_path / "rec").iterdir()}

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.models.errors import InputError
+from servosight.models.core import InputError
 from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS
 from servosight.scenarios.scenario import (
     KINDS,
@@ -20,7 +20,7 @@ from servosight.scenarios.scenario import (
     with_effects,
 )
 from servosight.sim.effects import HIDDEN_EFFECTS
-from servosight.sim.uncatalogued import UNCATALOGUED
+from servosight.sim.effects._uncatalogued import UNCATALOGUED
 
 FULL = """
 seed = 4

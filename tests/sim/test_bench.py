@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array
+from servosight.models.core import Array
 from servosight.models.excitation import Excitation, sine, standard
 from servosight.sim.bench import BenchParameters
 from servosight.sim.run import run

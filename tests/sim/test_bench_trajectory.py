@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.models.camera import Camera
+from servosight.models.core import Camera
 from servosight.models.excitation import Excitation
+from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording, held, steps_between
-from servosight.sim.trajectory import Trajectory
 
 
 def spinning(rate_hz: float = 3.0, duration_s: float = 2.0) -> Trajectory:

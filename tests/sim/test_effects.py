@@ -16,17 +16,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from servosight.models.arrays import Array
-from servosight.models.errors import InputError
+from servosight.models.core import Array, InputError
+from servosight.models.effects import catalogue
+from servosight.models.effects._registry import CATALOGUE
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.registry import CATALOGUE, catalogue
-from servosight.sim.bench import STEPS_PER_T, BenchParameters
-from servosight.sim.effect import HiddenEffect
-from servosight.sim.effects import HIDDEN_EFFECTS, resolve
+from servosight.sim.bench import STEPS_PER_T, BenchParameters, Trajectory
+from servosight.sim.effects import HIDDEN_EFFECTS, HiddenEffect, resolve
+from servosight.sim.effects._uncatalogued import UNCATALOGUED
 from servosight.sim.run import run
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.uncatalogued import UNCATALOGUED
 
 Law = Callable[[float], float]
 Pair = Callable[[float, float], float]

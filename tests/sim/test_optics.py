@@ -7,16 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.sim.optics import (
-    Optics,
-    blur_and_bin,
-    disc,
-    encode,
-    expose,
-    fixed_pattern,
-    variance,
-    vignette,
-)
+from servosight.sim.camera import Optics, expose, fixed_pattern, vignette
+from servosight.sim.camera._optics import blur_and_bin, disc, encode, variance
 
 SIDE = 400
 

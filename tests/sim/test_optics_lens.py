@@ -6,13 +6,19 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
-from servosight.sim.optics import Optics
-from servosight.sim.optics_lens import Lens
-from servosight.sim.render import Layers, render_layers
-from servosight.sim.render_compose import Plane, Pose, led_of, light_of
-from servosight.sim.render_sight import Sight, folds
+from servosight.models.core import Array, Camera
+from servosight.sim.camera import (
+    Layers,
+    Lens,
+    Optics,
+    Plane,
+    Pose,
+    Sight,
+    folds,
+    led_of,
+    light_of,
+    render_layers,
+)
 from servosight.sim.scene import LED_MM, LENS_HEIGHT_MM, PLATE_Z_MM, View
 
 CAMERA = Camera(width=240, height=180)

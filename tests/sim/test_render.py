@@ -8,14 +8,22 @@ import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
-from servosight.sim import render_compose, render_sight
-from servosight.sim.optics import Optics, expose, fixed_pattern, vignette
-from servosight.sim.render import Layers, render_layers
-from servosight.sim.render_compose import Plane, Pose, light_of
-from servosight.sim.render_still import render_still
-from servosight.sim.scene import FIN_OUTLINE
+from servosight.models.core import Array, Camera
+from servosight.sim.camera import (
+    Layers,
+    Optics,
+    Plane,
+    Pose,
+    expose,
+    fixed_pattern,
+    light_of,
+    render_layers,
+    vignette,
+)
+from servosight.sim.camera import _compose as render_compose
+from servosight.sim.camera import _projection as render_sight
+from servosight.sim.camera._still import render_still
+from servosight.sim.scene._scene import FIN_OUTLINE
 
 CAMERA = Camera(width=480, height=360, pivot_px=(170.3, 181.8))
 

@@ -11,17 +11,15 @@ import av
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Image
-from servosight.models.camera import Camera
-from servosight.models.errors import InputError
+from servosight.models.core import Camera, Image, InputError
 from servosight.models.excitation import Excitation
-from servosight.sim.render import render_layers
+from servosight.sim.bench import Trajectory
+from servosight.sim.camera import render_layers
+from servosight.sim.film import VideoSettings, render_video
+from servosight.sim.film._film import Studio
+from servosight.sim.film._plan import command_start, frame_starts, plan
+from servosight.sim.film._truth import FrameTable
 from servosight.sim.scene import LED_MM, View
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import Studio, render_video
-from servosight.sim.video_plan import command_start, frame_starts, plan
-from servosight.sim.video_settings import VideoSettings
-from servosight.sim.video_truth import FrameTable
 
 CAMERA = Camera(rate_hz=120.0, exposure_s=0.004, width=160, height=120)
 ALONE = VideoSettings(workers=1)

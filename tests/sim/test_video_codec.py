@@ -10,15 +10,14 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Image
-from servosight.models.camera import Camera
+from servosight.models.core import Camera, Image
 from servosight.models.excitation import Excitation
-from servosight.sim.render import render_layers
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import Studio, render_video
-from servosight.sim.video_codec import Codec
-from servosight.sim.video_plan import frame_starts, plan
-from servosight.sim.video_settings import VideoSettings
+from servosight.sim.bench import Trajectory
+from servosight.sim.camera import render_layers
+from servosight.sim.film import VideoSettings, render_video
+from servosight.sim.film._codec import Codec
+from servosight.sim.film._film import Studio
+from servosight.sim.film._plan import frame_starts, plan
 
 CAMERA = Camera(rate_hz=60.0, exposure_s=0.002, width=240, height=180, jitter_s=5e-4, dropped=0.1)
 ALONE = VideoSettings(workers=1)

@@ -7,17 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.models.camera import Camera
+from servosight.models.core import Camera
 from servosight.models.excitation import Excitation
-from servosight.sim.render import Layers, render_layers
-from servosight.sim.render_compose import Pose, light_of
-from servosight.sim.scene_cover import Cover
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import Studio
-from servosight.sim.video_light import Light
-from servosight.sim.video_plan import Shot, plan
-from servosight.sim.video_settings import VideoSettings
-from servosight.sim.video_shake import Shake
+from servosight.sim.bench import Trajectory
+from servosight.sim.camera import Layers, Pose, light_of, render_layers
+from servosight.sim.camera._light import Light
+from servosight.sim.film import VideoSettings
+from servosight.sim.film._film import Studio
+from servosight.sim.film._plan import Shot, plan
+from servosight.sim.film._shake import Shake
+from servosight.sim.scene import Cover
 
 CAMERA = Camera(rate_hz=50.0, exposure_s=0.004, width=240, height=180)
 
@@ -110,7 +109,7 @@ def test_a_card_hides_the_share_of_the_surface_that_was_asked_for(layers: Layers
 
 
 def _fin_pixels(studio: Studio) -> tuple[np.ndarray, np.ndarray]:
-    from servosight.sim.scene_cover import _points
+    from servosight.sim.scene._cover import _points
 
     places = np.array([studio.plane.sight.view.pixel(x, y) for x, y in _points()])
     return places[:, 0], places[:, 1]

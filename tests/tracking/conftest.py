@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from servosight.models.arrays import Array, Image
+from servosight.models.core import Array, Image
 
 SCALE = 3
 WIDTH, HEIGHT = 400, 300

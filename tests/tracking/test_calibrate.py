@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from servosight.app.main import main
-from servosight.models.arrays import Array, Image
-from servosight.models.errors import InputError
-from servosight.tracking.calibrate import Board, calibrate
-from servosight.tracking.calibrate_file import read_camera
-from servosight.tracking.plane import Lens, Plane, inverse, like_picture, mapped
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.calibration import Board, calibrate, read_camera
+from servosight.tracking.core import Lens, Plane, inverse, like_picture, mapped
 
 WIDTH, HEIGHT = 640, 480
 LENS = Lens((780.0, 780.0), (325.0, 236.0), (-0.22, 0.06, 4e-4, -3e-4, 0.0))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array, Image
+from servosight.models.core import Array, Image
 from servosight.tracking.clock import Pattern, find_light, patterns
-from servosight.tracking.result import Track
+from servosight.tracking.core import Track
 
 Write = Callable[[Path, list[Image], Array], Path]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.tracking.copied import copied, lag, news
-from servosight.tracking.polar import Grid, Pixels, Sample
+from servosight.tracking.fit import Grid, Pixels, Sample, lag, news
+from servosight.tracking.fit._copied import copied
 
 SHAPE = (52, 60)  # no whole number of blocks
 

@@ -13,9 +13,10 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.models.errors import InputError
-from servosight.tracking.draw import annotated, caption, doubtful, write_overlay, write_sheet
-from servosight.tracking.result import Flag, Track
+from servosight.models.core import InputError
+from servosight.tracking.core import Flag, Track
+from servosight.tracking.drawing import write_overlay, write_sheet
+from servosight.tracking.drawing._draw import annotated, caption, doubtful
 from servosight.tracking.video import frames
 
 ANGLE = 8 * np.sin(np.arange(60) / 8)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.tracking.find_shutter import lowest
-from servosight.tracking.shutter import Shutter
+from servosight.tracking.core import Shutter
+from servosight.tracking.shutter._find import lowest
 from servosight.tracking.track import track
 
 SLOW_DEG = 4.0 * np.sin(2 * np.pi * np.arange(60) / 240.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.hinge import PIVOT, PLANE, Lean, carried, hinge, lean, mended
-from servosight.tracking.polar import Grid, Pixels, Sample
+from servosight.tracking.fit import PIVOT, PLANE, Grid, Lean, Pixels, Sample, hinge, mended
+from servosight.tracking.fit._rotation_axis import carried, lean
 
 OFF_PX = np.array([0.01, -0.004, 0.2, -0.1, 0.05, 0.08])
 OWN_PX = np.array([0.002, 0.003, -0.1, 0.05, 0.03, 0.02])  # of the learnt picture

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from servosight.models.arrays import Array, Image
-from servosight.tracking.hinge import hinge
-from servosight.tracking.layer_fit import learn_layers
-from servosight.tracking.layered import Layered
-from servosight.tracking.layers import Layers
-from servosight.tracking.polar import Grid
-from servosight.tracking.refine import Refine
-from servosight.tracking.shutter import STILL
+from servosight.models.core import Array, Image
+from servosight.tracking.core import STILL
+from servosight.tracking.fit import Grid, hinge
+from servosight.tracking.layers import Layered
+from servosight.tracking.layers._fit import learn_layers
+from servosight.tracking.layers._layers import Layers
+from servosight.tracking.methods import Refine
 from servosight.tracking.surface import Surface, single
 
 SHAPE = (170, 220)

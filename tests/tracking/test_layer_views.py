@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.layer_views import View
-from servosight.tracking.polar import Grid, Pixels
-from servosight.tracking.shutter import STILL, Exposure
+from servosight.tracking.core import STILL, Exposure
+from servosight.tracking.fit import Grid, Pixels
+from servosight.tracking.layers._views import View
 
 GRID = Grid((20.0, 60.0), 10.0, 1.0, -0.4, 0.02, 60, 40)
 SHAPE = (120, 100)

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array, Image
-from servosight.models.errors import InputError
-from servosight.tracking.markers import Family, track_marker
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.methods import Family, track_marker
 
 Write = Callable[[Path, list[Image], Array], Path]
 

@@ -13,14 +13,13 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.app.main import main
-from servosight.models.arrays import Array
-from servosight.models.camera import Camera
+from servosight.models.core import Array, Camera
 from servosight.models.excitation import Excitation
-from servosight.models.recording_io import load_recording
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import render_video
-from servosight.tracking.parts import swept, without
-from servosight.tracking.result import Flag, Track
+from servosight.models.io import load_recording
+from servosight.sim.bench import Trajectory
+from servosight.sim.film import render_video
+from servosight.tracking.acquisition import swept, without
+from servosight.tracking.core import Flag, Track
 from servosight.tracking.track import track
 
 RATE_HZ = 120.0

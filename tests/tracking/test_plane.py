@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.models.arrays import Array
-from servosight.tracking.calibrate_swing import Swing, calibrate_swing
-from servosight.tracking.plane import Lens, Plane, jacobian, like_picture, mapped
-from servosight.tracking.rotation import turning
-from servosight.tracking.swing_features import Tracks
+from servosight.models.core import Array
+from servosight.tracking.calibration._swing import Swing, calibrate_swing
+from servosight.tracking.calibration._swing_features import Tracks
+from servosight.tracking.core import Lens, Plane, like_picture, mapped, turning
+from servosight.tracking.core._plane import jacobian
 
 SHAPE = (480, 640)
 PIVOT = np.array([230.0, 240.0])

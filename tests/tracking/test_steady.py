@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.tracking.steady import LEAST_PX, Bench, wander_px
+from servosight.tracking.video import LEAST_PX, Bench, wander_px
 
 RNG = np.random.default_rng(7)
 BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.models.camera import Camera
+from servosight.models.core import Camera
 from servosight.models.excitation import Excitation
-from servosight.sim.optics_lens import Lens
-from servosight.sim.trajectory import Trajectory
-from servosight.sim.video import FrameTable, render_video
-from servosight.sim.video_settings import VideoSettings
+from servosight.sim.bench import Trajectory
+from servosight.sim.camera import Lens
+from servosight.sim.film import VideoSettings, render_video
+from servosight.sim.film._film import FrameTable
 from servosight.tracking.clock import find_light
 from servosight.tracking.track import track
 

@@ -13,12 +13,10 @@ import av
 import numpy as np
 import pytest
 
-from servosight.models.errors import InputError
-from servosight.tracking import video as video_module
-from servosight.tracking.container import check
-from servosight.tracking.frame_table import read_frame_table
+from servosight.models.core import InputError
 from servosight.tracking.track import track
-from servosight.tracking.video import even_times, frames, stretches
+from servosight.tracking.video import _video as video_module
+from servosight.tracking.video import check, even_times, frames, read_frame_table, stretches
 
 Write = Callable[..., Path]
 

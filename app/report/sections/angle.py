@@ -21,8 +21,7 @@ from servosight.app.report.figure import (
 )
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.models.arrays import Array
-from servosight.models.rounding import degrees
+from servosight.models.core import Array, degrees
 
 MOST_RECORDINGS = 4
 MARGIN_S = 0.35

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, catalogue_of, listed
-from servosight.diagnose.diagnose import Candidate, Diagnosis
-from servosight.diagnose.evidence import MIN_EVIDENCE
+from servosight.diagnose import Candidate, Diagnosis
+from servosight.diagnose.selection import MIN_EVIDENCE
 
 FEWEST_SHOWN = 4
 """So many are shown even where they gain nothing."""

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from servosight.app.report.figure import AFTER, drawn_twice, thinned
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, spoken
-from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.evidence import TIE
+from servosight.diagnose import Diagnosis
 from servosight.diagnose.experiment import Proposal
+from servosight.diagnose.selection import TIE
 
 
 def section(story: Story) -> Section | None:

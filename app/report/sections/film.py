@@ -17,7 +17,7 @@ from servosight.app.geometry import Geometry
 from servosight.app.report.section import Section
 from servosight.app.report.sections.picture import worst_frame
 from servosight.app.report.story import Story
-from servosight.models.arrays import Array, Image
+from servosight.models.core import Array, Image
 
 BEFORE_S, AFTER_S = 0.6, 0.9
 """What is shown before and after the worst instant."""
@@ -107,7 +107,7 @@ def _shot(
 
 
 def _outline(geometry: Geometry, angle_deg: float) -> Array:
-    from servosight.tracking.rotation import turned
+    from servosight.tracking.core import turned
 
     return turned(geometry.outline_px, geometry.pivot_px, np.deg2rad(angle_deg))
 

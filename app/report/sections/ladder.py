@@ -12,9 +12,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
-from servosight.diagnose.diagnose import Diagnosis, Step
-from servosight.diagnose.evidence import EXPLAINED
-from servosight.models.rounding import degrees, rounded
+from servosight.diagnose import Diagnosis, Step
+from servosight.diagnose.selection import EXPLAINED
+from servosight.models.core import degrees, rounded
 
 LEAST_STEP = 1.2
 """Narrower steps [inch] have their names upright."""

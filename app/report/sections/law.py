@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, listed
-from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.form import Motion
-from servosight.diagnose.law import Law, Missing, missing_torque
-from servosight.models.arrays import Array
+from servosight.diagnose import Diagnosis
+from servosight.diagnose.discrepancy import Law, Missing, missing_torque
+from servosight.diagnose.discrepancy.basis import Motion
+from servosight.models.core import Array
 
 SIZE = (2.75, 2.4)
 BINS = 40

@@ -8,11 +8,9 @@ import numpy as np
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, tolerance_deg
-from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.evidence import EXPLAINED, MIN_GAIN
-from servosight.diagnose.trial import BLOCK_S, HELD_OUT_EVERY, Judged
-from servosight.identify.noise import noise_deg
-from servosight.identify.problem import TOLERANCE_SHARE
+from servosight.diagnose import Diagnosis
+from servosight.diagnose.selection import BLOCK_S, EXPLAINED, HELD_OUT_EVERY, MIN_GAIN, Judged
+from servosight.identify.problem import TOLERANCE_SHARE, noise_deg
 
 
 def section(story: Story) -> Section:

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, catalogue_of
-from servosight.diagnose.diagnose import Diagnosis, Step
-from servosight.models.actuator import Estimate
-from servosight.models.effect import Effect
-from servosight.models.parameter import CORE, OWN
+from servosight.diagnose import Diagnosis, Step
+from servosight.models.core import CORE, OWN, Estimate
+from servosight.models.effects import Effect
 
 
 def section(story: Story) -> Section | None:

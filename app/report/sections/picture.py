@@ -11,7 +11,7 @@ import numpy as np
 from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.models.arrays import Array, Image
+from servosight.models.core import Array, Image
 
 Box = tuple[int, int, int, int]
 
@@ -46,7 +46,7 @@ def section(story: Story) -> Section | None:
     number, index, geometry = found
     recording = story.before.judged[number].recording
     assert recording.video is not None
-    from servosight.tracking.rotation import turned
+    from servosight.tracking.core import turned
     from servosight.tracking.video import read_frame
 
     frame = geometry.frame_of(index)

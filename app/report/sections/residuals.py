@@ -9,16 +9,17 @@ from matplotlib.figure import Figure
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose.findings import CHANCE
-from servosight.diagnose.residual_tests import (
+from servosight.diagnose.residuals import (
+    CHANCE,
     LEVELS,
     Correlation,
+    all_samples,
+    held_out_samples,
     independence,
     linear_share,
     quantile,
     whiteness,
 )
-from servosight.diagnose.samples import all_samples, held_out_samples
 
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 SIZE = (3.9, 2.4)

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn_twice, legend_columns
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose.frequency import Response, response
-from servosight.diagnose.samples import all_samples
-from servosight.models.arrays import Array
-from servosight.models.rounding import rounded
+from servosight.diagnose.residuals import Response, all_samples, response
+from servosight.models.core import Array, rounded
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""

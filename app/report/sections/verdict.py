@@ -9,13 +9,11 @@ import numpy as np
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, catalogue_of, listed, tolerance_deg
-from servosight.diagnose.compare import Comparison
-from servosight.diagnose.diagnose import Diagnosis
-from servosight.diagnose.evidence import MIN_GAIN
-from servosight.diagnose.findings import findings, lead
-from servosight.diagnose.law import Law
-from servosight.diagnose.trial import Judged
-from servosight.models.rounding import degrees, percent, times
+from servosight.diagnose import Comparison, Diagnosis
+from servosight.diagnose.discrepancy import Law
+from servosight.diagnose.residuals import findings, lead
+from servosight.diagnose.selection import MIN_GAIN, Judged
+from servosight.models.core import degrees, percent, times
 
 MOST = 3
 """Findings on what remains that the verdict shows."""

@@ -13,15 +13,19 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose.events import swings, turns
-from servosight.diagnose.evidence import EXPLAINED
-from servosight.diagnose.findings import lead
-from servosight.diagnose.profiles import Quantity, profile
-from servosight.diagnose.residual_tests import quantile
-from servosight.diagnose.samples import Samples, all_samples
-from servosight.diagnose.trial import Judged
-from servosight.diagnose.where import shares
-from servosight.models.rounding import rounded
+from servosight.diagnose.residuals import (
+    Quantity,
+    Samples,
+    all_samples,
+    lead,
+    profile,
+    quantile,
+    shares,
+    swings,
+    turns,
+)
+from servosight.diagnose.selection import EXPLAINED, Judged
+from servosight.models.core import rounded
 
 DOING = {
     "reversal": "turning round",

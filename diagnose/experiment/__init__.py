@@ -1,0 +1,5 @@
+"""The next experiment."""
+
+from servosight.diagnose.experiment._experiment import Proposal as Proposal
+from servosight.diagnose.experiment._experiment import propose as propose
+from servosight.diagnose.experiment._experiment import recorded_limits as recorded_limits

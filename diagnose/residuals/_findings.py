@@ -1,0 +1,61 @@
+"""What the tests of an error show, as plain sentences: those that matter, the largest first.
+
+A finding must be more than chance (1 in 100, also where errors hang together in time) and large
+enough to matter beside the floor, which noise alone is not. Every size is the rms of that part of
+the error which the sentence speaks of, so that sizes compare; parts overlap, so shares do not add
+up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from servosight.diagnose.residuals import _motion_findings as motion_findings
+from servosight.diagnose.residuals import _side_findings as side_findings
+from servosight.diagnose.residuals import _system_findings as system_findings
+from servosight.diagnose.residuals._finding import Case, Finding
+from servosight.diagnose.selection import EXPLAINED, Judged
+
+__all__ = ["CHANCE", "Finding", "findings", "lead"]
+
+CHANCE = 0.01
+MATTERS = 0.5
+"""A part of the error counts from this share of the floor on, as an rms."""
+LEAST_SHARE = 0.05
+"""And from this share of the squared error on."""
+GENERAL = ("linearity", "whiteness")
+"""Tests that say nothing of where an error comes from: they stand last."""
+
+
+def findings(judged: Sequence[Judged], floor_deg: float, noise_deg: float) -> tuple[Finding, ...]:
+    """What stands out in the error of a model, largest first; nothing where nothing does.
+
+    Whiteness and independence are tested on held-out samples, what the error depends on with all
+    samples of these recordings; recordings that were only fitted do not count beside others.
+    """
+    case = Case.of(judged, floor_deg, noise_deg)
+    if not case.held_out or case.rms_deg <= MATTERS * floor_deg:
+        return ()
+    found = [
+        one
+        for test in (*side_findings.TESTS, *motion_findings.TESTS, *system_findings.TESTS)
+        for one in test(case)
+        if one.p < CHANCE and one.size_deg >= MATTERS * floor_deg and one.share >= LEAST_SHARE
+    ]
+    return tuple(sorted(found, key=lambda one: (one.test in GENERAL, -one.size_deg)))
+
+
+def lead(judged: Sequence[Judged], found: Sequence[Finding], floor_deg: float) -> str:
+    """One sentence on the error as a whole, before the findings."""
+    rms = Case.of(judged, floor_deg, floor_deg).rms_deg
+    if not found and rms <= EXPLAINED * floor_deg:
+        return f"The error ({rms:.3g} deg rms) is no larger than the floor: nothing stands out."
+    if not found:
+        return (
+            f"The error ({rms:.3g} deg rms) is above the floor of {floor_deg:.3g} deg, but no test "
+            f"shows what it depends on."
+        )
+    return (
+        f"Over all samples the error is {rms:.3g} deg rms, {rms / max(floor_deg, 1e-12):.2g} times "
+        f"the floor."
+    )

@@ -1,0 +1,70 @@
+"""A first look at what each effect could take off a model's error, before any of them is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.identify.problem import directions
+from servosight.models.core import Array
+
+
+@dataclass(frozen=True)
+class Screen:
+    """Changes of the prediction that effects would make, seen from a fitted model.
+
+    ``names`` (changes,) says whose change each row is, ``gains`` (changes,) by how much it would
+    lower the residual's sum of squares if it were scaled at will and the model's own parameters
+    followed, and ``pair_gains`` (changes, changes) the same for two of them together. First order
+    only: it orders what to fit, and decides nothing.
+    """
+
+    names: tuple[str, ...]
+    gains: Array
+    pair_gains: Array
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], changes: Array, residual: Array, jacobian: Array) -> Screen:
+        """From the residual (samples,), its Jacobian (samples, parameters) and the changes.
+
+        ``changes`` (changes, samples) are the residual with an effect at one of its starting points
+        minus the residual without it.
+        """
+        unit, agree = directions(changes, residual, jacobian)
+        return cls(names, np.maximum(agree, 0.0) ** 2, _pair_gains(agree, unit @ unit.T))
+
+    def best(self, count: int) -> list[str]:
+        """The effects that promise most, best first."""
+        promise: dict[str, float] = {}
+        for name, gain in zip(self.names, self.gains, strict=True):
+            promise[name] = max(promise.get(name, 0.0), float(gain))
+        return sorted(promise, key=lambda name: -promise[name])[:count]
+
+    def best_pairs(self, count: int, among: Collection[str]) -> list[tuple[str, str]]:
+        """The pairs of different effects ``among`` some that promise most, best first."""
+        owner = np.array(self.names)
+        able = np.isin(owner, list(among))
+        apart = (owner[:, None] != owner) & able[:, None] & able
+        gains = np.where(apart, self.pair_gains, -1.0)
+        found: list[tuple[str, str]] = []
+        for index in np.argsort(-gains, axis=None):
+            i, j = divmod(int(index), len(owner))
+            if len(found) == count or gains[i, j] < 0.0:
+                break
+            pair = (self.names[i], self.names[j])
+            if pair not in found and pair[::-1] not in found:
+                found.append(pair)
+        return found
+
+
+def _pair_gains(agree: Array, alike: Array) -> Array:
+    """Least squares on two unit vectors with non-negative factors, for every pair."""
+    alone = np.maximum(agree, 0.0) ** 2
+    rest = np.maximum(1.0 - alike**2, 1e-9)
+    first = (agree[:, None] - alike * agree) / rest
+    second = first.T
+    joint = first * agree[:, None] + second * agree
+    inside = (first > 0.0) & (second > 0.0) & (np.abs(alike) < 1.0 - 1e-6)
+    return np.asarray(np.where(inside, joint, np.maximum(alone[:, None], alone)))

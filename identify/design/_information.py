@@ -1,0 +1,210 @@
+"""Is the excitation enough? What a command tells about a model's parameters, before or after a fit.
+
+Fisher information of white noise: F = J'J / noise^2 with J the change of the angle for relative
+changes of the parameters; each recording's own numbers (bias, initial state) are projected out
+(Seber and Wild, Nonlinear Regression, 1989, section 2.1; Ljung, System Identification, 1999,
+section 13.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from servosight.identify.fit import coordinate_scale, difference_quotient
+from servosight.identify.problem import TOLERANCE_SHARE, Problem, projected_out
+from servosight.models.core import Array
+
+ENOUGH = 0.05
+"""A parameter counts as determined where its predicted sigma is at most this share of it."""
+MOVE = 0.10
+"""The worst-determined direction is spoken of at this relative change."""
+NAMED = 0.25
+"""Parameters with less than this share of a direction's largest part are not named."""
+COHERENT = 0.25
+"""Share of the tolerance by which a model's own error may line up with one direction."""
+_FLAT = 1e-13
+_SMALLEST_DEG = 1e-9
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A joint relative change of parameters, and the rms change of the angle that is left of it.
+
+    What each recording's own numbers can take up is not counted.
+    """
+
+    change: Mapping[str, float]
+    difference_deg: float
+
+    def words(self, noise_deg: float, blur_deg: float) -> str:
+        """That T and xi trade off, say; ``blur_deg`` is what no model is right to."""
+        largest = max(abs(part) for part in self.change.values())
+        named = {n: p for n, p in self.change.items() if abs(p) >= NAMED * largest}
+        moves = [
+            f"{'raising' if part > 0.0 else 'lowering'} {name} by {percent(abs(part))}"
+            for name, part in named.items()
+        ]
+        size = f"changes the angle by {self.difference_deg:.2g} deg rms, "
+        if self.difference_deg < noise_deg:
+            size += f"less than the noise of {noise_deg:.2g} deg"
+        elif self.difference_deg < blur_deg:
+            size += f"less than the {blur_deg:.2g} deg to which a model may be wrong"
+        else:
+            size += f"{self.difference_deg / noise_deg:.2g} times the noise"
+        if len(named) == 1:
+            return f"{next(iter(named))} is determined worst: {moves[0]} {size}"
+        return f"{_and(list(named))} trade off: {_and(moves)} {size}"
+
+
+@dataclass(frozen=True)
+class Information:
+    """What a command tells about the parameters ``names``, in relative changes.
+
+    ``fisher`` (names, names) over all of ``duration_s``; what changes the angle by less than
+    ``blur_deg`` is not determined however long the recording: no model is right to that.
+    """
+
+    names: tuple[str, ...]
+    fisher: Array
+    duration_s: float
+    samples: int
+    noise_deg: float
+    blur_deg: float
+
+    @property
+    def per_second(self) -> Array:
+        """Fisher information a second, (names, names)."""
+        return self.fisher / self.duration_s
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """Predicted standard deviation over value of each parameter; infinite where it is lost."""
+        values, vectors = _eigen(self.fisher)
+        lost = values <= _FLAT * max(float(values[-1]), 1e-300)
+        with np.errstate(divide="ignore"):
+            parts = np.where(lost, 0.0, 1.0 / np.maximum(values, 1e-300))
+        spread = np.sqrt(vectors**2 @ parts)
+        spread[np.sum(vectors[:, lost] ** 2, axis=1) > 1e-6] = np.inf
+        return dict(zip(self.names, spread.tolist(), strict=True))
+
+    @property
+    def condition(self) -> float:
+        """Largest over smallest eigenvalue of the information; infinite where one is flat."""
+        values, _ = _eigen(self.fisher)
+        if values[0] <= _FLAT * values[-1]:
+            return float(np.inf)
+        return float(values[-1] / values[0])
+
+    @property
+    def worst(self) -> Direction:
+        """The direction that changes the angle least, with its largest part at ten percent."""
+        values, vectors = _eigen(self.fisher)
+        part = vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0])
+        move = MOVE / float(np.max(np.abs(part)))
+        change = dict(zip(self.names, (move * part).tolist(), strict=True))
+        rms = move * np.sqrt(max(float(values[0]), 0.0) / self.samples) * self.noise_deg
+        return Direction(change, float(rms))
+
+    @property
+    def unsure(self) -> tuple[str, ...]:
+        """Parameters that this command does not pin, most uncertain first.
+
+        Their sigma exceeds five percent, or they have a large part in a direction whose effect
+        stays below the blur.
+        """
+        sigma = self.sigma
+        found = {name for name, spread in sigma.items() if spread > ENOUGH}
+        if self.worst.difference_deg < self.blur_deg:
+            change = self.worst.change
+            found |= {name for name, part in change.items() if abs(part) >= NAMED * MOVE}
+        return tuple(sorted(found, key=lambda name: -sigma[name]))
+
+    @property
+    def sufficient(self) -> bool:
+        """True where every parameter is pinned."""
+        return not self.unsure
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words, with the worst-determined direction."""
+        words = self.worst.words(self.noise_deg, self.blur_deg)
+        if self.sufficient:
+            spread = max(self.sigma.values())
+            return (
+                f"The command pins {_and(list(self.names))} to {percent(spread)} or better; "
+                f"{words}."
+            )
+        return f"The command does not pin {_and(list(self.unsure))}: {words}."
+
+    def to_json(self) -> dict[str, Any]:
+        """Information for relative changes; null where it is infinite."""
+        worst = self.worst
+        return {
+            "sufficient": self.sufficient,
+            "unsure": list(self.unsure),
+            "sentence": self.sentence,
+            "parameters": list(self.names),
+            "per_second": self.per_second.tolist(),
+            "relative_sigma": {
+                name: spread if np.isfinite(spread) else None for name, spread in self.sigma.items()
+            },
+            "condition": self.condition if np.isfinite(self.condition) else None,
+            "worst_direction": {
+                "relative_change": dict(worst.change),
+                "difference_deg": worst.difference_deg,
+            },
+            "noise_deg": self.noise_deg,
+            "duration_s": self.duration_s,
+        }
+
+
+def information(
+    problem: Problem, point: Array, noise_deg: float, jacobian: Array | None = None
+) -> Information:
+    """What ``problem``'s commands tell about the shared parameters at a search point.
+
+    ``jacobian`` (scored, coordinates) is a fit's, found anew where it is not given. Parameters
+    that stand at zero have no relative change: they are projected out with the recordings' own.
+    """
+    if jacobian is None:
+        jacobian = difference_quotient(problem, point, coordinate_scale(problem, point))
+    scale = relative_scale(problem, point)
+    judged = np.flatnonzero(scale)
+    own = np.setdiff1d(np.arange(jacobian.shape[1]), judged)
+    noise = max(noise_deg, _SMALLEST_DEG)
+    rest = projected_out(jacobian[:, judged] * scale[judged], jacobian[:, own])
+    moved = max(float(np.ptp(angles[0])) for angles in problem.predict(point))
+    return Information(
+        tuple(problem.coordinates[j].name for j in judged),
+        rest.T @ rest / noise**2,
+        sum(recording.duration_s for recording in problem.recordings),
+        jacobian.shape[0],
+        noise,
+        COHERENT * TOLERANCE_SHARE * moved,
+    )
+
+
+def relative_scale(problem: Problem, point: Array) -> Array:
+    """d coordinate / d ln(value) of shared parameters, 0 for the others, (coordinates,)."""
+    scale = np.zeros(point.size)
+    for j, coordinate in enumerate(problem.coordinates[: problem.physical]):
+        x = float(point[j])
+        scale[j] = coordinate.from_search(x) / coordinate.slope(x) if x != 0.0 else 0.0
+    return scale
+
+
+def _eigen(fisher: Array) -> tuple[Array, Array]:
+    values, vectors = np.linalg.eigh(fisher)
+    return np.asarray(values), np.asarray(vectors)
+
+
+def percent(share: float) -> str:
+    return "no finite value" if not np.isfinite(share) else f"{100.0 * share:.2g} %"
+
+
+def _and(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,143 @@
+"""What a command would tell, before it is run; and which one would tell more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servosight.identify.design._information import Information, information, percent
+from servosight.identify.problem import Problem, thinned
+from servosight.models.core import Actuator, Array, InputError, Recording
+from servosight.models.effects import Effect
+from servosight.models.excitation import SHAPES, Excitation, Limits, design
+
+GAIN = 0.7
+"""A command is called better where its worst sigma is below this share."""
+
+
+def assess(
+    actuator: Actuator,
+    recordings: Sequence[Recording],
+    noise_deg: float,
+    *,
+    catalogue: Mapping[str, Effect],
+    biases_deg: Sequence[float] | None = None,
+) -> Information:
+    """What ``recordings`` tell about an actuator's parameters. Only their commands and times count.
+
+    Each is taken to start at rest where its first command and its bias (default: the actuator's)
+    put it.
+    """
+    recordings, _ = thinned(recordings)
+    problem = Problem.of(recordings, catalogue, actuator.effects)
+    own = biases_deg or [actuator.value("bias")] * len(recordings)
+    return information(problem, resting_point(problem, actuator, own), noise_deg)
+
+
+def resting_point(problem: Problem, actuator: Actuator, biases_deg: Sequence[float]) -> Array:
+    """The search point of an actuator that rests at the beginning of each recording."""
+    shared = [
+        coordinate.to_search(actuator.value(coordinate.name))
+        for coordinate in problem.coordinates[: problem.physical]
+    ]
+    own = [
+        value
+        for recording, bias in zip(problem.recordings, biases_deg, strict=True)
+        for value in (bias, actuator.value("k") * float(recording.command_deg[0]) + bias, 0.0)
+    ]
+    low, high = problem.bounds
+    return np.asarray(np.clip(np.array([*shared, *own]), low, high))
+
+
+def rehearsal(
+    excitation: Excitation,
+    frame_rate_hz: float = 120.0,
+    exposure_s: float = 0.0,
+    like: Recording | None = None,
+) -> Recording:
+    """A recording that has not been made: the command, frame times, and no angle yet (zeros).
+
+    ``like`` is a recording of the same bench, whose frame rate, exposure and settings it has.
+    """
+    if like is not None:
+        frame_rate_hz = 1.0 / float(np.median(np.diff(like.time_s)))
+        exposure_s = like.exposure_s
+    start = float(excitation.time_s[0])
+    frames = int((excitation.duration_s - exposure_s) * frame_rate_hz)
+    time_s = start + 0.5 * exposure_s + np.arange(frames) / frame_rate_hz
+    fresh = Recording(
+        "rehearsal",
+        excitation.time_s,
+        excitation.command_deg,
+        time_s,
+        np.zeros(frames),
+        exposure_s=exposure_s,
+    )
+    if like is None:
+        return fresh
+    return replace(
+        like,
+        name=fresh.name,
+        command_time_s=fresh.command_time_s,
+        command_deg=fresh.command_deg,
+        time_s=fresh.time_s,
+        angle_deg=fresh.angle_deg,
+        sigma_deg=None,
+        shared_deg=None,
+        hold="zero",
+    )
+
+
+@dataclass(frozen=True)
+class Better:
+    """The shape that determines the parameters best within limits, and by how much."""
+
+    shape: str
+    limits: Limits
+    information: Information
+
+    def sentence(self, now: Information) -> str:
+        """What to run instead, with the gain in the worst parameter's sigma."""
+        rate = "" if self.limits.rate_deg_s is None else f" --rate {self.limits.rate_deg_s:.4g}"
+        centre = "" if self.limits.centre_deg == 0.0 else f" --centre {self.limits.centre_deg:.4g}"
+        before, after = _worst(now), _worst(self.information)
+        gain = "" if not np.isfinite(before) else f", from {percent(before)}"
+        return (
+            f"Within the same limits `servosight excite {self.shape} --angle "
+            f"{self.limits.angle_deg:.4g}{rate}{centre} --duration {self.limits.duration_s:.4g} -o "
+            f"command.csv` brings the worst sigma to {percent(after)}{gain}."
+        )
+
+
+def better_command(
+    actuator: Actuator,
+    like: Recording,
+    noise_deg: float,
+    *,
+    catalogue: Mapping[str, Effect],
+) -> Better | None:
+    """The shape with the smallest worst sigma within the limits that ``like``'s command has kept.
+
+    None where they leave room for no shape, or for none that tells more.
+    """
+    (like,), _ = thinned([like])
+    limits = Limits.of(like.command_time_s, like.command_deg)
+    now = assess(actuator, [like], noise_deg, catalogue=catalogue)
+    found = []
+    for shape in SHAPES:
+        try:
+            made = design(shape, limits)
+        except InputError:  # too short for this shape
+            continue
+        told = assess(
+            actuator, [rehearsal(made.excitation, like=like)], noise_deg, catalogue=catalogue
+        )
+        found.append(Better(shape, limits, told))
+    best = min(found, key=lambda one: _worst(one.information), default=None)
+    return best if best is not None and _worst(best.information) < GAIN * _worst(now) else None
+
+
+def _worst(told: Information) -> float:
+    return max(told.sigma.values())

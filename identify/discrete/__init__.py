@@ -1,0 +1,6 @@
+"""The difference equation, and distortion without a model."""
+
+from servosight.identify.discrete._discrete import Difference as Difference
+from servosight.identify.discrete._discrete import as_sampled as as_sampled
+from servosight.identify.discrete._distortion import Distortion as Distortion
+from servosight.identify.discrete._distortion import distortion as distortion

@@ -1,0 +1,212 @@
+"""The difference equation: fitted to evenly sampled data, and converted to and from k, T, xi.
+
+The paper's eq. 2: y(k) + a1 y(k-1) + a2 y(k-2) = b0 u(k) + b1 u(k-1) + b2 u(k-2).
+
+Which sampling it stands for has to be said with it. The paper's numbers (a1 = -0.56, a2 = 0.33,
+b0 = b2 = 0.198 for T = 0.0078 s, xi = 0.55, k = 1.027) agree under the bilinear transform at 10 ms
+and under neither zero-order hold nor matched poles. The bilinear transform makes b0 : b1 : b2 =
+1 : 2 : 1, so b1 is 0.395; the printed 0.34 is a misprint, and gives k = 0.956.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import Actuator, Array, InputError, Recording
+
+TRANSFORMS = ("tustin", "zoh", "matched")
+"""Bilinear (Tustin), zero-order hold, and poles matched by z = exp(s times sample time)."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """G(s) = k / (T^2 s^2 + 2 xi T s + 1), T in s."""
+
+    k: float
+    T: float
+    xi: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The coefficients of eq. 2, and the time from one sample to the next [s]."""
+
+    a1: float
+    a2: float
+    b0: float
+    b1: float
+    b2: float
+    sample_time_s: float
+
+    @property
+    def gain(self) -> float:
+        """Static gain k [-]."""
+        return (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
+
+    def to_json(self) -> dict[str, Any]:
+        """The coefficients and their sample time, by their names."""
+        return {
+            "sample_time_s": self.sample_time_s,
+            "a1": self.a1,
+            "a2": self.a2,
+            "b0": self.b0,
+            "b1": self.b1,
+            "b2": self.b2,
+        }
+
+
+def as_sampled(actuator: Actuator, recording: Recording) -> Difference:
+    """The linear core as eq. 2, by Tustin at the recording's median time between samples."""
+    linear = Linear(*(actuator.value(name) for name in ("k", "T", "xi")))
+    return to_difference(linear, float(np.median(np.diff(recording.time_s))))
+
+
+def to_difference(linear: Linear, sample_time_s: float, transform: str = "tustin") -> Difference:
+    """The difference equation of a servo; ``transform`` is one of :data:`TRANSFORMS`."""
+    if transform == "tustin":
+        return _bilinear(linear, sample_time_s)
+    # Imported here: control takes a second, and a fit alone does not need it.
+    import control
+
+    # At a gain of one, as scipy takes small coefficients for none.
+    system = control.tf([1.0], [linear.T**2, 2.0 * linear.xi * linear.T, 1.0])
+    sampled = control.sample_system(system, sample_time_s, method=transform)
+    top = np.atleast_1d(np.squeeze(sampled.num[0][0]))
+    bottom = np.atleast_1d(np.squeeze(sampled.den[0][0]))
+    b = linear.k * np.concatenate([np.zeros(3 - top.size), top]) / bottom[0]
+    a = bottom / bottom[0]
+    return _difference(np.concatenate([a[1:], b]), sample_time_s)
+
+
+def to_linear(difference: Difference, transform: str = "tustin") -> Linear:
+    """k, T and xi of a difference equation.
+
+    k is its static gain; T and xi follow from its poles, s = 2/h (z - 1)/(z + 1) under Tustin and
+    s = ln(z)/h under the other two. InputError where the poles are those of no such servo: outside
+    the unit circle, or negative where a logarithm is asked for.
+    """
+    poles = np.roots([1.0, difference.a1, difference.a2]).astype(complex)
+    h = difference.sample_time_s
+    negative = np.any((poles.imag == 0.0) & (poles.real <= 0.0))
+    if np.any(np.abs(poles) >= 1.0) or (transform != "tustin" and negative):
+        raise InputError(
+            f"the difference equation's poles are {poles[0]:.3g} and {poles[1]:.3g}, expected "
+            f"stable ones that {transform} makes of a second-order servo; sample faster, or fit "
+            f"k, T and xi directly with `servosight identify`"
+        )
+    if transform == "tustin":
+        roots = 2.0 / h * (poles - 1.0) / (poles + 1.0)
+    else:
+        roots = np.log(poles) / h
+    T = 1.0 / math.sqrt(float(np.prod(roots).real))
+    return Linear(difference.gain, T, float(-0.5 * T * np.sum(roots).real))
+
+
+def _bilinear(linear: Linear, h: float) -> Difference:
+    """s = 2/h (z - 1)/(z + 1) (Franklin, Powell and Workman, 1998, section 6.1)."""
+    inertia, damping = (2.0 * linear.T / h) ** 2, 4.0 * linear.xi * linear.T / h
+    first = inertia + damping + 1.0
+    b = linear.k / first
+    return Difference(
+        (2.0 - 2.0 * inertia) / first, (inertia - damping + 1.0) / first, b, 2.0 * b, b, h
+    )
+
+
+def by_arx(command: Array, angle: Array, sample_time_s: float) -> Difference:
+    """Least squares on eq. 2 (Ljung, System Identification, 1999, eq. 4.12).
+
+    ``command`` and ``angle`` (samples,) at the same even times, offsets removed. Noise on the angle
+    stands among the regressors as well and biases it: poles come out too fast.
+    """
+    regressors = _regressors(command, angle)
+    return _difference(_least_squares(regressors, angle[2:]), sample_time_s)
+
+
+def by_instruments(
+    command: Array, angle: Array, sample_time_s: float, rounds: int = 20
+) -> Difference:
+    """Simplified refined instrumental variables (Young, Recursive Estimation, 2011, section 7.4).
+
+    Instruments are what the last model makes of the command, free of the noise; all is filtered by
+    1 / A, so that noise that is white on the angle is white in the equation. Starts from ARX.
+    """
+    model = by_arx(command, angle, sample_time_s)
+    for _ in range(rounds):
+        denominator = _stable(model)
+        u, y = _filtered(denominator, command), _filtered(denominator, angle)
+        clean = _filtered(denominator, simulate(model, command))
+        instruments, regressors = _regressors(u, clean), _regressors(u, y)
+        found = _least_squares(instruments.T @ regressors, instruments.T @ y[2:])
+        model = _difference(found, sample_time_s)
+    return model
+
+
+def by_output_error(
+    command: Array, angle: Array, sample_time_s: float, rounds: int = 20
+) -> Difference:
+    """Least squares on the simulated angle, by Gauss-Newton (Ljung, 1999, eq. 4.25).
+
+    Starts from the instrumental variables; steps are halved until the error falls.
+    """
+    model = by_instruments(command, angle, sample_time_s)
+    error = angle - simulate(model, command)
+    for _ in range(rounds):
+        denominator = _stable(model)
+        # dy/da_i = -(delayed y) / A, dy/db_i = (delayed u) / A.
+        slopes = _regressors(
+            _filtered(denominator, command), _filtered(denominator, simulate(model, command))
+        )
+        step = _least_squares(slopes, error[2:])
+        here = np.array([model.a1, model.a2, model.b0, model.b1, model.b2])
+        for share in (1.0, 0.5, 0.25, 0.1, 0.02):
+            trial = _difference(here + share * step, sample_time_s)
+            left = angle - simulate(trial, command)
+            if left @ left < error @ error:
+                model, error = trial, left
+                break
+        else:
+            break
+    return model
+
+
+METHODS = {"arx": by_arx, "instruments": by_instruments, "output_error": by_output_error}
+"""Fits of eq. 2 by name: ``(command, angle, sample_time_s) -> Difference``."""
+
+
+def simulate(difference: Difference, command: Array) -> Array:
+    """Angle (samples,) from rest; poles outside the unit circle are mirrored into it."""
+    from scipy.signal import lfilter
+
+    top = [difference.b0, difference.b1, difference.b2]
+    return np.asarray(lfilter(top, _stable(difference), command))
+
+
+def _stable(difference: Difference) -> Array:
+    poles = np.roots([1.0, difference.a1, difference.a2]).astype(complex)
+    size = np.abs(poles)
+    inside = np.where(size > 1.0, poles / np.maximum(size, 1.0) ** 2, poles)
+    return np.asarray(np.poly(inside).real, dtype=np.float64)
+
+
+def _least_squares(regressors: Array, values: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(regressors, values, rcond=None)[0], dtype=np.float64)
+
+
+def _filtered(denominator: Array, values: Array) -> Array:
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter([1.0], denominator, values))
+
+
+def _regressors(command: Array, angle: Array) -> Array:
+    """Columns -y(k-1), -y(k-2), u(k), u(k-1), u(k-2), (samples - 2, 5)."""
+    return np.column_stack([-angle[1:-1], -angle[:-2], command[2:], command[1:-1], command[:-2]])
+
+
+def _difference(found: Array, sample_time_s: float) -> Difference:
+    a1, a2, b0, b1, b2 = map(float, found)
+    return Difference(a1, a2, b0, b1, b2, sample_time_s)

@@ -1,0 +1,225 @@
+"""The fit as a search problem: recordings and free parameters in, residuals out.
+
+Coordinates of the search: k as it is, T and xi as logarithms, effects' parameters as they are or,
+where the neutral value is infinite, as reciprocals; then bias, initial angle and initial speed of
+each recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
+from servosight.models.effects import Effect
+from servosight.models.plant import Plant, Stimulus
+
+TOLERANCE_SHARE = 5e-4
+"""Default tolerance as a share of the moved range: no model is right to the last digit."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One free number of the search: where it stands in a row, and how it is mapped.
+
+    ``recording`` is None for a physical parameter that all recordings share.
+    """
+
+    name: str
+    parameter: Parameter
+    column: int
+    recording: int | None = None
+
+    @property
+    def logarithmic(self) -> bool:
+        """True for the positive parameters of the linear core."""
+        return self.name in ("T", "xi")
+
+    def to_search(self, value: float) -> float:
+        """Physical value to coordinate."""
+        return float(np.log(value)) if self.logarithmic else self.parameter.to_search(value)
+
+    def from_search(self, coordinate: float) -> float:
+        """Coordinate to physical value."""
+        if self.logarithmic:
+            return float(np.exp(coordinate))
+        return self.parameter.from_search(coordinate)
+
+    def slope(self, coordinate: float) -> float:
+        """d value / d coordinate, to carry a sigma over."""
+        if self.logarithmic:
+            return float(np.exp(coordinate))
+        if self.parameter.reciprocal:
+            return float(-1.0 / max(coordinate * coordinate, 1e-300))
+        return 1.0
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Bounds of the coordinate."""
+        low, high = self.parameter.search_bounds
+        if self.logarithmic:
+            return float(np.log(low)), float(np.log(high))
+        return low, high
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Fit ``effects`` (with the linear core) to ``recordings``.
+
+    ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
+    passes through all of them. Residuals are (measured - model) * weight, with weights about one,
+    so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain.
+    """
+
+    recordings: tuple[Recording, ...]
+    plant: Plant
+    effects: tuple[str, ...]
+    masks: tuple[Mask, ...]
+    k_bounds: tuple[float, float] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        recordings: Sequence[Recording],
+        catalogue: Mapping[str, Effect],
+        effects: Sequence[str],
+        masks: Sequence[Mask] | None = None,
+        k_bounds: tuple[float, float] | None = None,
+    ) -> Problem:
+        """A problem over the catalogue's plant; all samples are scored unless masks say less."""
+        if masks is None:
+            masks = [np.ones(recording.time_s.size, dtype=bool) for recording in recordings]
+        return cls(tuple(recordings), Plant.of(catalogue), tuple(effects), tuple(masks), k_bounds)
+
+    @cached_property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The free numbers, shared ones first."""
+        found = [Coordinate(q.name, q, i) for i, q in enumerate(CORE)]
+        layout = self.plant.layout
+        for effect, offset in zip(layout.effects, layout.offsets, strict=True):
+            if effect.id in self.effects:
+                found += [
+                    Coordinate(f"{effect.id}.{q.name}", q, offset + j)
+                    for j, q in enumerate(effect.parameters)
+                ]
+        for r in range(len(self.recordings)):
+            found += [Coordinate(q.name, q, len(CORE) + j, r) for j, q in enumerate(OWN)]
+        return tuple(found)
+
+    @property
+    def physical(self) -> int:
+        """How many coordinates are shared by all recordings."""
+        return len(self.coordinates) - len(OWN) * len(self.recordings)
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the search, each (coordinates,)."""
+        pairs = np.array([coordinate.bounds for coordinate in self.coordinates])
+        if self.k_bounds is not None:
+            pairs[0] = self.k_bounds
+        return pairs[:, 0], pairs[:, 1]
+
+    @cached_property
+    def stimuli(self) -> tuple[Stimulus, ...]:
+        """What each recording asks of the plant."""
+        return tuple(Stimulus.of(recording) for recording in self.recordings)
+
+    @cached_property
+    def weights(self) -> tuple[Array, ...]:
+        """For each recording its samples' weights: ones where no sigma is known.
+
+        A sample counts by rms(sigma) / sigma within its recording, and recordings among themselves
+        by their rms sigma, with the tolerance that no model need reach: a horn seen less sharply
+        than the surface must not blur what the surface tells.
+        """
+        within = tuple(_weights(recording) for recording in self.recordings)
+        sizes = np.array([_size_deg(recording) for recording in self.recordings])
+        if not np.all(sizes > 0.0):
+            return within
+        among = np.sqrt(np.mean(sizes**2)) / sizes
+        return tuple(weight * share for weight, share in zip(within, among, strict=True))
+
+    @cached_property
+    def shared(self) -> Array:
+        """What one sigma of each error that a recording's samples share makes of the weighted
+        residuals, (scored, errors); an error belongs to one recording."""
+        scored = sum(int(mask.sum()) for mask in self.masks)
+        columns, begin = [np.zeros((scored, 0))], 0
+        for recording, weight, mask in zip(self.recordings, self.weights, self.masks, strict=True):
+            end = begin + int(mask.sum())
+            if recording.shared_deg is not None:
+                own = np.zeros((scored, recording.shared_deg.shape[1]))
+                own[begin:end] = (recording.shared_deg * weight[:, None])[mask]
+                columns.append(own)
+            begin = end
+        return np.hstack(columns)
+
+    def rows(self, points: Array, recording: int) -> Array:
+        """Rows of plant parameters (batch, width) for search points (batch, coordinates)."""
+        batch = np.tile(np.array(self.plant.layout.neutral_row()), (points.shape[0], 1))
+        servo = self.recordings[recording]
+        for j, coordinate in enumerate(self.coordinates):
+            if coordinate.recording in (None, recording):
+                column = points[:, j]
+                if coordinate.logarithmic:
+                    batch[:, coordinate.column] = np.exp(column)
+                elif coordinate.parameter.reciprocal:
+                    with np.errstate(divide="ignore"):
+                        batch[:, coordinate.column] = 1.0 / column
+                else:
+                    batch[:, coordinate.column] = column
+                batch[:, coordinate.column] *= coordinate.parameter.scaling.factor(
+                    servo.relative_gain, servo.relative_load
+                )
+        return batch
+
+    def predict(self, points: Array) -> list[Array]:
+        """Model angles for each recording, (batch, samples) each, at search points."""
+        points = np.atleast_2d(points)
+        return [self._simulated(self.rows(points, r), r) for r in range(len(self.recordings))]
+
+    def _simulated(self, rows: Array, recording: int) -> Array:
+        """Each different row once: what belongs to one recording leaves the others as they were."""
+        stimulus = self.stimuli[recording]
+        if len(self.recordings) == 1:
+            return self.plant.simulate(rows, stimulus)
+        different, which = np.unique(rows, axis=0, return_inverse=True)
+        return self.plant.simulate(different, stimulus)[which.ravel()]
+
+    def residuals(self, points: Array) -> Array:
+        """Weighted residuals of the scored samples, (batch, scored); large where it failed."""
+        parts = [
+            ((recording.angle_deg - angles) * weight)[:, mask]
+            for recording, angles, weight, mask in zip(
+                self.recordings, self.predict(points), self.weights, self.masks, strict=True
+            )
+        ]
+        joined = np.clip(np.concatenate(parts, axis=1), -1e6, 1e6)
+        return np.nan_to_num(joined, nan=1e6)
+
+    def values(self, point: Array) -> dict[str, float]:
+        """Physical values of the shared parameters at a search point."""
+        return {
+            coordinate.name: coordinate.from_search(float(x))
+            for coordinate, x in zip(self.coordinates, point, strict=True)
+            if coordinate.recording is None
+        }
+
+
+def _size_deg(recording: Recording) -> float:
+    """hypot(rms sigma, tolerance) [deg]; 0 where no sigma is known."""
+    sigma = recording.sigma_deg
+    if sigma is None or not np.all(sigma > 0.0):
+        return 0.0
+    tolerance = TOLERANCE_SHARE * recording.moved_range_deg
+    return float(np.sqrt(np.mean(sigma**2) + tolerance**2))
+
+
+def _weights(recording: Recording) -> Array:
+    sigma = recording.sigma_deg
+    if sigma is None or not np.all(sigma > 0.0):
+        return np.ones(recording.time_s.size)
+    return np.asarray(np.sqrt(np.mean(sigma**2)) / sigma)

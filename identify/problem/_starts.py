@@ -1,0 +1,231 @@
+"""Where a search begins: a linear fit by projection, and physical guesses for each effect."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servosight.identify.problem._problem import Problem
+from servosight.models.core import Array, Mask
+from servosight.models.effects import Cues, Effect, Traces
+
+Masks = tuple[Mask, ...]
+
+_TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
+_SHORTER_LAGS = (0.5, 0.2)
+_DAMPING_RATIOS = np.array([0.25, 0.6, 1.2, 3.0])
+
+
+def linear_start(problem: Problem) -> Array:
+    """Best of a grid over T and xi, with k and each bias by regression (variable projection).
+
+    Golub and Pereyra, Inverse Problems 19 (2003). Returns a search point of the linear problem.
+    """
+    grid = np.array(list(itertools.product(np.log(_TIME_CONSTANTS), np.log(_DAMPING_RATIOS))))
+    points = np.zeros((len(grid), len(problem.coordinates)))
+    points[:, 0] = 1.0
+    points[:, 1:3] = grid
+    first = problem.physical
+    for r, recording in enumerate(problem.recordings):
+        points[:, first + 3 * r + 1] = recording.command_deg[0]
+    shapes = problem.predict(points)
+    measured = [recording.angle_deg for recording in problem.recordings]
+    centred = [shape - shape.mean(axis=1, keepdims=True) for shape in shapes]
+    numerator = sum(c @ (m - m.mean()) for c, m in zip(centred, measured, strict=True))
+    denominator = sum(np.einsum("ij,ij->i", c, c) for c in centred)
+    gain = numerator / np.maximum(denominator, 1e-12)
+    spread = sum(
+        np.sum((m - m.mean() - g[:, None] * c) ** 2, axis=1)
+        for g, c, m in zip(itertools.repeat(gain), centred, measured, strict=False)
+    )
+    best = int(np.argmin(spread))
+    point = points[best].copy()
+    low, high = problem.bounds
+    point[0] = gain[best]
+    for r, recording in enumerate(problem.recordings):
+        own = first + 3 * r
+        point[own] = recording.angle_deg.mean() - gain[best] * shapes[r][best].mean()
+        point[own + 1] = recording.angle_deg[:3].mean()
+        point[own + 2] = 0.0
+    return np.asarray(np.clip(point, low, high))
+
+
+def cues(problem: Problem, point: Array) -> Cues:
+    """What the recordings and a fit (a search point of ``problem``) say about sizes."""
+    residual = problem.residuals(point[None, :])[0]
+    speeds, drives, ranges = [], [], []
+    values = problem.values(point)
+    for r, (recording, angles) in enumerate(
+        zip(problem.recordings, problem.predict(point), strict=True)
+    ):
+        bias = point[problem.physical + 3 * r]
+        speeds.append(np.max(np.abs(np.gradient(angles[0], recording.time_s))))
+        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+        command = recording.command_deg[np.maximum(at, 0)]
+        drives.append(np.max(np.abs(values["k"] * command + bias - angles[0])))
+        ranges.append(0.5 * recording.moved_range_deg)
+    return Cues(
+        residual_deg=float(np.sqrt(np.mean(residual**2))),
+        amplitude_deg=float(max(ranges)),
+        speed_deg_s=float(max(max(speeds), 1.0)),
+        drive_deg=float(max(max(drives), 0.1)),
+        T_s=values["T"],
+        traces=traces(problem, point),
+    )
+
+
+def traces(problem: Problem, point: Array) -> Traces:
+    """The recordings and a fit (a search point of ``problem``), sample by sample, end to end."""
+    values = problem.values(point)
+    k, T, xi = values["k"], values["T"], values["xi"]
+    columns: list[tuple[Array, ...]] = []
+    intervals = [float(np.median(np.diff(one.time_s))) for one in problem.recordings]
+    for r, (recording, model) in enumerate(
+        zip(problem.recordings, problem.predict(point), strict=True)
+    ):
+        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
+        command = recording.command_deg[np.maximum(at, 0)]
+        angle = recording.angle_deg
+        speed = np.gradient(angle, recording.time_s)
+        drive = k * command + point[problem.physical + 3 * r] - angle
+        columns.append((command, angle, speed, drive, angle - model[0]))
+    edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
+
+    @functools.cache
+    def filters() -> list[tuple[Array, Array]]:
+        from scipy.signal import cont2discrete
+
+        loop = [1.0], [T * T, 2.0 * xi * T, 1.0]
+        found = [cont2discrete(loop, interval, "foh") for interval in intervals]
+        return [(b.ravel(), a) for b, a, _ in found]
+
+    def respond(torques: Array) -> Array:
+        from scipy.signal import lfilter  # slow to import, and few effects ask
+
+        parts = zip(filters(), np.split(torques, edges, axis=1), strict=True)
+        return np.concatenate([lfilter(b, a, part, axis=1) for (b, a), part in parts], axis=1)
+
+    joined = (np.concatenate(column) for column in zip(*columns, strict=True))
+    command, angle, speed, drive, residual = joined
+    return Traces(command, angle, speed, drive, residual, intervals[-1], k, respond)
+
+
+@dataclass(frozen=True)
+class Standpoint:
+    """A fitted model behind which others start: what it shows is worked out once.
+
+    ``looks`` keeps, for each set of effects, masks, starts and what these promise on them;
+    ``ordered`` masks and the starts that were put in order on them.
+    """
+
+    problem: Problem
+    point: Array
+    looks: dict[tuple[str, ...], tuple[Masks, Array, Array]] = field(
+        default_factory=dict, compare=False
+    )
+    ordered: dict[tuple[str, ...], tuple[Masks, Array]] = field(default_factory=dict, compare=False)
+    _guesses: dict[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict, compare=False)
+
+    @functools.cached_property
+    def cues(self) -> Cues:
+        """What the model leaves, in sizes and traces."""
+        return cues(self.problem, self.point)
+
+    def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
+        """The effect's own guesses of its parameters."""
+        if effect.id not in self._guesses:
+            self._guesses[effect.id] = effect.starts(self.cues)
+        return self._guesses[effect.id]
+
+
+def effect_guesses(problem: Problem, base: Standpoint) -> list[Array]:
+    """Search points of ``problem``: the base's point, with guesses for effects it lacks.
+
+    All combinations of the new effects' guesses.
+    """
+    coordinates = base.problem.coordinates
+    known = {(c.name, c.recording): x for c, x in zip(coordinates, base.point, strict=True)}
+    new = [
+        effect
+        for effect in problem.plant.layout.effects
+        if effect.id in problem.effects and effect.id not in base.problem.effects
+    ]
+    found = []
+    for guesses in itertools.product(*(base.guesses(effect) for effect in new)):
+        guess = {
+            f"{effect.id}.{parameter.name}": value
+            for effect, values in zip(new, guesses, strict=True)
+            for parameter, value in zip(effect.parameters, values, strict=True)
+        }
+        start = [
+            known[(c.name, c.recording)]
+            if (c.name, c.recording) in known
+            else c.to_search(guess[c.name])
+            for c in problem.coordinates
+        ]
+        found.append(np.clip(start, *problem.bounds))
+    return found
+
+
+def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
+    """The guesses, each with the lag 2 xi T as it is and shorter.
+
+    A model that lacks a limit or friction takes what they hold up for lag. An overdamped core is
+    not kept so: it would have a time constant shorter than any servo's.
+    """
+    return [
+        np.clip(point, *problem.bounds)
+        for guess in effect_guesses(problem, base)
+        for point in (guess, *(_shorter(guess, share) for share in _SHORTER_LAGS))
+    ]
+
+
+def _shorter(point: Array, share: float) -> Array:
+    """A search point with ``share`` of its lag, damped critically at most."""
+    found = point.copy()
+    found[2] = min(point[2], 0.0)
+    found[1] += np.log(share) + point[2] - found[2]
+    return found
+
+
+def idle_start(problem: Problem, base: Standpoint) -> Array:
+    """The search point of ``problem`` at which the effects that the base lacks do nothing."""
+    start = effect_guesses(problem, base)[0].copy()
+    owned = {coordinate.name for coordinate in base.problem.coordinates}
+    for j, coordinate in enumerate(problem.coordinates):
+        neutral = coordinate.parameter.neutral
+        if coordinate.name not in owned and neutral is not None:
+            start[j] = coordinate.to_search(neutral)
+    return start
+
+
+def search_box(problem: Problem, linear: Standpoint) -> tuple[Array, Array]:
+    """Bounds for a population about a linear start: wide, but finite and physical."""
+    low, high = (bound.copy() for bound in problem.bounds)
+    coordinates = linear.problem.coordinates
+    at = {(c.name, c.recording): x for c, x in zip(coordinates, linear.point, strict=True)}
+    guesses = {
+        f"{effect.id}.{parameter.name}": [start[j] for start in linear.guesses(effect)]
+        for effect in problem.plant.layout.effects
+        if effect.id in problem.effects
+        for j, parameter in enumerate(effect.parameters)
+    }
+    for j, c in enumerate(problem.coordinates):
+        centre = at.get((c.name, c.recording))
+        if centre is None:
+            searched = [c.to_search(value) for value in guesses[c.name]]
+            largest = 3.0 * max(abs(value) for value in searched) + 1e-9
+            low[j] = max(low[j], -largest if min(searched) < 0.0 else 0.0)
+            high[j] = min(high[j], largest)
+        else:
+            reach = {"k": 0.5 * abs(centre) + 0.1, "T": 1.6, "xi": 1.6}.get(
+                c.name, 0.25 * linear.cues.amplitude_deg + 1.0
+            )
+            if c.name == "initial_speed":
+                reach = 0.1 * linear.cues.speed_deg_s
+            low[j] = max(low[j], centre - reach)
+            high[j] = min(high[j], centre + reach)
+    return low, high

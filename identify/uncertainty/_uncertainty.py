@@ -1,0 +1,265 @@
+"""Uncertainty of a fit: from the Jacobian where that holds, else from the profile likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.identify.problem import Coordinate, Problem, projected_out
+from servosight.identify.uncertainty._clock import offset_slopes
+from servosight.identify.uncertainty._correlation import weighted_normal
+from servosight.identify.uncertainty._profile import CHI_SQUARE_95, Profile
+from servosight.models.core import Array, Estimate
+
+_FLAT = 1e-13
+_PARABOLA = (0.6, 1.6)
+"""A step of one sigma costs 1 on a parabola; beyond these, the profile is asked."""
+_VAGUE = 10.0
+"""A sigma of so many times the value tells nothing."""
+_TIMED = 0.02
+"""A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What a fitted ``point`` (coordinates,) may be off by.
+
+    ``jacobian`` (scored, coordinates) of the weighted residuals, ``cost`` half their sum of
+    squares at the point.
+    """
+
+    problem: Problem
+    point: Array
+    jacobian: Array
+    cost: float
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """False for coordinates that rest on a bound: the covariance takes them as known."""
+        low, high = self.problem.bounds
+        return np.asarray((self.point > low) & (self.point < high))
+
+    @cached_property
+    def variance(self) -> float:
+        """Of the residuals [deg^2]."""
+        return float(2.0 * self.cost / max(self.jacobian.shape[0] - int(self.free.sum()), 1))
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(J'J)^-1 of the free coordinates, NaN where the data does not determine them."""
+        return _inverse(self.jacobian, self.free)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates, NaN where undetermined.
+
+        The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
+        Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
+        are white it is s^2 (J'J)^-1. Errors that all samples of a recording share add to it what
+        they make of the coordinates: no number of samples averages them out.
+        """
+        known = np.isfinite(np.diag(self.inverse))
+        part = self.inverse[np.ix_(known, known)]
+        meat = np.zeros(part.shape)
+        residuals = self.problem.residuals(self.point[None, :])[0]
+        begin = 0
+        for scored in self.problem.masks:
+            end = begin + int(scored.sum())
+            whole = np.zeros((scored.size, int(known.sum())))
+            whole[scored] = self.jacobian[begin:end, known]
+            errors = np.zeros(scored.size)
+            errors[scored] = residuals[begin:end]
+            meat += weighted_normal(whole, errors, scored)
+            begin = end
+        samples = self.jacobian.shape[0]
+        meat *= samples / max(samples - int(self.free.sum()), 1)
+        for common in (self.problem.shared, self._timing):
+            shared = self.jacobian[:, known].T @ common
+            meat += shared @ shared.T
+        result = np.full(self.inverse.shape, np.nan)
+        result[np.ix_(known, known)] = part @ meat @ part
+        return result
+
+    @cached_property
+    def _offsets(self) -> tuple[Array, Array]:
+        """Slopes of the residuals over the clocks' offsets, and their sigmas."""
+        return offset_slopes(self.problem, self.point)
+
+    @property
+    def _timing(self) -> Array:
+        """What one sigma of each known offset makes of the residuals, (scored, offsets)."""
+        slopes, sigmas_s = self._offsets
+        return np.asarray(slopes[:, np.isfinite(sigmas_s)] * sigmas_s[np.isfinite(sigmas_s)])
+
+    @cached_property
+    def timed(self) -> NDArray[np.bool_]:
+        """True for shared coordinates that cannot be told from an offset that is not known."""
+        result = np.zeros(self.point.size, dtype=bool)
+        slopes, sigmas_s = self._offsets
+        unknown = slopes[:, np.isinf(sigmas_s)]
+        if not unknown.size:
+            return result
+        known = np.flatnonzero(np.isfinite(np.diag(self.inverse)))
+        for index in known[known < self.problem.physical]:
+            others = self.jacobian[:, known[known != index]]
+            alone, shift = (
+                projected_out(columns, others) for columns in (self.jacobian[:, [index]], unknown)
+            )
+            left = np.linalg.norm(projected_out(alone, shift))
+            result[index] = left < _TIMED * np.linalg.norm(alone)
+        return result
+
+    @cached_property
+    def sigma(self) -> Array:
+        """One standard deviation of each coordinate, NaN where there is none to tell."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @cached_property
+    def plain_sigma(self) -> Array:
+        """The same if the residuals were white."""
+        return np.asarray(np.sqrt(self.variance * np.diag(self.inverse)))
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The likelihood about the point."""
+        scale = np.where(np.isfinite(self.plain_sigma), self.plain_sigma, 1e-3)
+        own = np.diag(self.inverse)
+        slopes = np.nan_to_num(self.inverse / np.where(own > 0.0, own, 1.0)[:, None])
+        return Profile(self.problem, self.point, self.cost, self.variance, scale, slopes)
+
+    @cached_property
+    def parabolic(self) -> NDArray[np.bool_]:
+        """True where a step of one sigma to either side costs about what the Jacobian foretells."""
+        indices = np.flatnonzero(np.isfinite(self.plain_sigma))
+        low, high = self.problem.bounds
+        steps = self.variance * self.inverse[indices] / self.plain_sigma[indices, None]
+        steps = np.nan_to_num(steps)
+        points = np.vstack([self.point + steps, self.point - steps])
+        inside = np.all((points >= low) & (points <= high), axis=1)
+        costs = 0.5 * np.sum(self.problem.residuals(np.clip(points, low, high)) ** 2, axis=1)
+        rises = 2.0 * (costs - self.cost) / self.variance
+        good = inside & (rises > _PARABOLA[0]) & (rises < _PARABOLA[1])
+        result = np.zeros(self.point.size, dtype=bool)
+        result[indices] = good[: indices.size] & good[indices.size :]
+        return result
+
+    def profiled_sigma(self, index: int) -> float | None:
+        """Half the interval at a rise of 1, times what correlation widens; None where it is open.
+
+        Where one side ends at a bound, the other side's distance.
+        """
+        plain = float(self.plain_sigma[index])
+        reaches = [self.profile.reach(index, step) for step in (plain, -plain)]
+        found = [reach for reach in reaches if reach is not None]
+        if not found:
+            return None
+        return float(np.mean(found) * self.sigma[index] / plain)
+
+    def estimate(self, index: int) -> tuple[Estimate, str | None]:
+        """A coordinate's value with its sigma, and a warning where it has none."""
+        coordinate, x = self.problem.coordinates[index], float(self.point[index])
+        value = coordinate.from_search(x)
+        if not np.isfinite(value):
+            value = coordinate.from_search(1e-9)
+        sigma, warning = self._sigma(index, coordinate, value)
+        return Estimate(value, sigma, coordinate.parameter.unit), warning
+
+    def _sigma(
+        self, index: int, coordinate: Coordinate, value: float
+    ) -> tuple[float | None, str | None]:
+        if not self.free[index]:
+            return None, f"{coordinate.name} rests on a bound of its range" + self._limit(index)
+        if coordinate.parameter.reciprocal and self.profile.rise(index, 0.0) < CHI_SQUARE_95:
+            return None, (
+                f"{coordinate.name} cannot be told from this recording: a model without it fits as "
+                f"well{self._limit(index)}; use an excitation that reaches it"
+            )
+        if self.timed[index]:
+            return None, (
+                f"{coordinate.name} cannot be told from camera latency: the offset between command "
+                f"and video is not known; put a light that the command switches into view, or "
+                f"state offset_sigma_s in recording.toml"
+            )
+        sigma: float | None = None
+        if np.isfinite(self.plain_sigma[index]):
+            sigma = float(self.sigma[index])
+            if not self.parabolic[index]:
+                sigma = self.profiled_sigma(index)
+        if sigma is not None:
+            sigma *= abs(coordinate.slope(float(self.point[index])))
+        if sigma is None or not np.isfinite(sigma) or sigma > _VAGUE * (abs(value) + 1e-9):
+            return None, (
+                f"{coordinate.name} cannot be told from this recording: changing it hardly "
+                f"changes the prediction; use an excitation that moves it"
+            )
+        return sigma, None
+
+    def _limit(self, index: int) -> str:
+        """What the profile allows at most (or at least), in words; empty where it does not end."""
+        coordinate, x = self.problem.coordinates[index], float(self.point[index])
+        low, high = self.problem.bounds
+        column = self.jacobian[:, index]
+        alone = np.sqrt(self.variance / max(float(column @ column), 1e-300))
+        inward = 1.0 if coordinate.parameter.reciprocal or x <= low[index] else -1.0
+        step = inward * min(float(alone), 0.5 * float(high[index] - low[index]))
+        reach = self.profile.reach(index, step, CHI_SQUARE_95)
+        if reach is None:
+            return ""
+        end = coordinate.from_search(x + inward * reach)
+        upward = (inward > 0.0) != coordinate.parameter.reciprocal
+        word = "at most" if upward else "at least"
+        return f", {word} {end:.3g} {coordinate.parameter.unit} with 95 % confidence"
+
+
+def estimates(
+    problem: Problem, point: Array, jacobian: Array, cost: float
+) -> tuple[dict[str, Estimate], list[str]]:
+    """Shared parameters with their sigmas, and a warning for each that stays undetermined."""
+    uncertainty = Uncertainty(problem, point, jacobian, cost)
+    found = [uncertainty.estimate(index) for index in range(problem.physical)]
+    names = [coordinate.name for coordinate in problem.coordinates]
+    table = {name: one for name, (one, _) in zip(names, found, strict=False)}
+    return table, [warning for _, warning in found if warning is not None]
+
+
+def own_estimates(
+    problem: Problem, point: Array, jacobian: Array, cost: float, name: str
+) -> tuple[Estimate, ...]:
+    """One of the recordings' own numbers (``bias``), for each recording."""
+    sigma = Uncertainty(problem, point, jacobian, cost).sigma
+    return tuple(
+        Estimate(
+            float(point[j]),
+            float(sigma[j]) if np.isfinite(sigma[j]) else None,
+            coordinate.parameter.unit,
+        )
+        for j, coordinate in enumerate(problem.coordinates)
+        if coordinate.recording is not None and coordinate.name == name
+    )
+
+
+def _inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
+    """(J'J)^-1 from the eigenvalues of J'J with columns scaled to one.
+
+    They are known to 1e-15 of the largest, J's difference quotients to less.
+    """
+    count = jacobian.shape[1]
+    result = np.full((count, count), np.nan)
+    norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    columns = np.flatnonzero(free & (norms > 0.0))
+    if columns.size == 0:
+        return result
+    norms = norms[columns]
+    scaled = jacobian[:, columns] / norms
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    keep = values > _FLAT * values[-1]
+    inverse = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(norms, norms)
+    # A coordinate with a part in a flat direction is undetermined.
+    lost = np.sum(vectors[:, ~keep] ** 2, axis=1) > 1e-6
+    inverse[lost, :] = np.nan
+    inverse[:, lost] = np.nan
+    result[np.ix_(columns, columns)] = inverse
+    return result

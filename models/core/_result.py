@@ -1,0 +1,145 @@
+"""What the verbs return: frozen values that show themselves, are saved and are read back."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
+
+from servosight.models.core._atomic import write_text
+from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
+from servosight.models.core._errors import InputError
+from servosight.models.core._json import json_text, plain, read_json, typed
+from servosight.models.core._rounding import rounded
+
+SCHEMA = 1
+T = TypeVar("T")
+
+
+class Table(tuple[T, ...]):
+    """Rows of one kind, each a frozen dataclass: a tuple that shows itself and becomes a frame.
+
+    >>> Table([]).to_list()
+    []
+    """
+
+    __slots__ = ()
+
+    def to_list(self) -> list[dict[str, Any]]:
+        """The rows as JSON has them."""
+        return [plain(row) for row in self]
+
+    def to_frame(self) -> Any:
+        """A pandas data frame or, without pandas, a Polars one; InputError without either."""
+        return frame(self.to_list())
+
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> T: ...
+    @overload
+    def __getitem__(self, place: slice) -> Table[T]: ...
+    def __getitem__(self, place: SupportsIndex | slice) -> T | Table[T]:
+        """A row, or a shorter table."""
+        found = super().__getitem__(place)
+        return Table(found) if isinstance(place, slice) else found  # type: ignore[arg-type, return-value]
+
+    def __str__(self) -> str:
+        """Aligned columns."""
+        return text_table(self.to_list()) if self else "no rows"
+
+    def __repr__(self) -> str:
+        """How many rows of what."""
+        return f"<Table of {len(self)} x {type(self[0]).__name__}>" if self else "<Table, empty>"
+
+    def _repr_html_(self) -> str:
+        return html_table(self.to_list())
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Result:
+    """Base of what a verb returns.
+
+    A subclass is ``@dataclass(frozen=True, kw_only=True, repr=False, eq=False)`` and has a
+    ``TYPE`` of its own. Its fields are plain values: numbers, text, arrays, ``Table`` and mappings
+    of them, and frozen dataclasses with such fields; their names are the keys of its JSON. What it
+    computes from them is a property. JSON has neither NaN nor Infinity: a number that may be
+    unknown is ``float | None``.
+    """
+
+    TYPE: ClassVar[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of the command line, as plain values."""
+        own = {f.name: plain(getattr(self, f.name)) for f in fields(self)}
+        return {"schema": SCHEMA, "type": self.TYPE, **own}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> Self:
+        """The inverse of ``to_dict``; InputError names the key that is wrong."""
+        if table.get("type", cls.TYPE) != cls.TYPE:
+            raise InputError(
+                f"key type is {table['type']!r}, expected {cls.TYPE!r}; load() reads any"
+            )
+        if table.get("schema", SCHEMA) != SCHEMA:
+            raise InputError(
+                f"key schema is {table['schema']!r}, expected {SCHEMA}; update servosight or save "
+                f"the result again"
+            )
+        return typed(table, cls)
+
+    def save(self, path: Path | str) -> None:
+        """Write JSON, whole or not at all; ``servosight.load`` reads it back."""
+        write_text(Path(path), json_text(self.to_dict()))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """Read what ``save`` wrote; InputError names the file and the key that is wrong."""
+        try:
+            return cls.from_dict(read_json(path))
+        except InputError as error:
+            words = str(error)
+            raise InputError(words if str(path) in words else f"{path}: {words}") from None
+
+    def to_frame(self) -> Any:
+        """The first of its tables as a data frame (pandas, else Polars)."""
+        return frame(next(iter(self._tables().values()), [self.to_dict()]))
+
+    def _summary(self) -> str:
+        """One line: the fields that are single numbers or words."""
+        single = {f.name: getattr(self, f.name) for f in fields(self)}
+        return ", ".join(
+            f"{name} {rounded(value) if isinstance(value, float) else value}"
+            for name, value in single.items()
+            if isinstance(value, str | int | float)
+        )
+
+    def _tables(self) -> Mapping[str, Rows]:
+        """Heading and rows of each table to show, in order."""
+        found: dict[str, Rows] = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name == "parameters":
+                found[f.name] = parameter_rows(value)
+            elif isinstance(value, Table) and value:
+                found[f.name] = value.to_list()
+        return found
+
+    def __eq__(self, other: object) -> bool:
+        """Equal where the saved values are."""
+        return type(other) is type(self) and other.to_dict() == self.to_dict()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """The kind and one line."""
+        return f"<{type(self).__name__}: {self._summary()}>"
+
+    def __str__(self) -> str:
+        """The line and the tables as text."""
+        blocks = (f"{name}\n{text_table(rows)}" for name, rows in self._tables().items())
+        return "\n\n".join([f"{type(self).__name__}: {self._summary()}", *blocks])
+
+    def _repr_html_(self) -> str:
+        tables = "".join(html_table(rows, name) for name, rows in self._tables().items())
+        return f"<p><b>{type(self).__name__}</b>: {html.escape(self._summary())}</p>{tables}"

@@ -1,0 +1,98 @@
+"""The registry of effects: the catalogue in its order, and the user's own."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from servosight.models.core import InputError
+from servosight.models.effects._contract import Effect
+from servosight.models.files import check_path
+
+CATALOGUE: tuple[str, ...] = (
+    "dead_time",
+    "command_quantization",
+    "rate_limit",
+    "asymmetric_gain",
+    "dead_zone",
+    "torque_saturation",
+    "speed_limit",
+    "coulomb_friction",
+    "stribeck_friction",
+    "load_dependent_friction",
+    "presliding",
+    "quadratic_drag",
+    "gravity_load",
+    "hinge_hardening",
+    "cogging",
+    "supply_sag",
+    "flexible_shaft",
+    "backlash",
+    "linkage_geometry",
+    "sensor_nonlinearity",
+    "feedback_backlash",
+)
+"""Files in ``models/effects``; effects in one place act in this order (PHYSICS catalogue)."""
+
+
+def catalogue(plugins: Sequence[Path] = ()) -> dict[str, Effect]:
+    """All effects by identifier: the built-in ones, then those of the plugin files.
+
+    A plugin is a Python file with a module-level ``EFFECT`` (or several, in ``EFFECTS``). Loading
+    it runs it: use files that you trust. Raises InputError where a file offers no effect or one
+    whose identifier is taken.
+    """
+    effects = {name: _load(f"servosight.models.effects.builtin.{name}") for name in CATALOGUE}
+    for path in plugins:
+        for effect in _load_plugin(path):
+            if effect.id in effects:
+                raise InputError(
+                    f"{path}: effect id {effect.id!r} is already in the catalogue; expected a new "
+                    f"identifier, so rename it"
+                )
+            effects[effect.id] = effect
+    return effects
+
+
+def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
+    """Check identifiers against the catalogue and return them in the catalogue's order."""
+    for name in ids:
+        if name not in effects:
+            raise InputError(
+                f"unknown effect {name!r}; expected one of {', '.join(effects)}: choose from these "
+                f"or bring your own with --plugin FILE.py"
+            )
+    wanted = set(ids)
+    return [name for name in effects if name in wanted]
+
+
+def _load(module: str) -> Effect:
+    effect = importlib.import_module(module).EFFECT
+    assert isinstance(effect, Effect)
+    return effect
+
+
+def _load_plugin(path: Path) -> list[Effect]:
+    check_path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such plugin file; expected a Python file with an EFFECT")
+    name = f"servosight_plugin_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: not a Python file; expected a name that ends in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError(
+            f"{path}: the plugin failed to load ({type(error).__name__}: {error}); expected a "
+            f"Python file that defines EFFECT, so mend that line"
+        ) from error
+    found = getattr(module, "EFFECTS", None) or [getattr(module, "EFFECT", None)]
+    if not all(isinstance(effect, Effect) for effect in found):
+        raise InputError(f"{path}: no EFFECT found; expected EFFECT = Effect(...) in that file")
+    return list(found)

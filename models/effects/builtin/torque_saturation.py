@@ -1,0 +1,45 @@
+"""Limit of the drive torque."""
+
+from __future__ import annotations
+
+from servosight.models.core import TORQUE, Parameter
+from servosight.models.effects._contract import Cues, Effect, Place
+
+
+def term(drive: float, w: float, limit: float) -> float:
+    """Clip the drive to +-``limit`` [deg]."""
+    if drive > limit:
+        return limit
+    if drive < -limit:
+        return -limit
+    return drive
+
+
+def switch(drive: float, w: float, limit: float) -> float:
+    """Changes sign where the clip begins or ends."""
+    return abs(drive) - limit
+
+
+def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+    """Fractions of the largest position error."""
+    return ((0.7 * cues.drive_deg,), (0.35 * cues.drive_deg,), (0.12 * cues.drive_deg,))
+
+
+EFFECT = Effect(
+    id="torque_saturation",
+    place=Place.DRIVE,
+    parameters=(
+        Parameter("limit", "deg", 1e-2, float("inf"), float("inf"), "largest drive torque", TORQUE),
+    ),
+    equation="drive = clip(e, -limit, limit)",
+    looks_like="large steps accelerate no faster than middling ones and settle late; small steps "
+    "follow the linear model",
+    cause="current limit, voltage limit of the amplifier (the back-EMF then sits in xi)",
+    confirm="compare the first 20 ms of steps of 5, 10 and 20 deg: beyond the limit the "
+    "acceleration stops growing; watch the supply current",
+    remedy="stronger motor or supply, a lower command slope, or a limit on the command",
+    source="Hippe, Windup in Control (2006), chapter 1",
+    starts=starts,
+    term=term,
+    switch=switch,
+)

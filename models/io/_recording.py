@@ -1,0 +1,323 @@
+"""Recordings in and out of folders and CSV files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from servosight.models.core import Array, InputError, Recording, Stream, new_folder, write_text
+from servosight.models.files import check_path, plain_name
+from servosight.models.io import _series as check
+from servosight.models.io import _shared_error as shared_error
+from servosight.models.io._csv import Sheet, read_sheet, table_text
+from servosight.models.io._series import DEGREES, SECONDS, Series
+from servosight.models.io._settings import FORMAT, Settings, read_recording_settings
+
+FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
+"""What ``save_recording`` writes."""
+VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
+"""Endings by which a video is told from a table that cannot be read."""
+EXPOSURE_SHARE = 1.5
+"""A frame's exposure cannot outlast the interval; the half allows for a doubtful clock."""
+
+
+@dataclass(frozen=True)
+class RecordingFolder:
+    """What a recording's folder holds, before any of its numbers are read."""
+
+    path: Path
+    settings: Settings
+    video: Path | None
+    frames: Path | None
+
+    @property
+    def angle(self) -> Path:
+        """Where the angle stands or would stand."""
+        return self.path / "angle.csv"
+
+    @property
+    def horn(self) -> Path:
+        """Where the horn's angle stands, where there is one."""
+        return self.path / "horn.csv"
+
+    @property
+    def needs_tracking(self) -> bool:
+        """True where there is a video and no angle yet."""
+        return self.video is not None and not self.angle.exists()
+
+
+@dataclass(frozen=True)
+class Streams:
+    """The columns of a recording as they were read, in seconds and degrees."""
+
+    command_time: Series
+    command: Series
+    time: Series
+    angle: Series
+    sigma: Series | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no recording can be."""
+        for column in (self.command_time, self.command, self.time, self.angle, self.sigma):
+            if column is not None:
+                check.check_finite(column)
+        for time in (self.command_time, self.time):
+            check.check_time(time)
+        check.check_enough(self.angle)
+        if not self.command.raw.size:
+            raise InputError(
+                f"{self.command.path}: column {self.command.name} has no rows, expected a changing "
+                f"command; write one row for each new value"
+            )
+        check.check_rate(self.time)
+        for column in (self.command, self.angle, self.sigma):
+            if column is not None:
+                check.check_angle(column)
+        if self.sigma is not None:
+            check.check_sigma(self.sigma)
+        check.check_together(self.command_time, self.command, self.time, self.angle)
+
+
+def inspect_folder(path: Path) -> RecordingFolder:
+    """Look into a recording's folder; InputError where it is none or its settings are wrong."""
+    check_path(path)
+    if not path.is_dir():
+        raise InputError(
+            f"{path}: no such folder, expected a recording with command.csv and angle.csv; check "
+            f"the name"
+        )
+    videos = sorted(entry for entry in path.glob("video.*") if entry.is_file())
+    frames = path / "frames.csv"
+    return RecordingFolder(
+        path,
+        read_recording_settings(path / "recording.toml"),
+        videos[0] if videos else None,
+        frames if frames.is_file() else None,
+    )
+
+
+def load_recording(
+    path: Path | str, *, deg_per_us: float | None = None, neutral_us: float | None = None
+) -> Recording:
+    """Read a recording from its folder or from a single CSV file.
+
+    ``deg_per_us`` [deg/us] and ``neutral_us`` [us] convert a ``command_us`` column and go before
+    the same keys in recording.toml. Raises InputError for whatever a recording cannot be.
+    """
+    place = Path(path)
+    check_path(place)
+    if place.is_dir():
+        folder = inspect_folder(place)
+        settings, video, horn_file = folder.settings, folder.video, folder.horn
+        command_sheet, angle_sheet = _sheets(folder)
+    else:
+        settings, video, horn_file = Settings(), None, None
+        command_sheet = angle_sheet = _single(place)
+    pulse = (
+        settings.deg_per_us if deg_per_us is None else deg_per_us,
+        settings.neutral_us if neutral_us is None else neutral_us,
+    )
+    scale = settings.unit_scale
+    command = _time(command_sheet), _command(command_sheet, scale, pulse)
+    streams = _streams(command, angle_sheet, scale)
+    horn = None
+    if horn_file is not None and horn_file.exists():
+        horn = _streams(command, read_sheet(horn_file), scale)
+    name = plain_name(place.resolve().name if place.is_dir() else place.stem)
+    read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
+    return replace(read, shared_deg=shared_error.read_shared(place, read.time_s, scale))
+
+
+def recording_of(
+    name: str,
+    streams: Streams,
+    settings: Settings,
+    *,
+    path: Path | None = None,
+    video: Path | None = None,
+    horn: Streams | None = None,
+) -> Recording:
+    """Join the streams into a recording; InputError where the exposure cannot be."""
+    s = streams
+    _check_exposure(s.time, settings, path)
+    return Recording(
+        name=name,
+        command_time_s=s.command_time.values,
+        command_deg=s.command.values,
+        time_s=s.time.values,
+        angle_deg=s.angle.values,
+        sigma_deg=None if s.sigma is None else s.sigma.values,
+        hold=settings.hold,
+        exposure_s=settings.exposure_s,
+        relative_gain=settings.relative_gain,
+        relative_load=settings.relative_load,
+        offset_sigma_s=settings.offset_sigma_s,
+        path=path,
+        video=video,
+        details=dict(settings.details),
+        horn=None if horn is None else _stream(horn),
+    )
+
+
+def _stream(s: Streams) -> Stream:
+    return Stream(s.time.values, s.angle.values, None if s.sigma is None else s.sigma.values)
+
+
+def save_recording(
+    recording: Recording,
+    folder: Path,
+    *,
+    extra: Mapping[str, Any] | None = None,
+    force: bool = False,
+) -> None:
+    """Write a recording's folder, whole or not at all; ``extra`` are more keys of recording.toml.
+
+    A folder that is not empty is replaced only with ``force``, and only if it holds nothing but a
+    recording's files. Reading it gives the same numbers to the last bit (with a ``unit_scale`` in
+    the details, to the last digit). The video stays where it is.
+    """
+    table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
+    table.pop("command_hold", None)
+    table["hold"] = recording.hold
+    for key in ("relative_gain", "relative_load"):
+        if getattr(recording, key) != 1.0 or key in table:
+            table[key] = getattr(recording, key)
+    if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
+        table["offset_sigma_s"] = recording.offset_sigma_s
+    if recording.exposure_s > 0.0:
+        table["camera"] = {**table.get("camera", {}), "exposure_s": recording.exposure_s}
+    scale = float(table.get("unit_scale", 1.0))
+    command = table_text(
+        ("time_s", "command_deg"), (recording.command_time_s, recording.command_deg / scale)
+    )
+    with new_folder(folder, FILES, force=force) as fresh:
+        write_text(fresh / "recording.toml", tomli_w.dumps(table))
+        write_text(fresh / "command.csv", command)
+        surface = Stream(recording.time_s, recording.angle_deg, recording.sigma_deg)
+        for file, stream in (("angle.csv", surface), ("horn.csv", recording.horn)):
+            if stream is None:
+                continue
+            sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
+            write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
+        shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
+
+
+def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:
+    """Write ``time_s,angle_deg[,sigma_deg]`` (samples,), whole or not at all."""
+    write_text(path, angle_text(time_s, angle_deg, sigma_deg))
+
+
+def angle_text(time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> str:
+    """``time_s,angle_deg[,sigma_deg]`` (samples,) as CSV."""
+    header = ["time_s", "angle_deg"]
+    columns = [time_s, angle_deg]
+    if sigma_deg is not None:
+        header.append("sigma_deg")
+        columns.append(sigma_deg)
+    return table_text(header, columns)
+
+
+def series_of(sheet: Sheet, name: str, values: Array, raw: Array) -> Series:
+    """A converted column of a sheet, with its places in the file."""
+    return Series(sheet.path, name, raw, values, sheet.numbers)
+
+
+def _sheets(folder: RecordingFolder) -> tuple[Sheet, Sheet]:
+    command = folder.path / "command.csv"
+    for file in (command, folder.angle):
+        if file.exists():
+            continue
+        if file == folder.angle and folder.video is not None:
+            raise InputError(
+                f"{file}: not there yet, expected the angle tracked from {folder.video.name}; run "
+                f"`servosight track {folder.path}`"
+            )
+        raise InputError(
+            f"{file}: no such file, expected a recording with command.csv and angle.csv; add it, "
+            f"or bring another format in with `servosight import`"
+        )
+    return read_sheet(command), read_sheet(folder.angle)
+
+
+def _single(path: Path) -> Sheet:
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder, expected a recording; check the name")
+    if path.suffix.lower() in (".json", ".mat"):
+        raise InputError(
+            f"{path}: is no recording yet, expected a folder or a CSV file; bring it in with "
+            f"`servosight import {path} -o REC`"
+        )
+    if path.suffix.lower() in VIDEOS:
+        raise InputError(
+            f"{path}: is a video without its command, expected a recording; put it as "
+            f"video{path.suffix.lower()} into a folder with command.csv and name the folder"
+        )
+    return read_sheet(path)
+
+
+def _has_sigma(sheet: Sheet) -> bool:
+    return "sigma_deg" in sheet.header or "sigma_rad" in sheet.header
+
+
+def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Array]:
+    """The unit and the numbers of the one column of a quantity."""
+    names = [f"{quantity}_{unit}" for unit in units]
+    found = [name for name in names if name in sheet.header]
+    if len(found) > 1:
+        raise InputError(
+            f"{sheet.path}: columns {' and '.join(found)} say the same thing, expected one of "
+            f"them; remove the other"
+        )
+    if not found:
+        raise InputError(
+            f"{sheet.path}, row 1: no column {' or '.join(names)} among "
+            f"{', '.join(sheet.header)[:200]}; expected it in the header, so rename the column or "
+            f"bring the file in with `servosight import --map`"
+        )
+    return found[0].removeprefix(f"{quantity}_"), sheet.columns(found)[:, 0]
+
+
+def _time(sheet: Sheet) -> Series:
+    unit, raw = _pick(sheet, "time", tuple(SECONDS))
+    return series_of(sheet, f"time_{unit}", raw / SECONDS[unit], raw)
+
+
+def _streams(command: tuple[Series, Series], sheet: Sheet, scale: float) -> Streams:
+    """The command and what a sheet holds of time, angle and sigma."""
+    sigma = _angle(sheet, "sigma", abs(scale)) if _has_sigma(sheet) else None
+    return Streams(*command, _time(sheet), _angle(sheet, "angle", scale), sigma)
+
+
+def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:
+    unit, raw = _pick(sheet, quantity, ("deg", "rad"))
+    with np.errstate(over="ignore", invalid="ignore"):
+        return series_of(sheet, f"{quantity}_{unit}", raw * (DEGREES[unit] * scale), raw)
+
+
+def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None]) -> Series:
+    if "command_us" not in sheet.header:
+        return _angle(sheet, "command", scale)
+    _, raw = _pick(sheet, "command", ("us", "deg", "rad"))
+    deg_per_us, neutral_us = pulse
+    if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
+        raise InputError(
+            f"{sheet.path}: column command_us is a pulse width, expected the servo's scale; give "
+            f"--deg-per-us and --neutral-us, such as --deg-per-us 0.09 --neutral-us 1500"
+        )
+    with np.errstate(over="ignore", invalid="ignore"):
+        return series_of(sheet, "command_us", (raw - neutral_us) * deg_per_us, raw)
+
+
+def _check_exposure(time: Series, settings: Settings, path: Path | None) -> None:
+    interval = float(np.median(np.diff(time.values)))
+    if settings.exposure_s > EXPOSURE_SHARE * interval:
+        raise InputError(
+            f"{(path or time.path) / 'recording.toml'}: key camera.exposure_s is "
+            f"{settings.exposure_s:g} s and longer than the {interval:.3g} s between samples, "
+            f"expected less; write 0.5 ms as 0.0005"
+        )

@@ -1,0 +1,30 @@
+"""Logs of other programs, read as recordings: one file a format.
+
+A format is a function ``(path, request) -> Imported``; ``FORMATS`` says which file name it takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from servosight.models.core import InputError
+from servosight.models.files import check_path
+from servosight.models.io.importers._bam import read_bam
+from servosight.models.io.importers._mat import read_mat
+from servosight.models.io.importers._request import Imported, Request, parse_map
+from servosight.models.io.importers._table import read_table
+
+FORMATS: dict[str, Callable[[Path, Request], Imported]] = {".json": read_bam, ".mat": read_mat}
+"""Readers by the ending of the name; whatever else is read as a table of text."""
+
+
+def import_recording(source: Path, request: Request) -> Imported:
+    """Read a log of another program; InputError says what in it is no recording."""
+    check_path(source)
+    if not source.is_file():
+        raise InputError(f"{source}: no such file, expected a log to import; check the name")
+    return FORMATS.get(source.suffix.lower(), read_table)(source, request)
+
+
+__all__ = ["FORMATS", "Imported", "Request", "import_recording", "parse_map"]

@@ -1,0 +1,138 @@
+"""JSON logs of Rhoban's bam (Better Actuator Models): a servo that moves a pendulum.
+
+Source of the format: github.com/Rhoban/bam; ``entries`` hold ``timestamp`` [s],
+``goal_position`` and ``position`` [rad]; beside them stand the bench's ``mass`` [kg], ``length``
+[m], firmware gain ``kp`` and supply ``vin`` [V].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import InputError
+from servosight.models.files import LARGEST_LOG, plain_name, read_settings
+from servosight.models.io.importers._request import Imported, Raw, Request, assemble
+
+DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
+"""Firmware position gain as delivered: the relative gain of a log counts from there.
+
+ROBOTIS e-Manual, XL330-M288, Position P Gain (84); Feetech STS memory table, address 21.
+"""
+KEYS = {
+    "time": ("timestamp", "s"),
+    "command": ("goal_position", "rad"),
+    "angle": ("position", "rad"),
+}
+
+
+def read_bam(path: Path, request: Request) -> Imported:
+    """Read a log; what it holds while the motor has no torque is cut off.
+
+    Without torque the pendulum falls freely: no model of a servo can follow that.
+    """
+    if request.columns or request.unit or request.unit_scale is not None:
+        raise InputError(
+            f"{path}: --map, --unit and --unit-scale do not apply to a bam log, whose keys and "
+            f"units are known; expected none of them, so leave them out"
+        )
+    log = _log(path)
+    entries: list[Any] = log["entries"]
+    torque = np.array([_torque(path, index, entry) for index, entry in enumerate(entries)], bool)
+    start, stop = _longest_run(torque)
+    notes: tuple[str, ...] = ()
+    if stop - start < len(entries):
+        notes = (
+            f"{path}: torque_enable is false in {int(np.sum(~torque))} of {len(entries)} entries, "
+            f"where the servo does not hold the load; only entries {start} to {stop - 1} are kept",
+        )
+    if start == stop:
+        raise InputError(
+            f"{path}: key torque_enable is true in none of the {len(entries)} entries, expected a "
+            f"servo that is switched on; choose another log"
+        )
+    rows = range(start, stop)
+    raw = {
+        quantity: Raw(key, unit, _numbers(path, entries, key, rows), rows, "entry")
+        for quantity, (key, unit) in KEYS.items()
+    }
+    source: dict[str, Any] = {
+        "name": plain_name(path.name),
+        "format": "bam",
+        **{
+            key: value
+            for key, value in log.items()
+            if isinstance(value, str | int | float) and key not in ("name", "format")
+        },
+    }
+    if notes:
+        source["kept_entries"] = [start, stop - 1]
+    recording = assemble(path, raw, request, {"source": source})
+    return Imported(replace(recording, relative_gain=_relative_gain(log)), notes)
+
+
+def _relative_gain(log: dict[str, Any]) -> float:
+    """The log's gain relative to the firmware's default; 1 where one of them is not known."""
+    default = DEFAULT_GAIN.get(str(log.get("motor", "")).lower())
+    gain = log.get("kp")
+    if default is None or isinstance(gain, bool) or not isinstance(gain, int | float) or gain <= 0:
+        return 1.0
+    return gain / default
+
+
+def _log(path: Path) -> dict[str, Any]:
+    log = read_settings(path, "a log as bam writes it", form="JSON", largest=LARGEST_LOG)
+    if not isinstance(log.get("entries"), list) or not log["entries"]:
+        raise InputError(
+            f"{path}: key entries is missing or empty, expected a list of entries with timestamp, "
+            f"goal_position and position, as bam writes it; choose such a log"
+        )
+    return log
+
+
+def _torque(path: Path, index: int, entry: Any) -> bool:
+    if not isinstance(entry, dict):
+        raise InputError(
+            f"{path}, entry {index}: is {str(entry)[:40]!r}, expected an object with timestamp, "
+            f"goal_position and position; mend or delete it"
+        )
+    torque = entry.get("torque_enable", True)
+    if torque not in (True, False):
+        raise InputError(
+            f"{path}, entry {index}: key torque_enable is {str(torque)[:40]!r}, expected true or "
+            f"false; mend it"
+        )
+    return bool(torque)
+
+
+def _numbers(
+    path: Path, entries: Sequence[dict[str, Any]], key: str, rows: range
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    values = np.empty(len(rows))
+    for place, index in enumerate(rows):
+        value = entries[index].get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            shown = "missing" if key not in entries[index] else f"{str(value)[:40]!r}"
+            raise InputError(
+                f"{path}, entry {index}: key {key} is {shown}, expected a number; mend it or "
+                f"delete the entry"
+            )
+        try:
+            values[place] = value
+        except OverflowError:
+            values[place] = np.inf
+    return values
+
+
+def _longest_run(flags: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> tuple[int, int]:
+    """Start and end (exclusive) of the longest stretch of True; the first on a tie."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
+    starts, stops = edges[::2], edges[1::2]
+    if starts.size == 0:
+        return 0, 0
+    best = int(np.argmax(stops - starts))
+    return int(starts[best]), int(stops[best])

@@ -1,0 +1,108 @@
+"""What a hidden effect is to the twin: an edit of the MuJoCo model, or of what drives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import mujoco
+
+from servosight.models.core import Array
+from servosight.sim.bench import STEPS_PER_T, Assembly, BenchParameters
+
+Values = Mapping[str, float]
+Polyline = tuple[Array, Array]
+"""Knots of a command, (time_s, command_deg); a time that stands twice is a jump."""
+
+
+class Twin:
+    """A compiled bench, and where it will be in the middle of the coming step.
+
+    MuJoCo has no term for some effects. Their torque is computed for the middle of the step and
+    held over it, which errs by the step squared only; one from its start would lag by half a step.
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.bench: BenchParameters = assembly.bench
+        self.model = assembly.spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self._state = self.data.qpos, self.data.qvel, self.data.qacc
+        self.motor = int(self.model.joint("motor").dofadr[0])
+        self.sensor = int(self.model.joint(assembly.sensor).dofadr[0])
+        self.drive_range = self.model.jnt_actfrcrange[self.motor]
+        self._full_range = self.drive_range.copy()
+        self.angle = self.speed = self.sensed = 0.0
+        """The motor's, and the sensor's angle, in the middle of the step [rad, rad/s, rad]."""
+
+    def look_ahead(self) -> None:
+        """Set the middle from the state and the acceleration at the step's start.
+
+        What was pushed and limited for the last step is over.
+        """
+        half = 0.5 * self.model.opt.timestep
+        mujoco.mj_forward(self.model, self.data)
+        self.angle, self.speed = self._after(self.motor, half)
+        self.sensed = self.angle
+        if self.sensor != self.motor:
+            self.sensed, _ = self._after(self.sensor, half)
+        self.data.qfrc_applied[:] = 0.0
+        self.drive_range[:] = self._full_range
+
+    def _after(self, hinge: int, time_s: float) -> tuple[float, float]:
+        angle, speed, acceleration = (float(x[hinge]) for x in self._state)
+        gain = time_s * acceleration
+        return angle + time_s * (speed + 0.5 * gain), speed + gain
+
+    def drive_torque(self) -> float:
+        """What all amplifiers together bring to the motor in the middle of the step [N m]."""
+        position = self.data.qpos
+        before = position[self.motor]
+        position[self.motor] = self.angle
+        mujoco.mj_transmission(self.model, self.data)
+        mujoco.mj_fwdActuation(self.model, self.data)
+        position[self.motor] = before
+        return float(self.data.qfrc_actuator[self.motor])
+
+    def push(self, torque_nm: float) -> None:
+        """Push the motor by ``torque_nm`` over the coming step, on top of what does already."""
+        self.data.qfrc_applied[self.motor] += torque_nm
+
+
+Regulator = Callable[[], None]
+Sense = Callable[[float], float]
+
+
+def _leave_model(assembly: Assembly, values: Values) -> None:
+    """The effect does not touch the model."""
+
+
+def _leave_command(command: Polyline, values: Values) -> Polyline:
+    return command
+
+
+def _leave_output(angle_deg: Array, values: Values) -> Array:
+    return angle_deg
+
+
+@dataclass(frozen=True)
+class HiddenEffect:
+    """One physical effect, realised by MuJoCo's own means where it has them.
+
+    ``id`` and the names in ``defaults`` are the catalogue's, and so are the units: torques in
+    degrees of position error. ``edit`` changes the model before it is compiled. ``command`` maps
+    the knots of the command before the amplifier sees it. ``output`` maps the angle behind all
+    hinges to the surface's. The others return functions that are called before each step: ``sense``
+    maps the motor's angle [rad] to what the position loop believes, ``supply`` sets what the
+    amplifiers can bring, ``regulate`` sets friction and loads, which may depend on the drive.
+    ``steps_per_T`` is how finely the effect needs time resolved.
+    """
+
+    id: str
+    defaults: Values
+    edit: Callable[[Assembly, Values], None] = _leave_model
+    command: Callable[[Polyline, Values], Polyline] = _leave_command
+    output: Callable[[Array, Values], Array] = _leave_output
+    sense: Callable[[Twin, Values], Sense] | None = None
+    supply: Callable[[Twin, Values], Regulator] | None = None
+    regulate: Callable[[Twin, Values], Regulator] | None = None
+    steps_per_T: int = STEPS_PER_T

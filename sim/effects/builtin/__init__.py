@@ -1,0 +1,1 @@
+"""Hidden effects of the twin, one file each."""

@@ -1,0 +1,25 @@
+"""Friction in the reducer that grows with the torque it transmits.
+
+MuJoCo's friction loss is a constant, so it is set anew before each step, from the amplifiers'
+torque in the middle of the step.
+"""
+
+from __future__ import annotations
+
+from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+
+
+def regulate(twin: Twin, values: Values) -> Regulator:
+    """Friction loss of the motor's hinge: what it has, plus ``ratio`` [-] times the drive."""
+    loss, motor, ratio = twin.model.dof_frictionloss, twin.motor, values["ratio"]
+    level = float(loss[motor])
+
+    def set_friction() -> None:
+        loss[motor] = level + ratio * abs(twin.drive_torque())
+
+    return set_friction
+
+
+EFFECT: HiddenEffect = HiddenEffect(
+    "load_dependent_friction", {"ratio": 0.5}, regulate=regulate, steps_per_T=200
+)

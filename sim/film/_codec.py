@@ -1,0 +1,180 @@
+"""Pictures to packets: FFV1 without loss, JPEG for each picture, or H.264 across pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Image
+
+NAMES = ("ffv1", "mjpeg", "h264")
+TICK = Fraction(1, 1_000_000)
+
+
+@dataclass(frozen=True)
+class Codec:
+    """``name``: one of :data:`NAMES`. ``quality``: JPEG's, 1 to 100. ``crf``: H.264's, 0 to 51.
+
+    FFV1 and JPEG are grey; H.264 is the 4:2:0 of limited range that cameras record.
+    """
+
+    name: str = "ffv1"
+    quality: int = 80
+    crf: int = 23
+
+
+@dataclass(frozen=True)
+class Packet:
+    """A compressed picture, when it is shown [ticks], and whether it stands by itself."""
+
+    ticks: int
+    data: bytes
+    key: bool = True
+
+
+class Press(Protocol):
+    """Compresses one picture by itself; picklable results, any number of them make one stream."""
+
+    matroska_id: str
+    private: bytes
+
+    def press(self, image: Image) -> bytes:
+        """What the stream holds of a picture (height, width)."""
+
+
+class Lossless:
+    """FFV1, level 3, every frame a key frame (RFC 9043)."""
+
+    matroska_id = "V_FFV1"
+
+    def __init__(self, width: int, height: int) -> None:
+        self._context = _context("ffv1", width, height, "gray")
+        self._context.options = {"level": "3", "g": "1", "slices": "4", "slicecrc": "1"}
+        self._context.open()
+        self.private = bytes(self._context.extradata or b"")
+
+    def press(self, image: Image) -> bytes:
+        import av
+
+        frame = av.VideoFrame.from_ndarray(image, format="gray")
+        (packet,) = self._context.encode(frame)
+        return bytes(packet)
+
+
+class Jpeg:
+    """One grey JPEG for each picture, with the usual tables at ``quality``."""
+
+    matroska_id = "V_MJPEG"
+    private = b""
+
+    def __init__(self, quality: int) -> None:
+        self._options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+
+    def press(self, image: Image) -> bytes:
+        done, data = cv2.imencode(".jpg", image, self._options)
+        if not done:
+            raise RuntimeError("OpenCV could not write a JPEG")
+        return data.tobytes()
+
+
+class Raw:
+    """The picture itself: H.264 needs those before it, so another process compresses it."""
+
+    matroska_id = "V_MPEG4/ISO/AVC"
+    private = b""
+
+    def press(self, image: Image) -> bytes:
+        return image.tobytes()
+
+
+def press_of(codec: Codec, width: int, height: int) -> Press:
+    """What each process does to its pictures."""
+    if codec.name == "ffv1":
+        return Lossless(width, height)
+    if codec.name == "mjpeg":
+        return Jpeg(codec.quality)
+    return Raw()
+
+
+class Stream:
+    """Pressed pictures in order to packets of the file; H.264 is compressed here."""
+
+    def __init__(self, codec: Codec, width: int, height: int, rate_hz: float) -> None:
+        press = press_of(codec, width, height)
+        self.matroska_id, self.private = press.matroska_id, press.private
+        self._shape = (height, width)
+        self._h264: Any = None
+        if codec.name == "h264":
+            self._h264 = _h264(codec.crf, width, height, rate_hz)
+            self.private = avc_configuration(bytes(self._h264.extradata))
+
+    def packets(self, ticks: int, data: bytes) -> Iterator[Packet]:
+        """What may be written once the picture shown at ``ticks`` has come."""
+        if self._h264 is None:
+            yield Packet(ticks, data)
+            return
+        import av
+
+        image = np.frombuffer(data, dtype=np.uint8).reshape(self._shape)
+        frame = av.VideoFrame.from_ndarray(image, format="gray").reformat(format="yuv420p")
+        frame.pts, frame.time_base = ticks, TICK
+        yield from map(_packet, self._h264.encode(frame))
+
+    def rest(self) -> Iterator[Packet]:
+        """What was held back."""
+        if self._h264 is not None:
+            yield from map(_packet, self._h264.encode(None))
+
+
+def _context(name: str, width: int, height: int, pixels: str) -> Any:
+    import av
+
+    context: Any = av.VideoCodecContext.create(name, "w")
+    context.width, context.height, context.pix_fmt = width, height, pixels
+    context.time_base = TICK
+    context.thread_count = 1
+    return context
+
+
+def _h264(crf: int, width: int, height: int, rate_hz: float) -> Any:
+    """x264 as a camera's chip would: no picture waits for a later one, a key frame a second."""
+    from av.codec.context import Flags
+
+    context = _context("libx264", width, height, "yuv420p")
+    context.framerate = Fraction(rate_hz).limit_denominator(1000)
+    context.flags |= Flags.global_header
+    options = {"crf": str(crf), "preset": "medium", "bf": "0", "g": str(max(round(rate_hz), 1))}
+    context.options = options
+    context.open()
+    return context
+
+
+def _packet(packet: Any) -> Packet:
+    return Packet(int(packet.pts), length_prefixed(bytes(packet)), bool(packet.is_keyframe))
+
+
+def units(stream: bytes) -> list[bytes]:
+    """The units of an H.264 byte stream, which start codes part (ITU-T H.264, annex B)."""
+    return [unit.rstrip(b"\0") for unit in stream.split(b"\0\0\1")[1:]]
+
+
+def length_prefixed(stream: bytes) -> bytes:
+    """The same units with their lengths before them, as Matroska and MP4 want them."""
+    return b"".join(len(unit).to_bytes(4, "big") + unit for unit in units(stream))
+
+
+def avc_configuration(stream: bytes) -> bytes:
+    """Parameter sets as an AVCDecoderConfigurationRecord (ISO/IEC 14496-15, 5.3.3.1)."""
+    found = units(stream)
+    sequence = [unit for unit in found if unit[0] & 31 == 7]
+    picture = [unit for unit in found if unit[0] & 31 == 8]
+    record = b"\1" + sequence[0][1:4] + b"\xff"  # lengths of four bytes
+    for mark, group in ((0xE0, sequence), (0, picture)):
+        record += bytes([mark | len(group)])
+        record += b"".join(len(unit).to_bytes(2, "big") + unit for unit in group)
+    return record

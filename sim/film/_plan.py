@@ -1,0 +1,193 @@
+"""When a camera looks, and at what: the sub-frames of each exposure of a trajectory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from servosight.models.core import Array, Camera
+from servosight.sim.camera import TRIPOD, Pose
+from servosight.sim.film._indicator import share
+from servosight.sim.film._settings import VideoSettings
+from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
+
+SUBFRAME_PX = 0.5
+"""Longest way of the fin's tip, of the card or of a shaken picture between two sub-frames."""
+
+_STILL_PX = 1e-6
+_ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
+_SHORTEST_EXPOSURE_S = 1e-7
+
+
+class Motion(Protocol):
+    """What a video needs of a trajectory; ``servosight.sim.bench.Trajectory`` has it."""
+
+    @property
+    def time_s(self) -> Array:
+        """Instants of the grid [s]."""
+
+    @property
+    def motor_deg(self) -> Array:
+        """The horn's angle on the grid."""
+
+    @property
+    def command_deg(self) -> Array:
+        """The command on the grid."""
+
+    def angle_at(self, time_s: Array) -> Array:
+        """The surface's angle at any instants."""
+
+    def mean_angle(self, mid_s: Array, exposure_s: float) -> Array:
+        """The surface's mean angle over exposures about ``mid_s``."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One frame to take: poses of its sub-frames, and what each row gets of them.
+
+    ``weights`` (sub-frames, height) are shares of a row's light, ``lamp`` (height,) is the lamp's
+    mean brightness over its exposure, ``led`` (height,) the share in which the LED was on.
+    """
+
+    index: int
+    poses: tuple[Pose, ...]
+    weights: Array
+    lamp: Array
+    led: Array
+
+
+def frame_starts(trajectory: Motion, camera: Camera) -> Array:
+    """Start of exposure of every frame whose last row is read within the trajectory [s]."""
+    first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
+    return camera.frame_starts(last - first - camera.readout_s, first)
+
+
+def command_start(trajectory: Motion) -> float | None:
+    """When the command first leaves its initial value [s]; None where it never does."""
+    changed = np.flatnonzero(trajectory.command_deg != trajectory.command_deg[0])
+    return float(trajectory.time_s[changed[0]]) if changed.size else None
+
+
+def plan(
+    trajectory: Motion,
+    camera: Camera,
+    starts: Array,
+    led_on_s: float | None,
+    settings: VideoSettings | None = None,
+    seed: int = 0,
+) -> Iterator[Shot]:
+    """The sub-frames of each exposure: one where all is still, else as many as the way needs.
+
+    Under a global shutter a sub-frame shows the mean angle of its share of the exposure, not the
+    angle at its middle, so the mean over sub-frames is the mean over the exposure exactly. Under a
+    rolling one the picture is taken to change linearly from instant to instant, and each row sums
+    its own stretch. ``seed`` draws how the camera shakes.
+    """
+    chosen = settings or VideoSettings()
+    first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
+    exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
+    delays = row_delays(camera)
+    scale = View.of(camera).scale
+    lit = chosen.indicator.lit(trajectory.time_s, trajectory.command_deg, led_on_s)
+
+    def lamp(from_s: Array, to_s: Array) -> Array:
+        return chosen.light.mean(from_s - first, to_s - first, 0.0, last - first)
+
+    for index, start in enumerate(starts):
+        opens = start + delays
+        length = exposure + camera.readout_s
+        way_px = _way_px(trajectory, chosen, start, start + length, scale, seed)
+        needed = math.ceil(way_px / SUBFRAME_PX)
+        if way_px < _STILL_PX:
+            time_s = np.array([start + 0.5 * length])
+            surface, weights = trajectory.angle_at(time_s), np.ones((1, camera.height))
+        elif camera.readout_s == 0.0:
+            count = max(needed, 2)
+            step = length / count
+            time_s = start + step * (np.arange(count) + 0.5)
+            surface = trajectory.mean_angle(time_s, step)
+            bright = lamp(time_s - 0.5 * step, time_s + 0.5 * step)
+            weights = np.repeat((bright / bright.sum())[:, None], camera.height, axis=1)
+        else:
+            time_s = np.linspace(start, start + length, max(needed, _ROLLING_STEPS) + 1)
+            surface = trajectory.angle_at(time_s)
+            blink = 0.5 * _SHORTEST_EXPOSURE_S
+            bright = lamp(time_s - blink, time_s + blink)[:, None]
+            weights = bright * shares(time_s, opens, opens + exposure)
+            weights /= weights.sum(axis=0)
+        led = share(lit, opens, opens + exposure)
+        poses = _poses(trajectory, chosen, time_s, surface, seed)
+        yield Shot(index, poses, weights, lamp(opens, opens + exposure), led)
+
+
+def row_delays(camera: Camera) -> Array:
+    """By how much each row starts later than the first [s], (height,)."""
+    return camera.readout_s * np.arange(camera.height) / max(camera.height - 1, 1)
+
+
+def _poses(
+    trajectory: Motion, settings: VideoSettings, time_s: Array, surface: Array, seed: int
+) -> tuple[Pose, ...]:
+    """What there is to see at instants (n,) at which the surface stands at ``surface`` [deg]."""
+    motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
+    card = settings.cover.place_mm(time_s - trajectory.time_s[0])
+    shown = settings.cover.in_view(card)
+    shake = settings.shake.at(time_s, seed)
+    return tuple(
+        Pose(
+            float(surface[n]),
+            float(motor[n]),
+            float(card[n]) if shown[n] else None,
+            TRIPOD if settings.shake.still else tuple(shake[n].tolist()),
+        )
+        for n in range(time_s.size)
+    )
+
+
+def shares(instants: Array, opens: Array, closes: Array) -> Array:
+    """Weights of pictures at even ``instants`` in each row's exposure: (instants, rows).
+
+    They integrate the line from picture to picture between ``opens`` and ``closes``; each row's
+    add up to one.
+    """
+    step = instants[1] - instants[0]
+
+    def integral(time_s: Array) -> Array:
+        """Of each picture's hat, which is one at its instant and zero at its neighbours'."""
+        x = np.clip((time_s[None, :] - instants[:, None]) / step, -1.0, 1.0)
+        return np.asarray(np.where(x < 0.0, 0.5 * (1.0 + x) ** 2, 0.5 + x - 0.5 * x**2))
+
+    total = integral(closes) - integral(opens)
+    return np.asarray(total / total.sum(axis=0))
+
+
+def _way_px(
+    trajectory: Motion,
+    settings: VideoSettings,
+    start_s: float,
+    end_s: float,
+    scale: float,
+    seed: int,
+) -> float:
+    """How far anything in the picture moves between two instants [px], ``scale`` in px/mm."""
+    time_s = np.linspace(start_s, end_s, max(2, math.ceil((end_s - start_s) / 1e-4) + 1))
+    motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
+    card = settings.cover.place_mm(time_s - trajectory.time_s[0])
+    per_deg = math.radians(1.0) * scale
+    ways = [
+        _way(trajectory.angle_at(time_s)) * FIN_RADIUS_MM * per_deg,
+        _way(motor) * CRANK_MM * per_deg,
+        _way(card) * scale,
+    ]
+    if not settings.shake.still:
+        x, y, roll = settings.shake.at(time_s, seed).T
+        ways.append(ways[0] + math.hypot(_way(x), _way(y)) + _way(roll) * FIN_RADIUS_MM * per_deg)
+    return max(ways)
+
+
+def _way(place: Array) -> float:
+    return float(np.abs(np.diff(place)).sum())

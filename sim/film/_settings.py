@@ -1,0 +1,44 @@
+"""How a video of the bench is taken, beside the camera's timing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from servosight.models.core import Camera
+from servosight.sim.camera import ROOM_PX, Lens, Optics
+from servosight.sim.camera._light import Light
+from servosight.sim.film._codec import Codec
+from servosight.sim.film._indicator import Indicator
+from servosight.sim.film._shake import Shake
+from servosight.sim.scene import Cover
+
+_TILTED_ROOM = 0.4
+"""Share of the picture's width that the bench is drawn beyond it for a lens off the axis."""
+
+
+@dataclass(frozen=True)
+class VideoSettings:
+    """Each part is a variation of its own; the defaults are a still camera and a steady light.
+
+    ``texture_seed`` chooses the printed surfaces; ``workers`` processes share the frames.
+    """
+
+    optics: Optics = field(default_factory=Optics)
+    lens: Lens = field(default_factory=Lens)
+    light: Light = field(default_factory=Light)
+    cover: Cover = field(default_factory=Cover)
+    shake: Shake = field(default_factory=Shake)
+    indicator: Indicator = field(default_factory=Indicator)
+    codec: Codec = field(default_factory=Codec)
+    texture_seed: int = 1
+    workers: int = 2
+
+    def room_px(self, camera: Camera) -> int:
+        """How far beyond the picture the camera may come to look [px]."""
+        room = float(self.optics.margin_px + ROOM_PX)
+        room += 4.0 * self.shake.shift_px
+        room += 4.0 * math.radians(self.shake.roll_deg) * max(camera.width, camera.height)
+        if not self.lens.on_axis:
+            room += _TILTED_ROOM * camera.width
+        return math.ceil(room)

@@ -1,0 +1,21 @@
+"""The bench as a camera sees it: parts, shapes and textures."""
+
+from servosight.sim.scene._cover import HEIGHT_MM as HEIGHT_MM
+from servosight.sim.scene._cover import Cover as Cover
+from servosight.sim.scene._cover import card as card
+from servosight.sim.scene._scene import ARM as ARM
+from servosight.sim.scene._scene import ARM_TOP_MM as ARM_TOP_MM
+from servosight.sim.scene._scene import CRANK_MM as CRANK_MM
+from servosight.sim.scene._scene import FIN as FIN
+from servosight.sim.scene._scene import FIN_RADIUS_MM as FIN_RADIUS_MM
+from servosight.sim.scene._scene import LED_MM as LED_MM
+from servosight.sim.scene._scene import LED_RADIUS_MM as LED_RADIUS_MM
+from servosight.sim.scene._scene import LENS_HEIGHT_MM as LENS_HEIGHT_MM
+from servosight.sim.scene._scene import LUGS_MM as LUGS_MM
+from servosight.sim.scene._scene import PLATE_Z_MM as PLATE_Z_MM
+from servosight.sim.scene._scene import ROD as ROD
+from servosight.sim.scene._scene import SHAFT_MM as SHAFT_MM
+from servosight.sim.scene._scene import Part as Part
+from servosight.sim.scene._scene import View as View
+from servosight.sim.scene._scene import case_meshes as case_meshes
+from servosight.sim.scene._scene import table as table

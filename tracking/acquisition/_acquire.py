@@ -1,0 +1,197 @@
+"""Find the moving part and its pivot from the motion alone, or from what the user points at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Image, InputError, Mask, Single
+from servosight.tracking.acquisition._rigid import POINT, centre_of, motions_of
+from servosight.tracking.acquisition._search import search
+from servosight.tracking.core import Box
+from servosight.tracking.fit import Grid
+from servosight.tracking.surface import Surface, learn, single, spread, surface_mask, tightened
+
+_COARSE_PX = 1.5
+_FARTHEST = 1.5  # times the picture's longer side, from its middle to the pivot
+_ROUGH_FRAMES = 14
+_LEAST_SCORE = 0.6
+_SEARCH_RAD = np.deg2rad(75.0)
+
+
+def acquire(
+    video: Path,
+    images: Sequence[Image],
+    pivot_px: tuple[float, float] | None = None,
+    template: Box | None = None,
+) -> Surface:
+    """Learn the surface and its pivot from a sample of a video's frames, the first one first.
+
+    ``pivot_px`` is held where given; ``template`` (x, y, width, height) is the part of the first
+    frame where the surface is looked for. Raises ``InputError`` where nothing turns.
+    """
+    if template is not None:
+        _check_box(video, template, images[0].shape)
+    if pivot_px is not None:
+        _check_pivot(video, pivot_px, images[0].shape)
+    if pivot_px is not None and template is not None:
+        angles, mask, grid = _from_pointing(images, pivot_px, template)
+        found = np.isfinite(angles)
+        if found.sum() < 2 or np.ptp(angles[found]) < 1e-4:
+            raise InputError(
+                f"{video}: what the template box {_text(template)} shows does not turn about the "
+                f"pivot {pivot_px[0]:g},{pivot_px[1]:g}; expected a textured piece of the moving "
+                "surface and its hinge, move the box or the pivot."
+            )
+        chosen = np.flatnonzero(found)
+        rough, exact = learn([images[int(i)] for i in chosen], angles[chosen], mask, grid, True)
+        angles[chosen] = exact
+    else:
+        motions = motions_of(video, images, template)
+        reference = motions[0].frame
+        angles = np.full(len(images), np.nan)
+        for motion in motions:
+            angles[motion.frame] = motion.angle_rad
+        pivot = np.array(pivot_px) if pivot_px is not None else centre_of(video, motions)
+        _check_pivot(video, (float(pivot[0]), float(pivot[1])), images[0].shape)
+        points = np.vstack([motion.points_px for motion in motions])
+        hull = _hull_mask(points, images[reference].shape, template)
+        grid = _coarse(pivot, hull)
+        mask = _on_lattice(hull, grid)
+        rough = None
+        angles = _completed(images, angles, single(images[reference], mask, grid))
+    known = np.flatnonzero(np.isfinite(angles))
+    some = known[spread(angles[known], _ROUGH_FRAMES)]
+    even = _as_bright(images)
+    for learnt in (some, known):
+        mask = surface_mask([even[int(i)] for i in some], angles[some], grid, mask)
+        if mask.sum() * _COARSE_PX**2 < 200:
+            raise InputError(
+                f"{video}: no moving surface of at least 200 px stands out from the bench; "
+                f"expected a textured surface that turns, {POINT}."
+            )
+        shown = [images[int(i)] for i in learnt]
+        rough, exact = learn(shown, angles[learnt], mask, grid, pivot_px is not None)
+        grid = _recentred(grid, rough.pivot_px)
+        angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
+    assert rough is not None
+    good = np.flatnonzero(np.isfinite(exact))
+    clear = [even[int(i)] for i in known[good]]
+    edge = tightened(clear, exact[good], rough.pivot_px, rough.outline_px)
+    return replace(rough, outline_px=edge)
+
+
+def _as_bright(images: Sequence[Image]) -> list[Single]:
+    """The pictures as bright as the first: a lamp that fades would pass for an edge."""
+    level = [float(np.median(image)) for image in images]
+    return [
+        np.asarray(image, np.float32) * np.float32(level[0] / max(own, 1.0))
+        for image, own in zip(images, level, strict=True)
+    ]
+
+
+def _from_pointing(
+    images: Sequence[Image], pivot_px: tuple[float, float], template: Box
+) -> tuple[Array, Mask, Grid]:
+    """Angles [rad] of the frames against the first, NaN where the box's picture is not found."""
+    box = _hull_mask(np.empty((0, 2)), images[0].shape, template)
+    grid = _coarse(np.array(pivot_px), box)
+    mask = _on_lattice(box, grid)
+    angles = np.full(len(images), np.nan)
+    return _completed(images, angles, single(images[0], mask, grid)), mask, grid
+
+
+def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> Array:
+    """The angles [rad] with those not known searched for; NaN where the surface is not found.
+
+    Features tell nothing of a frame in which the surface stands as in the reference.
+    """
+    model = surface.blurred(0.0)
+    pixels = surface.few_pixels(images[0].shape)
+    known = angles_rad[np.isfinite(angles_rad)]
+    reach = max(1.3 * float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
+    completed = angles_rad.copy()
+    for number in np.flatnonzero(np.isnan(angles_rad)):
+        angle, score = search(model, pixels, images[int(number)], 0.0, reach)
+        if score > _LEAST_SCORE:
+            completed[number] = angle
+    return completed
+
+
+def _text(box: Sequence[float]) -> str:
+    return ",".join(f"{v:g}" for v in box)
+
+
+def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:
+    x, y, width, height = box
+    if width < 12 or height < 12 or x < 0 or y < 0 or x + width > shape[1] or y + height > shape[0]:
+        raise InputError(
+            f"{video}: the template box {_text(box)} does not fit; expected X,Y,W,H of at least "
+            f"12 x 12 px within the {shape[1]} x {shape[0]} px picture."
+        )
+
+
+def _check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
+    """Refuse a pivot so far out that the turn about it is a shift; the lattice grows with it."""
+    away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
+    if not np.hypot(*away) < _FARTHEST * max(shape):
+        raise InputError(
+            f"{video}: the pivot {_text(pivot_px)} is too far from the {shape[1]} x {shape[0]} px "
+            f"picture; expected it within {_FARTHEST:g} times the longer side from the middle, "
+            "give it with --pivot X,Y or show it in the picture."
+        )
+
+
+def _hull_mask(points_px: Array, shape: tuple[int, ...], template: Box | None) -> NDArray[np.uint8]:
+    """Where the moving features lie on the reference frame, generously; or the user's box."""
+    mask = np.zeros(shape, np.uint8)
+    if template is not None:
+        x, y, width, height = template
+        mask[y : y + height, x : x + width] = 1
+        return mask
+    # Features that lie alone are stray matches: keep those with company.
+    column, row = np.clip(np.round(points_px).astype(int), 0, [shape[1] - 1, shape[0] - 1]).T
+    count = np.zeros(shape, np.float32)
+    np.add.at(count, (row, column), 1.0)
+    crowd = cv2.boxFilter(count, -1, (31, 31), normalize=False)[row, column]
+    points = points_px[crowd > 0.1 * crowd.max()]
+    hull = cv2.convexHull(np.round(points).astype(np.int32))
+    cv2.fillConvexPoly(mask, hull, 1)
+    return np.asarray(cv2.dilate(mask, np.ones((25, 25), np.uint8)))
+
+
+def _coarse(pivot_px: Array, mask: NDArray[np.uint8]) -> Grid:
+    """A lattice all round the pivot that reaches past the mask; its seam lies opposite."""
+    y, x = np.nonzero(mask)
+    dx, dy = x - pivot_px[0], pivot_px[1] - y
+    largest = float(np.hypot(dx, dy).max()) + 20.0
+    middle = float(np.arctan2(dy.mean(), dx.mean()))
+    columns = int(2 * np.pi * largest / _COARSE_PX)
+    step = 2 * np.pi / columns
+    return Grid(
+        (float(pivot_px[0]), float(pivot_px[1])),
+        1.0,
+        _COARSE_PX,
+        middle - np.pi + 0.5 * step,
+        step,
+        int(largest / _COARSE_PX),
+        columns,
+    )
+
+
+def _recentred(grid: Grid, pivot_px: tuple[float, float]) -> Grid:
+    return Grid(
+        pivot_px, grid.radius_px, grid.step_px, grid.phi_rad, grid.step_rad, grid.rows, grid.columns
+    )
+
+
+def _on_lattice(mask: NDArray[np.uint8], grid: Grid) -> Mask:
+    """A mask on the picture with the surface at angle zero, on the lattice."""
+    x, y = grid.points(0.0)
+    picked = cv2.remap(mask, x.astype(np.float32), y.astype(np.float32), cv2.INTER_NEAREST)
+    return np.asarray(picked > 0)

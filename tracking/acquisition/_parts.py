@@ -1,0 +1,41 @@
+"""A second part that moves in the same picture: the horn beside the surface.
+
+It is found and measured as the first was, in the same plane, in pictures in which only it moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Image, Mask
+from servosight.tracking.calibration import Camera, View
+from servosight.tracking.core import Track, outline_at
+
+SHADOW_PX = 12
+"""How far about a part its shadow reaches."""
+
+
+def swept(track: Track, shape: Sequence[int]) -> Mask:
+    """Where a tracked part and its shadow come by, in pictures of ``shape`` (height, width)."""
+    cover = np.zeros(tuple(shape), np.uint8)
+    angles = track.angle_deg[track.found]
+    for angle in np.linspace(angles.min(), angles.max(), 2 + int(np.ptp(angles))):
+        cv2.fillPoly(cover, [np.round(outline_at(track, float(angle))).astype(np.int32)], 1)
+    size = 2 * SHADOW_PX + 1
+    return np.asarray(cv2.dilate(cover, np.ones((size, size), np.uint8)) > 0)
+
+
+def without(images: Sequence[Image], first: Track) -> list[Image]:
+    """The pictures with everything painted over that the first part comes by."""
+    barred = swept(first, images[0].shape)
+    grey = np.uint8(np.median(images[0]))
+    return [np.where(barred, grey, image) for image in images]
+
+
+def same_view(first: Track, camera: Camera | None) -> View:
+    """The view in which the first part was measured: both turn in planes that lie alike."""
+    calibrated = camera is not None and camera.onto is not None
+    return View(first.plane, None, "view as for the first part", calibrated)

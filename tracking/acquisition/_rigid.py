@@ -1,0 +1,138 @@
+"""Rigid motions of what moves together in a video's frames, by features, and their centre."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.core import Box, matched
+
+_MOVED_PX = 1.5
+_LEAST_FEATURES = 8
+_LEAST_FRAMES = 4
+_STRIDE = 3
+POINT = "point at it with --pivot X,Y and --template X,Y,W,H"
+"""How to mend it where the motion does not tell, as words for the user."""
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """One frame's motion against the reference: turn [rad, counter-clockwise], then shift [px]."""
+
+    frame: int
+    angle_rad: float
+    matrix: Array  # (2, 3), reference to frame, x and y
+    points_px: Array  # (features, 2) on the reference
+
+
+def motions_of(video: Path, images: Sequence[Image], template: Box | None) -> list[Rigid]:
+    """Rigid motions of the largest moving group of features, the reference frame's own first."""
+    finder = cv2.SIFT.create(1500, contrastThreshold=0.02)
+
+    # Features are dear: of every third frame, as long as these tell enough.
+    @cache
+    def features(frame: int) -> Any:  # cv2's own hints deny that nothing found is None
+        return finder.detectAndCompute(images[frame], None)
+
+    for stride in (_STRIDE, 1):
+        best, moved_px = _largest_group(features, range(0, len(images), stride), template)
+        if len(best) > _LEAST_FRAMES:
+            return best
+    why = (
+        "nothing in the picture moves by more than a pixel or two"
+        if moved_px < _MOVED_PX
+        else "nothing in the picture turns as one textured piece"
+    )
+    raise InputError(
+        f"{video}: {why}, so the surface and its pivot cannot be found from the motion; "
+        f"expected a surface that turns by some degrees, {POINT}."
+    )
+
+
+def _largest_group(
+    features: Callable[[int], Any], chosen: Sequence[int], template: Box | None
+) -> tuple[list[Rigid], float]:
+    """The most rigid motions against one reference; and how far features moved [px]."""
+    references = (0,) if template is not None else (0, len(chosen) // 2, len(chosen) // 3)
+    best: list[Rigid] = []
+    moved_px = 0.0
+    for reference in (chosen[place] for place in references):
+        found = []
+        for frame in chosen:
+            if frame == reference:
+                continue
+            before, after = _pairs(features(reference), features(frame), template)
+            if len(before) == 0:
+                continue
+            away = np.hypot(*(after - before).T)
+            # By a high quantile: a stray match or two is no motion.
+            moved_px = max(moved_px, float(np.quantile(away, 0.95)))
+            moving = away > _MOVED_PX
+            motion = _rigid(frame, before[moving], after[moving])
+            if motion is not None:
+                found.append(motion)
+        if len(found) > len(best):
+            own = Rigid(reference, 0.0, np.eye(2, 3), found[0].points_px)
+            best = [own, *found]
+        if len(best) > len(chosen) // 2:
+            break
+    return best, moved_px
+
+
+def _pairs(first: tuple[Any, Any], second: tuple[Any, Any], box: Box | None) -> tuple[Array, Array]:
+    """Matched features as (n, 2) positions in either frame, those that begin in the box."""
+    _, before, after = matched(first, second)
+    if box is not None:
+        x, y, width, height = box
+        low, high = np.array([x, y]), np.array([x + width - 1, y + height - 1])
+        inside = ((before >= low) & (before <= high)).all(1)
+        before, after = before[inside], after[inside]
+    return before, after
+
+
+def _rigid(frame: int, before: Array, after: Array) -> Rigid | None:
+    """The rigid motion that most moving features share, or None."""
+    if len(before) < _LEAST_FEATURES:
+        return None
+    cv2.setRNGSeed(1)
+    found: tuple[Any, Any] = cv2.estimateAffinePartial2D(
+        before, after, method=cv2.RANSAC, ransacReprojThreshold=1.5
+    )
+    matrix, inlier = found
+    if matrix is None or inlier.sum() < _LEAST_FEATURES or inlier.mean() < 0.25:
+        return None
+    if abs(np.hypot(matrix[0, 0], matrix[1, 0]) - 1.0) > 0.03:
+        return None
+    angle = float(-np.arctan2(matrix[1, 0], matrix[0, 0]))
+    return Rigid(frame, angle, np.asarray(matrix, dtype=np.float64), before[inlier[:, 0] > 0])
+
+
+def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:
+    """The point that no motion moves, by least squares; frames that turned little say little."""
+    rows, values = [], []
+    for motion in motions[1:]:
+        scale = np.hypot(motion.matrix[0, 0], motion.matrix[1, 0])
+        rows.append(np.eye(2) - motion.matrix[:, :2] / scale)
+        # Keep the shift that belongs to the unscaled turn, about the features' own middle.
+        middle = motion.points_px.mean(0)
+        moved = motion.matrix[:, :2] @ middle + motion.matrix[:, 2]
+        values.append(moved - middle + rows[-1] @ middle)
+    stacked, target = np.vstack(rows), np.concatenate(values)
+    use = np.ones(len(target), bool)
+    for _ in range(4):
+        centre, *_rest = np.linalg.lstsq(stacked[use], target[use], rcond=None)
+        error = np.abs(stacked @ centre - target)
+        use = error < 3.0 * 1.4826 * np.median(error) + 0.2
+    if np.linalg.svd(stacked, compute_uv=False)[-1] < 0.02:
+        raise InputError(
+            f"{video}: what moves slides instead of turning, so it has no pivot in reach; expected "
+            f"a surface that turns about a hinge, {POINT}."
+        )
+    return np.asarray(centre)

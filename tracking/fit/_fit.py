@@ -1,0 +1,170 @@
+"""Robust Gauss-Newton of a surface's angle on the pixels of one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Single
+from servosight.tracking.fit._kernels import GATE, gate_of, judged, median_residual, normal, weights
+from servosight.tracking.fit._polar import Sample
+from servosight.tracking.fit._rotation_axis import Lean, lean
+
+Motion = Callable[[Sample], Single]
+
+_LEAST_PIXELS = 60
+_ITERATIONS = 12
+_CLEAR = 0.98  # of the pixels within the gate: nothing covers them
+_SHRINK = 0.03  # of a step near the answer, the next one
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Where the surface was found in a picture, and how well the model explains it there.
+
+    ``shift_px`` is zero unless the motion frees it. ``kept`` is the share of pixels that passed
+    the gate, ``saturated`` the share at either end of the range, ``correlation`` that of picture
+    and model over the kept pixels, ``noise`` their residual's rms [grey levels]. ``pixels`` counts
+    those that the model covers, ``in_view`` is the share of the surface that they are.
+    ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
+    ``delay`` is where in the readout the angle is told, as a share of it about the middle row,
+    ``delay_spread`` the variance of its pixels about that.
+    Grey levels are ``gain`` times the model's plus ``offset``. ``held`` is the share of pixels that
+    a codec copied from the picture before, 0 where there are enough others. ``lean`` is what the
+    picture tells of the pivot, where the sample knows its slope along the radius.
+    """
+
+    angle_rad: float
+    sigma_rad: float
+    shift_px: tuple[float, float]
+    correlation: float
+    kept: float
+    saturated: float
+    noise: float
+    pixels: int
+    in_view: float = 1.0
+    plain_rad: float = 0.0
+    delay: float = 0.0
+    delay_spread: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
+    held: float = 0.0
+    lean: Lean | None = None
+
+
+def turn(sample: Sample) -> Single:
+    """Motion about a known pivot: the angle alone."""
+    return sample.per_turn[None]
+
+
+def turn_and_shift(sample: Sample) -> Single:
+    """Motion about a pivot that is not yet exact: the picture tells where it is."""
+    return np.stack([sample.per_turn, *sample.per_shift]).astype(np.float32)
+
+
+def correlation(a: Single, b: Single) -> float:
+    """Pearson's correlation of two samples of grey levels; 0 where either is flat."""
+    a, b = a - a.mean(), b - b.mean()
+    aa, bb, ab = (float(np.einsum("i,i", p, q)) for p, q in ((a, a), (b, b), (a, b)))
+    return ab / np.sqrt(aa * bb) if aa * bb > 0 else 0.0
+
+
+def gauss_newton(
+    model: Callable[[float], Sample],
+    motion: Motion,
+    picture: NDArray[np.uint8],
+    angle_rad: float,
+    shot: float = 0.0,
+    light: tuple[float, float] | None = None,
+    least: int = 2,
+    exact: float = 0.1,
+) -> Fit | None:
+    """Fit angle, gain and offset of the light (and what else ``motion`` frees), from ``angle_rad``.
+
+    ``model(angle_rad)`` is the surface sampled at the pixels that it covers at that angle; their
+    residuals are the camera's own noise, not a resampled one. Its variance grows with the grey
+    level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset, where
+    they are known. At ``least`` so many steps are made, and as many as leave the angle right to
+    ``exact`` of its sigma. Returns None where too few pixels are left to speak of, or the
+    iteration runs away.
+    """
+    start = angle_rad
+    gain, offset = light or (1.0, 0.0)
+    before = gate = np.inf
+    for iteration in range(1, _ITERATIONS + 1):
+        now = model(angle_rad)
+        if now.chosen.size < _LEAST_PIXELS:
+            return None
+        seen = now.grey(picture)
+        moves = motion(now)
+        if iteration == 1 and light is None:
+            # As bright as it was learnt, but for a shift: least squares would bend to what covers.
+            offset = median_residual(seen, now.value)
+        # What covers a part bends the light towards itself, and the gate would open to it.
+        gate = min(gate, gate_of(seen, now.value, gain, offset))
+        rows = np.concatenate([now.value[None], np.ones_like(now.value)[None], gain * moves])
+        light_now = np.array([gain, offset, gate, shot], np.float32)
+        weight, used, inside = weights(seen, now.value, light_now)
+        if used < _LEAST_PIXELS:
+            return None
+        matrix, right = normal(seen, rows, weight)
+        try:
+            inverse = np.linalg.inv(matrix)
+        except np.linalg.LinAlgError:
+            return None
+        solution = inverse @ right
+        gain, offset, step = (float(v) for v in solution[:3])
+        angle_rad += step
+        if abs(angle_rad - start) > 0.35:
+            return None
+        # Steps shrink by about the same share each time: the next one is not worth its while.
+        shrink = min(abs(step) / before, 1.0) if iteration > 1 else _SHRINK
+        sigma = np.sqrt(inverse[2, 2]) * gate / GATE
+        # What covers a part bends the first step.
+        clear = iteration > 1 or used > _CLEAR * inside
+        if iteration >= least and clear and abs(step) * shrink < max(exact * sigma, 1e-7):
+            break
+        before = max(abs(step), 1e-12)
+    shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
+    tile = now.block
+    tile -= tile.min()
+    sums, squares, weighed, agreement = judged(
+        seen, rows, weight, solution, inverse[2], tile, int(tile.max()) + 1
+    )
+    sigma, plain = _sandwich(sums), float(np.sqrt(inverse[2, 2] * weighed / used))
+    delay, spread = now.delay
+    told = None
+    if now.per_px.size and len(rows) == 3:
+        variance = weighed / used * max(sigma / plain, 1.0) ** 2
+        told = lean(now, seen, rows, weight, matrix, solution, variance)
+    return Fit(
+        angle_rad,
+        sigma,
+        shift,
+        float(agreement),
+        float(used / max(inside, 1)),
+        float(1.0 - inside / seen.size),
+        float(np.sqrt(squares / used)),
+        now.chosen.size + now.left_out,
+        plain_rad=plain,
+        delay=delay,
+        delay_spread=spread,
+        gain=gain,
+        offset=offset,
+        held=now.held,
+        lean=told,
+    )
+
+
+def _sandwich(sums: Array) -> float:
+    """Standard deviation of an estimate from its pixels' influences (White 1980, by clusters).
+
+    Summed over tiles before squaring, so that residuals which hang together (a shadow, an
+    imperfect model) count as the few observations that they are; where they are independent it is
+    ``noise^2 / sum(gradient^2)``.
+    """
+    used = max(int(np.count_nonzero(sums)), 2)
+    return float(np.sqrt(sums @ sums * used / (used - 1)))

@@ -1,0 +1,260 @@
+"""The moving part in polar coordinates about its pivot: turning it is sliding it along one axis.
+
+A picture's pixels keep their radius and their polar angle whatever the surface does, so the tables
+are made once and a turn of the surface is one subtraction; motion blur is a running mean along the
+angle. Inside, angles are radians, counter-clockwise positive as seen (y points down).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import PICTURE, STILL, Exposure, Plane, slopes, weights
+
+_BLOCK_PX = 32
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A lattice of ``rows`` radii by ``columns`` polar angles about ``pivot_px`` (x, y).
+
+    It lies in the ``plane``, whose points are the picture's unless a camera off the axis or a lens
+    makes a difference.
+    """
+
+    pivot_px: tuple[float, float]
+    radius_px: float  # of row 0
+    step_px: float
+    phi_rad: float  # of column 0, with the surface at angle zero
+    step_rad: float
+    rows: int
+    columns: int
+    plane: Plane = PICTURE
+
+    @property
+    def middle_rad(self) -> float:
+        """Polar angle in the middle of the columns."""
+        return self.phi_rad + 0.5 * (self.columns - 1) * self.step_rad
+
+    @property
+    def largest_px(self) -> float:
+        """Radius of the last row."""
+        return self.radius_px + (self.rows - 1) * self.step_px
+
+    def points(self, angle_rad: Array | float) -> tuple[Array, Array]:
+        """Where the lattice lies in the plane with the surface at ``angle_rad``: x, y [px].
+
+        An angle for all, or one for each cell (rows, columns).
+        """
+        radius = self.radius_px + self.step_px * np.arange(self.rows)[:, None]
+        phi = self.phi_rad + self.step_rad * np.arange(self.columns)[None, :] + angle_rad
+        return self.pivot_px[0] + radius * np.cos(phi), self.pivot_px[1] - radius * np.sin(phi)
+
+    def polar_of(self, shape: tuple[int, ...]) -> tuple[Array, Array]:
+        """Radius [px] and polar angle [rad] in the plane of a picture's pixels; of its shape."""
+        y, x = np.indices(shape)
+        place = self.plane.of_picture(np.column_stack([x.ravel(), y.ravel()]).astype(np.float64))
+        dx, dy = place[:, 0] - self.pivot_px[0], self.pivot_px[1] - place[:, 1]
+        return np.hypot(dx, dy).reshape(shape), np.arctan2(dy, dx).reshape(shape)
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """A picture's pixels by rising polar angle about a pivot, twice round so that no slice wraps.
+
+    ``index`` is the place in the flattened picture, ``block`` the number of the 8 x 8 px tile,
+    ``delay`` the row's place in the readout, -1/2 (first) to 1/2 (last). ``farthest_px`` is the
+    lattice's largest radius.
+    """
+
+    phi_rad: Array
+    radius_px: Single
+    index: NDArray[np.intp]
+    block: NDArray[np.intp]
+    delay: Single
+    farthest_px: float
+
+    @classmethod
+    def about(
+        cls,
+        grid: Grid,
+        shape: tuple[int, ...],
+        every: int = 1,
+    ) -> Pixels:
+        """The pixels of a picture of ``shape`` (height, width) within a lattice's largest radius.
+
+        With ``every`` > 1 a regular thinning of them.
+        """
+        radius, phi = (table.ravel() for table in grid.polar_of(shape))
+        index = np.flatnonzero(radius <= grid.largest_px)[::every]
+        phi = np.mod(phi[index], 2 * np.pi)
+        order = np.argsort(phi, kind="stable")
+        index, phi = index[order], phi[order]
+        tiles = shape[1] // _BLOCK_PX + 1
+        block = (index // shape[1] // _BLOCK_PX) * tiles + index % shape[1] // _BLOCK_PX
+        delay = (index // shape[1] / max(shape[0] - 1, 1) - 0.5).astype(np.float32)
+        return cls(
+            np.concatenate([phi, phi + 2 * np.pi]),
+            np.tile(radius[index].astype(np.float32), 2),
+            np.tile(index, 2),
+            np.tile(block, 2),
+            np.tile(delay, 2),
+            grid.largest_px,
+        )
+
+    @cached_property
+    def outwards(self) -> Single:
+        """The unit vectors away from the pivot, along x and against y; (2, pixels)."""
+        return np.array([np.cos(self.phi_rad), np.sin(self.phi_rad)], np.float32)
+
+    def at(self, places: NDArray[np.intp]) -> Pixels:
+        """Those at some places of the table (pixels,), in that order."""
+        return replace(
+            self,
+            phi_rad=self.phi_rad[places],
+            radius_px=self.radius_px[places],
+            index=self.index[places],
+            block=self.block[places],
+            delay=self.delay[places],
+        )
+
+    def covering(self, grid: Grid, angle_rad: float, slack_rad: float = 0.0) -> tuple[slice, float]:
+        """The pixels that the turned lattice can reach, and the turn on this table's own circle.
+
+        ``slack_rad`` is how far some may be turned from the rest.
+        """
+        half = min(0.5 * grid.columns * grid.step_rad + slack_rad, np.pi)
+        lowest = grid.middle_rad + angle_rad - half
+        start = np.mod(lowest, 2 * np.pi)
+        first, last = np.searchsorted(self.phi_rad, [start, start + 2 * half])
+        return slice(int(first), int(last)), angle_rad + float(start - lowest)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The surface's model at the pixels it covers; all arrays (pixels,).
+
+    ``chosen`` are those pixels' places in the table ``pixels``; ``value`` in grey levels;
+    ``per_turn`` its change with the surface's own angle, per radian, and ``per_px`` with the
+    pixel's radius. ``left_out`` counts pixels that it covers as well and that tell nothing new,
+    ``held`` is the share that such pixels have in what these tell.
+    """
+
+    pixels: Pixels
+    chosen: NDArray[np.intp]
+    value: Single
+    per_turn: Single
+    per_px: Single
+    left_out: int = 0
+    held: float = 0.0
+
+    def within(self, kept: Mask) -> Sample:
+        """The ``kept`` (pixels,) alone."""
+        by_radius = self.per_px[kept] if self.per_px.size else self.per_px
+        chosen, value, per_turn = self.chosen[kept], self.value[kept], self.per_turn[kept]
+        left_out = self.left_out + self.chosen.size - chosen.size
+        return Sample(self.pixels, chosen, value, per_turn, by_radius, left_out, self.held)
+
+    def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """What a picture (height, width) shows at the pixels."""
+        return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
+
+    @property
+    def delay(self) -> tuple[float, float]:
+        """The readout's share about the middle row at which the angle is told: mean, variance."""
+        found: tuple[float, float] = _told_at(self.per_turn, self.pixels.delay, self.chosen)
+        return found
+
+    @property
+    def block(self) -> NDArray[np.intp]:
+        """The tile that each pixel lies in."""
+        return np.asarray(self.pixels.block.take(self.chosen))
+
+    @property
+    def per_shift(self) -> tuple[Single, Single]:
+        """Change with a shift of the surface along x and along y [grey levels/px]."""
+        cos, sin = self.pixels.outwards.take(self.chosen, axis=1)
+        along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
+        return along * sin - self.per_px * cos, along * cos + self.per_px * sin
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _told_at(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
+    """Mean and variance of the delays of some pixels, weighed by their slopes' squares."""
+    worth, first, second = 1e-30, 0.0, 0.0
+    for i in range(chosen.size):
+        own = per_turn[i] * per_turn[i]
+        at = delay[chosen[i]]
+        worth, first, second = worth + own, first + own * at, second + own * at * at
+    mean = first / worth
+    return mean, max(second / worth - mean * mean, 0.0)
+
+
+def sample(
+    grid: Grid,
+    coefficients: Single,
+    reach: Single,
+    pixels: Pixels,
+    angle_rad: float,
+    exposure: Exposure = STILL,
+) -> Sample:
+    """Evaluate the cubic spline of a surface turned to ``angle_rad`` at the picture's pixels.
+
+    ``coefficients`` (columns, rows) are those of the spline: pixels come by their angle, so what
+    they need lies together. ``reach`` (columns, rows) are the columns from a cell to the nearest
+    one that is not the surface's; pixels nearer to it than half of what turned during the
+    ``exposure`` are left out.
+    """
+    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
+    phi, radius = pixels.phi_rad[part], pixels.radius_px[part]
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    chosen = np.empty(phi.size, np.intp)
+    out = np.empty((3, phi.size), np.float32)
+    half = 0.5 * exposure.turn_rad / grid.step_rad
+    motion = exposure.per_delay_rad, exposure.bend_rad
+    delay = pixels.delay[part]
+    count = _spline(coefficients, reach, phi, radius, delay, motion, place, half, chosen, out)
+    chosen[:count] += part.start
+    return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _spline(  # type: ignore[no-untyped-def]
+    coefficients, reach, phi, radius, delay, motion, place, half, chosen, out
+):
+    """Value and slopes at the pixels well inside; returns how many, their places in ``chosen``."""
+    columns, rows = coefficients.shape
+    origin, per_rad, first, per_px = place
+    count = 0
+    for i in range(phi.size):
+        own = (motion[0] + motion[1] * delay[i]) * delay[i]
+        u = (phi[i] - origin - own) * per_rad
+        v = (radius[i] - first) * per_px
+        if u < 1.0 or v < 1.0 or u >= columns - 2 or v >= rows - 2:
+            continue
+        m, j = int(u), int(v)
+        if reach[int(u + 0.5), int(v + 0.5)] <= half:
+            continue
+        a, d = weights(np.float32(u - m)), slopes(np.float32(u - m))
+        b, e = weights(np.float32(v - j)), slopes(np.float32(v - j))
+        # Along the radius first, with the value's and the slope's weights; then along the angle.
+        total = by_u = by_v = np.float32(0.0)
+        for k in range(4):
+            c = coefficients[m - 1 + k]
+            c0, c1, c2, c3 = c[j - 1], c[j], c[j + 1], c[j + 2]
+            across = b[0] * c0 + b[1] * c1 + b[2] * c2 + b[3] * c3
+            total += a[k] * across
+            by_u += d[k] * across
+            by_v += a[k] * (e[0] * c0 + e[1] * c1 + e[2] * c2 + e[3] * c3)
+        chosen[count] = i
+        out[0, count] = total
+        out[1, count] = -by_u * per_rad
+        out[2, count] = by_v * per_px
+        count += 1
+    return count

@@ -1,0 +1,77 @@
+"""The fine stage: Gauss-Newton on the angle over layers, outline and shadow included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from servosight.models.core import Image, Mask
+from servosight.tracking.core import Exposure
+from servosight.tracking.fit import Fit, Sample, gauss_newton, news, turn
+from servosight.tracking.layers._layers import Layers, Rings
+from servosight.tracking.methods import Refine, likely
+
+# Blurred layers are kept by their width: steps of a sixth of a column, then of four per cent.
+_WIDTHS = 24.0
+_FULL_AT = 4.0
+_KEPT_TABLES = 32
+_FEW_PIXELS = 1000
+
+
+@dataclass(frozen=True)
+class Layered:
+    """The stage: learnt layers, all pixels about their pivot, few of them, and the wide search.
+
+    The few tell the angle well enough for a single step on all.
+    """
+
+    layers: Layers
+    whole: Rings
+    few: Rings
+    wide: Refine
+    blurred: Callable[[int], Layers]
+
+    @classmethod
+    def of(cls, layers: Layers, wide: Refine) -> Layered:
+        """For the pictures of ``layers``; ``wide`` finds the surface where it was lost."""
+
+        @lru_cache(_KEPT_TABLES)
+        def blurred(width: int) -> Layers:
+            return layers.smeared(_FULL_AT * np.expm1(width / _WIDTHS)) if width else layers
+
+        every = 1 + int(layers.area_px / _FEW_PIXELS)
+        whole, few = (Rings.about(layers.grid, layers.bench.shape, n) for n in (1, every))
+        return cls(layers, whole, few, wide, blurred)
+
+    def near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """Fit from an angle; None if it is no fit.
+
+        Pixels that are ``old`` are left out as long as others tell the angle.
+        """
+        columns = exposure.smear_rad / self.layers.grid.step_rad
+        model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
+
+        def at(angle: float) -> Sample:
+            return news(model.at(self.whole, angle, exposure, outwards=True), old)
+
+        def roughly(angle: float) -> Sample:
+            return model.at(self.few, angle, exposure)
+
+        shot = self.layers.shot
+        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.3)
+        if rough is None:
+            return None
+        light = rough.gain, rough.offset
+        fit = gauss_newton(at, turn, picture, rough.angle_rad, shot, light, least=1)
+        if fit is None or not likely(fit, self.layers.correlation):
+            return None
+        return replace(fit, in_view=self.layers.in_view(fit.angle_rad))
+
+    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+        """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
+        return self.wide.anywhere(picture, centre_rad, half_rad)

@@ -1,0 +1,208 @@
+"""Surface, cover and bench as layers, learnt from the video itself: edges and shadow tell too.
+
+With the surface at an angle, a pixel p shows ``light(q) + clear(q) bench(p)``, with q the place on
+the surface that turns to p: ``light`` is the surface's own, times its cover, and ``clear`` the
+share of the bench that it lets through, 0 inside, 1 outside, between them at the edge and in the
+shadow that goes with it. All three are linear given the angles, so they are found by
+alternating least squares over frames: per cell of the surface a line in the bench behind it, per
+pixel of the bench a mean (the layers of Wang and Adelson 1994, with soft masks).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Single
+from servosight.tracking.core import Exposure, slopes, smeared, weights
+from servosight.tracking.fit import Grid, Pixels, Sample
+
+SEEN_THROUGH = 2
+_ROOM = 2.0  # times the pixels that the cells in use cover
+_ENOUGH = 300  # cells that tell how much of a part is in view
+_GAP = 6  # cells that are not in use do not part a run
+
+
+@dataclass(frozen=True)
+class Rings:
+    """A picture's pixels by rings about a pivot, a row of the lattice each, and by angle in these.
+
+    ``start`` (rows + 1,) are the rings' places in the table ``pixels``, each twice round.
+    """
+
+    pixels: Pixels
+    start: NDArray[np.intp]
+
+    @classmethod
+    def about(cls, grid: Grid, shape: tuple[int, ...], every: int = 1) -> Rings:
+        """The pixels of a picture of ``shape`` (height, width); with ``every`` > 1 a thinning."""
+        table = Pixels.about(grid, shape, every)
+        ring = np.rint((table.radius_px - grid.radius_px) / grid.step_px).astype(np.intp)
+        order = np.argsort(ring, kind="stable")
+        order = order[np.searchsorted(ring[order], 0) :]
+        return cls(table.at(order), np.searchsorted(ring[order], np.arange(grid.rows + 1)))
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The learnt layers. ``coefficients`` (rows, columns, 2) of the splines of light and clearness.
+
+    ``used`` (rows, columns) marks cells whose pixels tell something of the angle, by 2 where the
+    bench must be known for it; ``bench``
+    (height, width) is what lies still [grey levels], NaN where unknown; ``noise`` [grey levels] the
+    rms of what the layers leave unexplained in the frames that they were learnt from; its variance
+    grows with the grey level g as ``1 + shot g``. ``correlation`` is that of picture and model.
+    """
+
+    grid: Grid
+    coefficients: Single
+    used: NDArray[np.uint8]
+    bench: Single
+    noise: float
+    shot: float
+    correlation: float
+
+    @cached_property
+    def area_px(self) -> float:
+        """Pixels that the cells in use cover."""
+        radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
+        count = (self.used > 0).sum(1)
+        return float((count * radius).sum() * self.grid.step_px * self.grid.step_rad)
+
+    def in_view(self, angle_rad: float) -> float:
+        """The share, by area, of the cells in use that the picture holds with the surface there.
+
+        By place alone: where the bench behind it is unknown, a part is not cut off.
+        """
+        phi, radius = self._telling
+        x, y = self.grid.pivot_px
+        turned = phi + angle_rad
+        place = np.column_stack([x + radius * np.cos(turned), y - radius * np.sin(turned)])
+        height, width = self.bench.shape
+        column, row = self.grid.plane.to_picture(place).T
+        inside = (np.abs(column + 0.5 - 0.5 * width) < 0.5 * width) & (
+            np.abs(row + 0.5 - 0.5 * height) < 0.5 * height
+        )
+        return float(radius @ inside / radius.sum())
+
+    @cached_property
+    def _telling(self) -> tuple[Array, Array]:
+        """Polar angle at angle zero [rad] and radius [px] of some cells in use; (cells,) each."""
+        row, column = np.nonzero(self.used)
+        every = 1 + row.size // _ENOUGH
+        phi = self.grid.phi_rad + self.grid.step_rad * column[::every].astype(np.float64)
+        return phi, self.grid.radius_px + self.grid.step_px * row[::every].astype(np.float64)
+
+    @cached_property
+    def _runs(self) -> NDArray[np.intp]:
+        """Row, first and last column of the runs of cells in use; (runs, 3)."""
+        wide = np.pad(self.used > 0, ((0, 0), (_GAP, _GAP)))
+        closed = cv2.morphologyEx(
+            wide.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((1, _GAP + 1), np.uint8)
+        )
+        edge = np.diff(closed.astype(np.int8), axis=1, prepend=0, append=0)
+        row, first = np.nonzero(edge > 0)
+        return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
+
+    def smeared(self, columns: float) -> Layers:
+        """The same layers as a shutter shows them that is open while they turn by ``columns``."""
+        by_column = np.ascontiguousarray(self.coefficients.transpose(1, 0, 2))
+        flat = smeared(by_column.reshape(len(by_column), -1), columns).reshape(by_column.shape)
+        spread = np.ones((1, 2 * int(np.ceil(0.5 * columns)) + 1), np.uint8)
+        return replace(
+            self,
+            coefficients=np.ascontiguousarray(flat.transpose(1, 0, 2)),
+            used=np.asarray(cv2.dilate(self.used, spread)),
+        )
+
+    def at(
+        self, rings: Rings, angle_rad: float, exposure: Exposure, outwards: bool = False
+    ) -> Sample:
+        """What the pixels that tell something show with the surface at an angle.
+
+        The exposure's smear is the layers' own; with its change ``outwards``, if that is wanted.
+        """
+        grid, pixels = self.grid, rings.pixels
+        lowest = angle_rad + grid.phi_rad - exposure.slack_rad
+        turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
+        place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+        motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+        parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
+        chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
+        out = np.empty((3, chosen.size), np.float32)
+        count = _layered(
+            self.coefficients, self.used, self.bench.reshape(-1), self._runs, rings.start,
+            pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index,
+            place, motion, parts, chosen, out,
+        )  # fmt: skip
+        value, per_turn, per_px = out[:, :count]
+        per_px = per_px if outwards else per_px[:0]
+        return Sample(pixels, chosen[:count], value, per_turn, per_px)
+
+
+# Not for all of fastmath: an unknown bench is NaN.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
+def _layered(  # type: ignore[no-untyped-def]
+    coefficients, used, bench, runs, start, phi, radius, delay, index, place, motion, parts,
+    chosen, out,
+):  # fmt: skip
+    """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in
+    use, where the bench is known if it is wanted; returns how many, their places in ``chosen``."""
+    rows, columns, _ = coefficients.shape
+    flat = coefficients.reshape(-1)
+    origin, per_rad, first, per_px = place
+    share = np.float32(1.0 / parts.size)
+    per_turn = -share * np.float32(per_rad)
+    low, high = np.float32(1.0), np.float32(columns - 2.001)
+    zero, half = np.float32(0.0), np.float32(0.5)
+    one, stride = np.uint64(1), np.uint64(2 * columns)
+    count = 0
+    for run in range(runs.shape[0]):
+        ring = runs[run, 0]
+        end = start[ring + 1]
+        begins = origin + (runs[run, 1] - 0.5) / per_rad - motion[2]
+        ends = origin + (runs[run, 2] + 0.5) / per_rad + motion[2]
+        i = start[ring] + np.searchsorted(phi[start[ring] : end], begins)
+        while i < end and phi[i] < ends and count < chosen.size:
+            here = i
+            i += 1
+            own = (motion[0] + motion[1] * delay[here]) * delay[here]
+            u = np.float32((phi[here] - origin - own) * per_rad)
+            v = np.float32((radius[here] - first) * per_px)
+            if not ((v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)):
+                continue
+            use = used[ring, np.int32(u + half)]
+            # What nothing shines through needs no bench.
+            behind = bench[index[here]] if use == SEEN_THROUGH else zero
+            if use == 0 or np.isnan(behind):
+                continue
+            j = np.int32(v)
+            b, e = weights(v - np.float32(j)), slopes(v - np.float32(j))
+            value = slope = outwards = zero
+            for part in parts:
+                column = min(max(u - part, low), high)
+                m = np.int32(column)
+                a, d = weights(column - np.float32(m)), slopes(column - np.float32(m))
+                corner = np.uint64(2 * ((j - 1) * columns + m - 1))
+                for n in range(4):
+                    p0 = corner + np.uint64(2 * n)
+                    p1, p2, p3 = p0 + stride, p0 + stride + stride, p0 + stride + stride + stride
+                    c0, c1, c2, c3 = flat[p0], flat[p1], flat[p2], flat[p3]
+                    if use == SEEN_THROUGH:
+                        c0, c1 = c0 + behind * flat[p0 + one], c1 + behind * flat[p1 + one]
+                        c2, c3 = c2 + behind * flat[p2 + one], c3 + behind * flat[p3 + one]
+                    across = b[0] * c0 + b[1] * c1 + b[2] * c2 + b[3] * c3
+                    outwards += a[n] * (e[0] * c0 + e[1] * c1 + e[2] * c2 + e[3] * c3)
+                    value += a[n] * across
+                    slope += d[n] * across
+            chosen[count] = here
+            out[0, count] = value * share
+            out[1, count] = slope * per_turn
+            out[2, count] = outwards * share * np.float32(per_px)
+            count += 1
+    return count

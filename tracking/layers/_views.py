@@ -1,0 +1,240 @@
+"""A frame that the layers are learnt from: its pixels on the lattice, and the layers' model there.
+
+The model is linear in the layers, so learning them takes two products: of the layers with what a
+frame shows of them (``shown``), and back (``spread``). Both with the frame's own smear and rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from servosight.models.core import Mask, Single
+from servosight.tracking.core import Exposure, slopes, smeared, weights
+from servosight.tracking.fit import Grid, Pixels
+
+_LEAST_SMEAR = 0.3  # columns; less is no smear
+
+
+@dataclass(frozen=True)
+class View:
+    """The pixels of one frame that show wanted cells; (pixels,).
+
+    ``index`` is their place in the flattened picture, ``where`` (2, pixels) the column and row of
+    the lattice that they show. ``smear`` and ``parts`` (stretches,) are its exposure's, in columns.
+    """
+
+    index: NDArray[np.intp]
+    where: Single
+    smear: float
+    parts: Single
+
+    @classmethod
+    def of(
+        cls,
+        pixels: Pixels,
+        grid: Grid,
+        angle_rad: float,
+        exposure: Exposure,
+        wanted: NDArray[np.uint8],
+    ) -> View:
+        """With the surface at an angle; ``wanted`` (columns, rows) marks the cells."""
+        chosen, where = covered(pixels, grid, angle_rad, exposure, wanted)
+        return cls(
+            pixels.index.take(chosen),
+            np.ascontiguousarray(where),
+            exposure.smear_rad / grid.step_rad,
+            (exposure.parts_rad / grid.step_rad).astype(np.float32),
+        )
+
+    def within(self, chosen: Mask) -> View:
+        """The ``chosen`` (pixels,) alone."""
+        some = np.flatnonzero(chosen)
+        return replace(
+            self,
+            index=self.index[some],
+            where=np.ascontiguousarray(self.where[:, some]),
+        )
+
+    @property
+    def cell(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Column and row of the nearest cell; (pixels,) each."""
+        column, row = np.rint(self.where).astype(np.intp)
+        return column, row
+
+    def linear(self, layers: Single) -> Single:
+        """Light and clearness (0, 1) and their slopes by column (2, 3); (4, pixels).
+
+        ``layers`` (columns, rows, 2) are splines' coefficients.
+        """
+        out = np.zeros((4, self.index.size), np.float32)
+        _linear(self._smeared(layers), self.where, self.parts, out)
+        return out
+
+    def shown(self, layers: Single, behind: Single) -> Single:
+        """Grey levels of the layers before the bench ``behind`` (pixels,); (pixels,)."""
+        out = np.empty(self.index.size, np.float32)
+        _shown(self._smeared(layers), self.where, self.parts, behind, out)
+        return out
+
+    def spread(self, grey: Single, behind: Single, shape: tuple[int, ...]) -> Single:
+        """The transpose of ``shown``: grey levels (pixels,) onto layers of ``shape``."""
+        layers = np.zeros(shape, np.float32)
+        _spread(layers, self.where, self.parts, behind, grey)
+        return self._smeared(layers)
+
+    def _smeared(self, layers: Single) -> Single:
+        if self.smear < _LEAST_SMEAR:
+            return layers
+        return smeared(layers.reshape(len(layers), -1), self.smear).reshape(layers.shape)
+
+
+def covered(
+    pixels: Pixels,
+    grid: Grid,
+    angle_rad: float,
+    exposure: Exposure,
+    wanted: NDArray[np.uint8],
+) -> tuple[NDArray[np.intp], Single]:
+    """The pixels that show ``wanted`` cells (columns, rows) of a lattice turned by an angle.
+
+    Their places in the table (pixels,), and the column and row that each shows (2, pixels).
+    """
+    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    motion = exposure.per_delay_rad, exposure.bend_rad
+    size = part.stop - part.start
+    chosen = np.empty(size + 1, np.intp)
+    where = np.empty((2, size + 1), np.float32)
+    count = _select(
+        wanted, pixels.phi_rad[part], pixels.radius_px[part], pixels.delay[part], place, motion,
+        chosen, where,
+    )  # fmt: skip
+    return chosen[:count] + part.start, where[:, :count]
+
+
+_kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+
+
+@_kernel
+def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: ignore[no-untyped-def]
+    """The pixels that show wanted cells, and the columns and rows they show; returns how many."""
+    columns, rows = wanted.shape
+    origin, per_rad, first, per_px = place
+    count = 0
+    for i in range(phi.size):
+        v = (radius[i] - first) * per_px
+        own = (motion[0] + motion[1] * delay[i]) * delay[i]
+        u = (phi[i] - origin - own) * per_rad
+        inside = (v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)
+        m = min(max(int(u + 0.5), 0), columns - 1)
+        j = min(max(int(v + 0.5), 0), rows - 1)
+        # Written always, kept or written over: a branch that cannot be foretold costs more.
+        chosen[count] = i
+        where[0, count], where[1, count] = u, v
+        count += inside & (wanted[m, j] != 0)
+    return count
+
+
+@_kernel
+def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        v = where[1, i]
+        j = int(v)
+        b = weights(v - np.float32(j))
+        for part in parts:
+            u = min(max(where[0, i] - part, np.float32(1.0)), np.float32(columns - 2.001))
+            m = int(u)
+            a, d = weights(u - np.float32(m)), slopes(u - np.float32(m))
+            for k in range(4):
+                start = 2 * ((m - 1 + k) * rows + j - 1)
+                c = flat[start : start + 8]
+                for side in range(2):
+                    across = np.float32(0.0)
+                    for n in range(4):
+                        across += b[n] * c[2 * n + side]
+                    out[side, i] += share * a[k] * across
+                    out[2 + side, i] += share * d[k] * across
+
+
+@_kernel
+def _before(flat, at, b, bench):  # type: ignore[no-untyped-def]
+    """Light before a bench along four rows from a place in the flattened layers, weighed by ``b``.
+
+    ``at`` is unsigned: a place that could be negative would be looked at twice.
+    """
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
+    light = b[0] * (flat[at] + bench * flat[at + one])
+    light += b[1] * (flat[at + two] + bench * flat[at + three])
+    light += b[2] * (flat[at + four] + bench * flat[at + five])
+    return light + b[3] * (flat[at + six] + bench * flat[at + seven])
+
+
+@_kernel
+def _placed(u, part, columns, rows, row):  # type: ignore[no-untyped-def]
+    """Weights of the four columns about a column ``u`` less ``part``; the first one's place in the
+    flattened layers at ``row``, and how far on the next is."""
+    u = min(max(u - part, np.float32(1.0)), np.float32(columns - 2.001))
+    m = np.int32(u)
+    stride = np.uint64(2 * rows)
+    return weights(u - np.float32(m)), np.uint64(2 * ((m - 1) * rows + row)), stride
+
+
+@_kernel
+def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        v, bench = where[1, i], behind[i]
+        j = np.int32(v)
+        b = weights(v - np.float32(j))
+        total = np.float32(0.0)
+        for part in parts:
+            a, at, stride = _placed(where[0, i], part, columns, rows, j - 1)
+            total += a[0] * _before(flat, at, b, bench)
+            total += a[1] * _before(flat, at + stride, b, bench)
+            total += a[2] * _before(flat, at + stride + stride, b, bench)
+            total += a[3] * _before(flat, at + stride + stride + stride, b, bench)
+        out[i] = total * share
+
+
+@_kernel
+def _laid(flat, at, own, b, bench):  # type: ignore[no-untyped-def]
+    """The transpose of ``_before``."""
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
+    through = own * bench
+    flat[at] += own * b[0]
+    flat[at + one] += through * b[0]
+    flat[at + two] += own * b[1]
+    flat[at + three] += through * b[1]
+    flat[at + four] += own * b[2]
+    flat[at + five] += through * b[2]
+    flat[at + six] += own * b[3]
+    flat[at + seven] += through * b[3]
+
+
+@_kernel
+def _spread(layers, where, parts, behind, grey):  # type: ignore[no-untyped-def]
+    columns, rows, _ = layers.shape
+    flat = layers.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    for i in range(where.shape[1]):
+        v, bench = where[1, i], behind[i]
+        j = np.int32(v)
+        b = weights(v - np.float32(j))
+        own = share * grey[i]
+        for part in parts:
+            a, at, stride = _placed(where[0, i], part, columns, rows, j - 1)
+            _laid(flat, at, own * a[0], b, bench)
+            _laid(flat, at + stride, own * a[1], b, bench)
+            _laid(flat, at + stride + stride, own * a[2], b, bench)
+            _laid(flat, at + stride + stride + stride, own * a[3], b, bench)

@@ -1,0 +1,5 @@
+"""Exposure and readout, found from the video itself."""
+
+from servosight.tracking.shutter._find import find_shutter as find_shutter
+from servosight.tracking.shutter._first_pass import first_pass as first_pass
+from servosight.tracking.shutter._middle_row import at_middle_row as at_middle_row

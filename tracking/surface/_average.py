@@ -1,0 +1,82 @@
+"""The mean of frames turned back about a pivot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from scipy import ndimage
+
+from servosight.models.core import Array, Image, Single
+from servosight.tracking.core import weights
+from servosight.tracking.fit import GATE, Grid
+
+
+def spline_of(image: Image) -> Single:
+    """Cubic spline coefficients of a picture, float32 (height, width)."""
+    return np.asarray(ndimage.spline_filter(image, order=3, output=np.float32))
+
+
+def average(splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid: Grid) -> Single:
+    """Spline coefficients of the mean of frames turned back, each shifted by its own.
+
+    Of shape (columns, rows), float32. A cell's mean leaves out what lies far from its median: what
+    covered the surface for a while.
+    """
+    stack = np.empty((grid.columns, grid.rows, len(splines)), np.float32)
+    radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
+    phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns)
+    for number, (spline, angle, shift) in enumerate(
+        zip(splines, angles_rad, shifts_px, strict=True)
+    ):
+        centre = np.array(grid.pivot_px) + shift
+        _turn_back(spline, centre, radius, phi + angle, stack[:, :, number])
+    mean = ndimage.spline_filter(_usual_mean(stack), order=3, mode="mirror", output=np.float64)
+    return np.ascontiguousarray(mean, dtype=np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _turn_back(spline, centre, radius, phi, out):  # type: ignore[no-untyped-def]
+    """A picture's spline on a turned lattice; beyond the picture its border goes on."""
+    height, width = spline.shape
+    for m in range(phi.size):
+        cos, sin = np.cos(phi[m]), np.sin(phi[m])
+        for j in range(radius.size):
+            x = min(max(centre[0] + radius[j] * cos, 0.0), width - 1.0)
+            y = min(max(centre[1] - radius[j] * sin, 0.0), height - 1.0)
+            column, row = int(x), int(y)
+            a, b = weights(np.float32(x - column)), weights(np.float32(y - row))
+            total = np.float32(0.0)
+            for k in range(4):
+                line = spline[min(max(row - 1 + k, 0), height - 1)]
+                if 1 <= column < width - 2:
+                    c0, c1 = line[column - 1], line[column]
+                    c2, c3 = line[column + 1], line[column + 2]
+                else:
+                    c0, c1 = line[max(column - 1, 0)], line[column]
+                    c2 = line[min(column + 1, width - 1)]
+                    c3 = line[min(column + 2, width - 1)]
+                total += b[k] * (a[0] * c0 + a[1] * c1 + a[2] * c2 + a[3] * c3)
+            out[m, j] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _usual_mean(stack):  # type: ignore[no-untyped-def]
+    """Mean over the last axis of what lies within the gate about the median."""
+    columns, rows, count = stack.shape
+    mean = np.empty((columns, rows))
+    away = np.empty(count, np.float32)
+    for m in range(columns):
+        for j in range(rows):
+            middle = np.median(stack[m, j])
+            for i in range(count):
+                away[i] = abs(stack[m, j, i] - middle)
+            gate = GATE * 1.4826 * np.median(away) + 1.0
+            total, used = 0.0, 0
+            for i in range(count):
+                if away[i] <= gate:
+                    total += stack[m, j, i]
+                    used += 1
+            mean[m, j] = total / used
+    return mean

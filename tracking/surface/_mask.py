@@ -1,0 +1,121 @@
+"""Which cells turn with the surface and which stay with the bench, once the angles are known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.fit import Grid
+
+
+def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first: Mask) -> Mask:
+    """Cells that turn with the surface rather than stay with the bench, about the cells ``first``.
+
+    The bench is the median of what each pixel shows while surely nothing covers it. A cell is the
+    surface's where the turned-back mean explains the frames better than the bench does.
+    """
+    stack = np.stack(images)
+    mask = ndimage.binary_dilation(first, iterations=4)
+    places = [
+        tuple(p.astype(np.float32) for p in grid.points(float(angle))) for angle in angles_rad
+    ]
+    seen = np.stack([_look(image, place) for image, place in zip(stack, places, strict=True)])
+    height, width = stack.shape[1:]
+    inside = np.stack([(x >= 0) & (y >= 0) & (x < width) & (y < height) for x, y in places])
+    seen = np.where(inside, seen, np.nan)
+    noise = _temporal_noise(stack)
+    with np.errstate(invalid="ignore"):
+        mean = _nanmedian(seen)
+        own = _nanmean((seen - mean) ** 2)
+    for _ in range(3):
+        bench = _bench(stack, angles_rad, grid, mask)
+        behind = np.stack([_look(bench, place) for place in places])
+        against = _nanmean((seen - behind) ** 2)
+        own_near, against_near = _local(own), _local(against)
+        # Where the bench never shows, the cell must at least look the same in all frames.
+        never = np.isnan(against_near)
+        contrast = _local((mean - _nan_to(_local(mean, 9), 0.0)) ** 2)
+        turns = np.where(
+            never,
+            own_near < 4.0 * noise**2 + 0.25 * contrast + 4.0,
+            own_near < 0.5 * against_near,
+        )
+        turns &= np.isfinite(own_near) & ndimage.binary_dilation(mask, iterations=2)
+        mask_new = _largest(ndimage.binary_opening(turns, iterations=2), grid)
+        if not mask_new.any():
+            return mask_new
+        mask = ndimage.binary_dilation(mask_new, iterations=6)
+    return np.asarray(ndimage.binary_fill_holes(ndimage.binary_closing(mask_new, iterations=2)))
+
+
+def _look(image: NDArray[np.float32], place: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+    return np.asarray(
+        cv2.remap(image, place[0], place[1], cv2.INTER_LINEAR, borderValue=float("nan"))
+    )
+
+
+def _temporal_noise(stack: NDArray[np.float32]) -> float:
+    """The camera's noise [grey levels]: most pixels never change but by it."""
+    step = np.abs(np.diff(stack[:, ::3, ::3], axis=0))
+    return float(1.4826 * np.median(step) / np.sqrt(2.0))
+
+
+def _bench(
+    stack: NDArray[np.float32], angles_rad: Array, grid: Grid, mask: Mask
+) -> NDArray[np.float32]:
+    """Median picture of what lies still, NaN where the (generous) mask always covers it."""
+    height, width = stack.shape[1:]
+    y, x = np.indices((height, width), dtype=np.float32)
+    dx, dy = x - grid.pivot_px[0], grid.pivot_px[1] - y
+    r = ((np.hypot(dx, dy) - grid.radius_px) / grid.step_px).astype(np.float32)
+    phi = np.arctan2(dy, dx)
+    cover = mask.astype(np.uint8)
+    shown = stack.copy()
+    for image, angle in zip(shown, angles_rad, strict=True):
+        m = np.mod(phi - angle - grid.phi_rad, 2 * np.pi) / grid.step_rad
+        hidden = cv2.remap(cover, m.astype(np.float32), r, cv2.INTER_NEAREST)
+        image[hidden > 0] = np.nan
+    return _nanmedian(shown)
+
+
+def _nanmedian(stack: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Median over the first axis without NaN (which numpy's own does slowly, with a warning)."""
+    ordered = np.sort(stack, axis=0)  # NaN last
+    count = np.isfinite(ordered).sum(0)
+    middle = np.maximum(count - 1, 0)
+    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
+    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
+    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), dtype=np.float32)
+
+
+def _nanmean(stack: NDArray[np.float32]) -> NDArray[np.float32]:
+    count = np.isfinite(stack).sum(0)
+    total = np.nansum(stack, axis=0)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), dtype=np.float32)
+
+
+def _nan_to(values: NDArray[np.float32], fill: float) -> NDArray[np.float32]:
+    return np.asarray(np.nan_to_num(values, nan=fill))
+
+
+def _local(values: NDArray[np.float32], size: int = 5) -> NDArray[np.float32]:
+    """Mean over a neighbourhood of the finite cells; NaN where there is none."""
+    known = np.isfinite(values)
+    total = ndimage.uniform_filter(np.where(known, values, 0.0), size, mode=("nearest", "wrap"))
+    share = ndimage.uniform_filter(known.astype(np.float32), size, mode=("nearest", "wrap"))
+    return np.asarray(np.where(share > 1e-3, total / np.maximum(share, 1e-3), np.nan), np.float32)
+
+
+def _largest(mask: Mask, grid: Grid) -> Mask:
+    """The connected piece of largest area in the picture."""
+    labels, count = ndimage.label(mask)
+    if count == 0:
+        return mask
+    area = np.broadcast_to(np.arange(grid.rows)[:, None] + 1.0, mask.shape)
+    sizes = ndimage.sum_labels(area, labels, np.arange(1, count + 1))
+    return np.asarray(labels == 1 + int(np.argmax(sizes)))

@@ -1,0 +1,104 @@
+"""A video file's container: opened or refused in one sentence, and what its header says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from servosight.models.core import InputError
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
+
+MIN_FRAMES = 50
+
+
+@contextmanager
+def opened(video: Path) -> Iterator[InputContainer]:
+    """The file's container; everything that FFmpeg refuses becomes one sentence."""
+    import av
+
+    if not video.is_file():
+        raise InputError(f"{video}: no such file; expected a video, give the path of one.")
+    try:
+        # What a file says of its author is not read, so it may be in any encoding.
+        with av.open(str(video), metadata_errors="replace") as container:
+            if not container.streams.video:
+                raise InputError(
+                    f"{video}: holds no video stream; expected a video of the moving surface, "
+                    "check that the right file is named."
+                )
+            stream = container.streams.video[0]
+            if getattr(stream, "codec_context", None) is None:
+                raise InputError(
+                    f"{video}: names a codec that FFmpeg does not know; expected a video that "
+                    "FFmpeg decodes, check its header or convert it to another codec."
+                )
+            stream.thread_type = "AUTO"
+            stream.thread_count = 2
+            yield container
+    # A damaged header gives sizes and times that no arithmetic takes: the file's fault as well.
+    except (av.FFmpegError, EOFError, ValueError, ArithmeticError) as error:
+        raise InputError(
+            f"{video}: cannot be read as a video to its end ({reason(error)}); expected a whole "
+            "file that FFmpeg reads, copy or record it again."
+        ) from error
+
+
+def reason(error: BaseException) -> str:
+    """Why a file cannot be read, in the system's words."""
+    return str(getattr(error, "strerror", None) or error).strip().rstrip(".").lower()
+
+
+def declared_end_s(stream: Any, container: InputContainer) -> float | None:
+    """Where the header says that the video ends [s], on the clock of the presentation times."""
+    if stream.duration is not None and stream.time_base is not None:
+        return float(((stream.start_time or 0) + stream.duration) * stream.time_base)
+    if container.duration is not None:
+        return float((container.start_time or 0) + container.duration) / 1e6
+    return None
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a file says of its video without decoding it.
+
+    How many pictures it holds; the unit in which it counts their times [s]; the frame rate that it
+    declares, if it does; the codec, where that tells a picture by what it loses of the one before.
+    """
+
+    count: int
+    tick_s: float
+    declared_hz: float | None
+    predicting: str | None
+
+
+def check(video: Path) -> Header:
+    """Read a video through without decoding it.
+
+    Raises ``InputError`` for a file that cannot be read, ends before its header says, or holds
+    fewer than 50 pictures.
+    """
+    with opened(video) as container:
+        stream = container.streams.video[0]
+        base = float(stream.time_base or 0)
+        stamps = [packet.pts for packet in container.demux(stream) if packet.size]
+        last_s = base * max((stamp for stamp in stamps if stamp is not None), default=0)
+        end_s = declared_end_s(stream, container)
+        if end_s is not None and end_s - last_s > max(4.0 * end_s / max(len(stamps), 1), 0.1):
+            raise InputError(
+                f"{video}: truncated, its header declares {end_s:.3f} s and its last frame is at "
+                f"{last_s:.3f} s; expected a whole file, copy it again or cut it with FFmpeg to "
+                "what is there."
+            )
+        codec, rate = stream.codec_context.codec, stream.base_rate
+        predicting = codec.name if codec.lossy and not codec.intra_only else None
+        header = Header(len(stamps), base, float(rate) if rate else None, predicting)
+    if header.count < MIN_FRAMES:
+        raise InputError(
+            f"{video}: holds {header.count} frames; expected at least {MIN_FRAMES}, record longer."
+        )
+    return header

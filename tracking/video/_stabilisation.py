@@ -1,0 +1,82 @@
+"""A camera that moves: how far the bench wanders in the picture, and the pictures without that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image
+
+LEAST_PX = 0.2
+"""Less is what matching features scatters by."""
+
+# All over the picture, however faint: the moving part often has the sharpest corners.
+_POINTS, _APART_PX, _FAINTEST = 500, 24, 1e-4
+_LEAST_FOUND = 20
+_ALIKE_PX = 0.5  # features farther from where most of them went are not the bench's
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2)."""
+
+    picture: Image
+    points: Any  # cv2's own hints for it clash
+
+    @classmethod
+    def of(cls, picture: Image) -> Bench | None:
+        """None where too few are found to tell."""
+        points: Any = cv2.goodFeaturesToTrack(picture, _POINTS, _FAINTEST, _APART_PX)
+        return cls(picture, points) if points is not None and len(points) >= _LEAST_FOUND else None
+
+    def seen(self, image: Image) -> tuple[Array, Array]:
+        """Where features are in the picture and in another image; (found, 2) each."""
+        bright = float(np.median(self.picture)) / max(float(np.median(image)), 1.0)
+        even = cv2.convertScaleAbs(image, alpha=bright)
+        nothing = np.empty(0, np.float32)
+        found, status, _ = cv2.calcOpticalFlowPyrLK(self.picture, even, self.points, nothing)
+        kept = status.ravel() > 0
+        before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
+        return np.asarray(before, np.float64), np.asarray(after, np.float64)
+
+    def held(self, image: Image) -> tuple[Image, float]:
+        """An image laid on the picture, shifted and rolled as most features are; and the doubt
+        [px] in that. The image as it is, and infinity, where they do not agree."""
+        before, after = self.seen(image)
+        if len(before) < _LEAST_FOUND:
+            return image, np.inf
+        cv2.setRNGSeed(1)
+        told: tuple[Any, Any] = cv2.estimateAffinePartial2D(
+            before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
+        )
+        matrix, inlier = told
+        if matrix is None or inlier.sum() < _LEAST_FOUND:
+            return image, np.inf
+        same = inlier.ravel() > 0
+        left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
+        flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
+        size = (image.shape[1], image.shape[0])
+        still = cv2.warpAffine(image, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(still, np.uint8), float(np.sqrt((left**2).sum() / same.sum() ** 2))
+
+
+def wander_px(images: Sequence[Image]) -> float:
+    """Rms shift of most of the picture's features over frames, the first of which has them.
+
+    Most of them lie on what does not turn, so their median is the camera's. 0 where too few are
+    found to tell.
+    """
+    bench = Bench.of(images[0])
+    if bench is None:
+        return 0.0
+    shifts = [np.zeros(2)]
+    for image in images[1:]:
+        before, after = bench.seen(image)
+        if len(before) >= _LEAST_FOUND:
+            shifts.append(np.median(after - before, axis=0))
+    away = np.array(shifts) - np.mean(shifts, axis=0)
+    return float(np.sqrt((away**2).sum(1).mean()))

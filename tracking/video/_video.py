@@ -1,0 +1,226 @@
+"""Video in: streamed grey frames and the times at which the file says they were taken."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.video._container import declared_end_s, opened
+
+_RUNS, _RUN_PARTS, _PART = 8, 4, 10
+_LARGEST_SIDE_PX = 8192
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One decoded picture: its place in the file, presentation time [s], grey (height, width).
+
+    ``doubt_px`` is what is not known of where the camera stood, if its motion was taken out.
+    """
+
+    index: int
+    time_s: float
+    image: Image
+    doubt_px: float = 0.0
+
+
+def frames(video: Path) -> Iterator[Frame]:
+    """Stream the pictures of a video in order; memory does not grow with its length.
+
+    Times are presentation times (pts x time base), the start of exposure; the declared rate
+    serves only a file without them. Raises ``InputError`` for a file that cannot be decoded, that
+    changes its picture size, or whose time does not advance.
+    """
+    with opened(video) as container:
+        stream = container.streams.video[0]
+        rate = stream.average_rate or stream.guessed_rate
+        shape: tuple[int, ...] | None = None
+        last_s = -np.inf
+        for index, picture in enumerate(container.decode(stream)):
+            time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
+            image = _grey(video, index, picture, shape)
+            shape, last_s = image.shape, time_s
+            yield Frame(index, time_s, image)
+
+
+def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> float:
+    if picture.pts is not None and picture.time_base is not None:
+        return float(picture.pts * picture.time_base)
+    if rate:
+        return float(index / rate)
+    raise InputError(
+        f"{video}: frame {index} has neither a presentation time nor a frame rate; expected one "
+        "of them, remux the file or give the times in a frames.csv."
+    )
+
+
+def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
+    """The time of a frame, refused where it is not after the last one's."""
+    if time_s > last_s:
+        return time_s
+    raise InputError(
+        f"{video}: frame {index} has the time {time_s:.6f} s, not after the frame before it "
+        f"({last_s:.6f} s); expected rising presentation times, remux the file so that they rise."
+    )
+
+
+def _grey(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None = None) -> Image:
+    """The picture in grey; refused where its size cannot be used or is not ``shape``, the first's.
+
+    Before it is converted: a damaged header may claim more than fits into memory.
+    """
+    width, height = picture.width, picture.height
+    if min(width, height) < 32 or max(width, height) > _LARGEST_SIDE_PX:
+        raise InputError(
+            f"{video}: pictures of {width} x {height} px; expected 32 to {_LARGEST_SIDE_PX} px a "
+            "side, scale the video."
+        )
+    if shape is not None and (height, width) != shape:
+        raise InputError(
+            f"{video}: frame {index} is {width} x {height} px where the first is {shape[1]} x "
+            f"{shape[0]}; expected one size, cut the file there."
+        )
+    image: Image = picture.to_ndarray(format="gray")
+    return image
+
+
+def sample_frames(video: Path, count: int) -> list[Frame]:
+    """About ``count`` pictures spread evenly over the video, with the first one first.
+
+    Seeks, so that a long file costs no full pass; ``index`` is exact for the first frame only
+    (others carry their rank in the sample).
+    """
+    with opened(video) as container:
+        stream = container.streams.video[0]
+        base = float(stream.time_base or Fraction(1, 1000))
+        decoder = container.decode(stream)
+        first = next(decoder, None)
+        if first is None:
+            raise InputError(
+                f"{video}: holds no readable frame; expected a video, record it again."
+            )
+        rate = stream.average_rate or stream.guessed_rate
+        start_s = _time_s(video, 0, first, rate)
+        image = _grey(video, 0, first)
+        sampled = [Frame(0, start_s, image)]
+        end_s = declared_end_s(stream, container)
+        if end_s is None or first.pts is None or end_s <= start_s:
+            return sampled + _by_decoding(decoder, count, video, rate)
+        for target_s in np.linspace(start_s, end_s, count + 1)[1:-1]:
+            if target_s <= sampled[-1].time_s:
+                continue
+            container.seek(int(target_s / base), stream=stream)
+            for picture in container.decode(stream):
+                time_s = _time_s(video, len(sampled), picture, rate)
+                if time_s >= target_s:
+                    sampled.append(Frame(len(sampled), time_s, _grey(video, len(sampled), picture)))
+                    break
+        return [frame for frame in sampled if frame.image.shape == image.shape]
+
+
+def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
+    """``count`` runs of ``length`` neighbouring pictures, spread evenly over the video.
+
+    ``index`` counts from the video's start, by the declared rate after the first run. A file
+    without a declared length gives its first run alone.
+    """
+    last_s, shape = -np.inf, None
+    for number in range(count):
+        with opened(video) as container:
+            stream = container.streams.video[0]
+            base = float(stream.time_base or Fraction(1, 1000))
+            rate = stream.average_rate or stream.guessed_rate or Fraction(0)
+            end_s = declared_end_s(stream, container)
+            if number and end_s is None:
+                return
+            start_s = float(stream.start_time or 0) * base
+            target_s = start_s + (number / count) * ((end_s or 0.0) - start_s)
+            if number:
+                container.seek(int(target_s / base), stream=stream)
+            run: list[Frame] = []
+            for picture in container.decode(stream):
+                time_s = _time_s(video, len(run), picture, rate)
+                if time_s >= max(target_s, last_s + 1e-9):
+                    index = round((time_s - start_s) * float(rate))
+                    if run:
+                        _after(video, index, time_s, run[-1].time_s)
+                    run.append(Frame(index, time_s, _grey(video, index, picture, shape)))
+                    shape = run[-1].image.shape
+                if len(run) == length:
+                    break
+        if run:
+            last_s = run[-1].time_s
+            yield run
+
+
+def calm_frames(video: Path) -> list[Frame]:
+    """Some 32 pictures spread over the video in which little moves, the first one first.
+
+    Of each tenth or so of a second, the picture that is most like its neighbours: the least
+    smeared, and under a rolling shutter the least sheared.
+    """
+    calm: list[Frame] = []
+    for run in stretches(video, _RUNS, _RUN_PARTS * _PART):
+        if len(run) < 2:
+            continue
+        thin = np.stack([frame.image[::4, ::4] for frame in run]).astype(np.int16)
+        change = np.abs(np.diff(thin, axis=0)).mean((1, 2))
+        unlike = np.maximum(np.append(change, change[-1:]), np.append(change[:1], change))
+        if not calm:
+            calm.append(run[0])
+        for start in range(0, len(run), _PART):
+            best = start + int(np.argmin(unlike[start : start + _PART]))
+            if run[best].time_s > calm[-1].time_s:
+                calm.append(run[best])
+    return calm
+
+
+def _by_decoding(
+    decoder: Iterator[Any], count: int, video: Path, rate: Fraction | None
+) -> list[Frame]:
+    """Thin a stream of unknown length to at most ``count``: halve the sample when it is full."""
+    kept: list[Frame] = []
+    stride = 4
+    for index, picture in enumerate(decoder, start=1):
+        if index % stride == 0:
+            kept.append(
+                Frame(index, _time_s(video, index, picture, rate), _grey(video, index, picture))
+            )
+            if len(kept) >= 2 * count:
+                kept, stride = kept[1::2], 2 * stride
+    return kept
+
+
+def even_times(time_s: Array, tick_s: float) -> Array:
+    """Presentation times without their rounding, where they are those of an even rate.
+
+    A container that counts milliseconds shifts every frame by up to half of one: at 300 deg/s,
+    0.15 deg. Where one line through all stamps explains them to within half a tick, they are
+    that line, rounded; where none does (dropped frames, a free-running clock), they stay.
+    """
+    number = np.arange(len(time_s))
+    if len(time_s) < 3:
+        return time_s
+    slope, start = np.polyfit(number, time_s, 1)
+    line = start + slope * number
+    half = 0.5 * tick_s
+    error = time_s - line
+    if np.ptp(error) > 2.0 * half * 1.001 + 1e-9 or np.ptp(error) < 1e-9:
+        return time_s
+    return np.asarray(line + 0.5 * (error.max() + error.min()))
+
+
+def read_frame(video: Path, index: int) -> Image:
+    """The grey picture number ``index`` (0 is the first), uint8 (height, width)."""
+    for frame in frames(video):
+        if frame.index == index:
+            return frame.image
+    raise InputError(
+        f"{video}: has no frame {index}; expected a number from 0 to its last frame's."
+    )
