@@ -70,8 +70,7 @@ class Geometry:
 
 def tracked_files(folder: Path) -> set[str]:
     """Names of the files in ``folder`` that the tracker wrote and nobody has changed since."""
-    from servosight.models.core import InputError
-    from servosight.models.files import read_settings
+    from servosight.models.core import InputError, read_settings
 
     try:
         table = read_settings(folder / NAME)
@@ -93,8 +92,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
     It fits where video and samples are still those that were tracked: a row for each frame that
     was not left out.
     """
-    from servosight.models.core import InputError
-    from servosight.models.files import read_settings
+    from servosight.models.core import InputError, read_settings
 
     if recording.video is None:
         return None

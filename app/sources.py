@@ -29,8 +29,7 @@ DOUBT = 1.5
 
 def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     """All recordings in order, each horn's behind its surface's, with the given pulse widths."""
-    from servosight.models.core import views
-    from servosight.models.files import check_path
+    from servosight.models.core import check_path, views
     from servosight.models.io import inspect_folder, load_recording
 
     recordings = []

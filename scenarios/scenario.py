@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from servosight.models import excitation as shapes
-from servosight.models.core import Array, Camera, InputError
+from servosight.models.core import Array, Camera, InputError, read_settings
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
-from servosight.models.files import read_settings
 from servosight.scenarios.camera_settings import TABLES, check_camera, check_filming, read_filming
 from servosight.scenarios.draws import DRAWS, UNCATALOGUED_DRAWS, USUAL, scaled
 from servosight.scenarios.toml_table import read_number, read_table, require

@@ -23,8 +23,8 @@ hand; then `servosight diagnose REC --auto --plugin THIS_FILE.py` lets it compet
 
 import math
 
-from servosight.models.effect import Cues, Effect, Place
-from servosight.models.parameter import FIXED, TORQUE, Parameter, Scaling
+from servosight.models.effects import Cues, Effect, Place
+from servosight.models.core import FIXED, TORQUE, Parameter, Scaling
 '''
 
 _EFFECT = """

@@ -15,6 +15,13 @@ from servosight.models.core._atomic import write_text as write_text
 from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._errors import InputError as InputError
+from servosight.models.core._files import LARGEST_LOG as LARGEST_LOG
+from servosight.models.core._files import LARGEST_TABLE as LARGEST_TABLE
+from servosight.models.core._files import check_path as check_path
+from servosight.models.core._files import plain_name as plain_name
+from servosight.models.core._files import read_bytes as read_bytes
+from servosight.models.core._files import read_settings as read_settings
+from servosight.models.core._files import read_text as read_text
 from servosight.models.core._json import json_text as json_text
 from servosight.models.core._mark import MARK as MARK
 from servosight.models.core._mark import Kind as Kind

@@ -12,9 +12,9 @@ import tomli_w
 
 from servosight.models.core._atomic import write_text
 from servosight.models.core._errors import InputError
+from servosight.models.core._files import read_settings
 from servosight.models.core._mark import Kind, marked_toml
 from servosight.models.core._parameter import CORE, OWN, Parameter
-from servosight.models.files import read_settings
 
 if TYPE_CHECKING:
     from servosight.models.effects import Effect

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from servosight.models.core._errors import InputError
+from servosight.models.core._files import check_path
 from servosight.models.core._temporary import discard, temporary_file, temporary_folder
-from servosight.models.files import check_path
 
 
 def write_text(path: Path, text: str) -> None:

@@ -8,9 +8,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from servosight.models.core import InputError
+from servosight.models.core import InputError, check_path
 from servosight.models.effects._contract import Effect
-from servosight.models.files import check_path
 
 CATALOGUE: tuple[str, ...] = (
     "dead_time",

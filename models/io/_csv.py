@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import Array, InputError
-from servosight.models.files import LARGEST_TABLE, read_text
+from servosight.models.core import LARGEST_TABLE, Array, InputError, read_text
 
 LONGEST_LINE = 100_000
 _UNQUOTED = "\x1f"  # ASCII's own unit separator stands in for the delimiter of a quoted table

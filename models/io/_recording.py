@@ -10,8 +10,16 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from servosight.models.core import Array, InputError, Recording, Stream, new_folder, write_text
-from servosight.models.files import check_path, plain_name
+from servosight.models.core import (
+    Array,
+    InputError,
+    Recording,
+    Stream,
+    check_path,
+    new_folder,
+    plain_name,
+    write_text,
+)
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet, table_text

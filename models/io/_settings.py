@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from servosight.models.core import Hold, InputError
-from servosight.models.files import read_settings
+from servosight.models.core import Hold, InputError, read_settings
 
 FORMAT = 1
 LONGEST_EXPOSURE_S = 1.0

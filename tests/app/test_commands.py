@@ -313,8 +313,8 @@ def test_effects_show_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 PLUGIN = """
-from servosight.models.effect import Effect, Place
-from servosight.models.parameter import Parameter
+from servosight.models.effects import Effect, Place
+from servosight.models.core import Parameter
 
 def term(drive: float, w: float, ratio: float) -> float:
     return drive * ratio if drive < 0.0 else drive

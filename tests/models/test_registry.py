@@ -11,8 +11,8 @@ from servosight.models.effects import Effect, Place, catalogue, select
 from servosight.models.effects._registry import CATALOGUE
 
 PLUGIN = '''
-from servosight.models.effect import Effect, Place
-from servosight.models.parameter import Parameter
+from servosight.models.effects import Effect, Place
+from servosight.models.core import Parameter
 
 
 def term(theta: float, w: float, cubic: float) -> float:

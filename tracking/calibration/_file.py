@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Kind, marked_toml, write_text
-from servosight.models.files import read_settings
+from servosight.models.core import Array, InputError, Kind, marked_toml, read_settings, write_text
 from servosight.tracking.calibration._view import Camera
 from servosight.tracking.core import Lens
 

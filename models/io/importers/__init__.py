@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from servosight.models.core import InputError
-from servosight.models.files import check_path
+from servosight.models.core import InputError, check_path
 from servosight.models.io.importers._bam import read_bam
 from servosight.models.io.importers._mat import read_mat
 from servosight.models.io.importers._request import Imported, Request, parse_map

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import InputError
-from servosight.models.files import LARGEST_LOG, plain_name, read_settings
+from servosight.models.core import LARGEST_LOG, InputError, plain_name, read_settings
 from servosight.models.io.importers._request import Imported, Raw, Request, assemble
 
 DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}

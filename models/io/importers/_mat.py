@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError
-from servosight.models.files import plain_name, read_bytes
+from servosight.models.core import Array, InputError, plain_name, read_bytes
 from servosight.models.io.importers import mat_reader
 from servosight.models.io.importers._request import (
     Column,
@@ -61,7 +60,7 @@ def read_mat(path: Path, request: Request) -> Imported:
 
 
 def _variables(path: Path) -> dict[str, Any]:
-    """Numeric arrays by name, as :mod:`servosight.models.importers.mat_reader` finds them."""
+    """Numeric arrays by name, as :mod:`servosight.models.io.importers.mat_reader` finds them."""
     content = read_bytes(path, "a MATLAB file", LARGEST_MAT)
     try:
         reader = subprocess.run(

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording
-from servosight.models.files import plain_name
+from servosight.models.core import Array, InputError, Recording, plain_name
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, SECONDS, Series
 from servosight.models.io._settings import Settings

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from servosight.models.core import InputError
-from servosight.models.files import plain_name
+from servosight.models.core import InputError, plain_name
 from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io._series import DEGREES, SECONDS
 from servosight.models.io.importers._request import (
