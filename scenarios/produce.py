@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
-from servosight.models.core import Camera, check_folder, new_folder, write_text
+from servosight.models.core import Camera, Recording, check_folder, new_folder, write_text
 from servosight.models.io import FILES, save_recording, table_text, write_angle
 from servosight.scenarios.camera_settings import filming_tables
 from servosight.scenarios.scenario import Scenario
@@ -30,6 +30,23 @@ KNOWN = ("rate_hz", "exposure_s", "readout_s", "width", "height")
 Progress = Callable[[int, int], None]
 
 
+@dataclass(frozen=True, repr=False)
+class SimulatedRecording(Recording):
+    """A recording of the twin; ``truth`` is what its truth.toml would hold, for whoever scores."""
+
+    truth: Mapping[str, Any] = field(default_factory=dict)
+
+
+def simulated(scenario: Scenario) -> SimulatedRecording:
+    """Run ``scenario`` and measure its angle, without any file or video."""
+    trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
+    noisy = angle_recording(
+        trajectory, _camera(scenario), scenario.noise_deg, _stream(scenario, 0), name="simulated"
+    )
+    own = {f.name: getattr(noisy, f.name) for f in fields(noisy)}
+    return SimulatedRecording(**own, truth=_truth(scenario))
+
+
 def produce(
     scenario: Scenario, folder: Path, progress: Progress | None = None, *, force: bool = False
 ) -> Trajectory:
@@ -42,22 +59,35 @@ def produce(
     """
     check_folder(folder, OURS, sign=TRUTH, force=force)
     trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
-    camera = replace(scenario.camera, clock_seed=_stream(scenario, 2) + scenario.camera.clock_seed)
+    camera = _camera(scenario)
     exact = angle_recording(trajectory, camera, 0.0, 0, name=folder.name)
     noisy = angle_recording(
         trajectory, camera, scenario.noise_deg, _stream(scenario, 0), name=folder.name
     )
     with new_folder(folder, OURS, sign=TRUTH, force=force) as fresh:
         save_recording(noisy, fresh, extra=_known(scenario))
-        truth: dict[str, Any] = {"format": 1, "effects": list(scenario.effects)}
+        truth = _truth(scenario)
         if scenario.video:
             (fresh / "angle.csv").unlink()
             truth["video"] = _render(scenario, camera, trajectory, fresh, progress)
-        truth["parameters"] = scenario.truth()
-        truth["scenario"] = _settings(scenario)
         write_angle(fresh / TRUE_ANGLE, exact.time_s, exact.angle_deg, None)
         write_text(fresh / TRUTH, tomli_w.dumps(truth))
     return trajectory
+
+
+def _camera(scenario: Scenario) -> Camera:
+    """The scenario's camera, whose clock is drawn by the scenario's seed as well."""
+    return replace(scenario.camera, clock_seed=_stream(scenario, 2) + scenario.camera.clock_seed)
+
+
+def _truth(scenario: Scenario) -> dict[str, Any]:
+    """What was hidden, and all that it takes to do it again."""
+    return {
+        "format": 1,
+        "effects": list(scenario.effects),
+        "parameters": scenario.truth(),
+        "scenario": _settings(scenario),
+    }
 
 
 def _render(

@@ -28,8 +28,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Free the effect's parameters, fit, print, write the card."""
+    from servosight.app.inputs import load
     from servosight.app.present import show_identification
-    from servosight.app.sources import load
     from servosight.diagnose import add
     from servosight.models.core import Actuator, InputError
     from servosight.models.effects import catalogue, select

@@ -21,8 +21,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
+    from servosight.app.inputs import load
     from servosight.app.present import show_findings, show_where
-    from servosight.app.sources import load
     from servosight.diagnose import compare
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue

@@ -30,13 +30,12 @@ def run(args: argparse.Namespace) -> None:
     """Write recording/, model.toml, diagnosis.json and report.html."""
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
-    from servosight.app.sources import track_folder
     from servosight.diagnose import diagnose
     from servosight.models.core import json_text, write_text
     from servosight.models.effects import catalogue
-    from servosight.models.io import inspect_folder, load_recording
     from servosight.scenarios.produce import produce
     from servosight.scenarios.scenario import hidden
+    from servosight.sources import read
 
     card, diagnosis, report = (args.output / name for name in WRITTEN)
     if args.output.is_dir():
@@ -49,8 +48,8 @@ def run(args: argparse.Namespace) -> None:
     with progress("filming") as show:
         produce(scenario, place, lambda done, total: show("frames", done, total), force=args.force)
     out.print("2. The camera measures the fin's angle.")
-    track_folder(inspect_folder(place))
-    recording = load_recording(place)
+    with progress("tracking") as show:
+        recording = read(place, progress=show)
     out.print("3. The model is held against the measurement: what is missing?")
     with progress("diagnosing") as show:
         result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)

@@ -76,8 +76,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Diagnose, print, write the card, the JSON and the report."""
+    from servosight.app.inputs import load
     from servosight.app.present import show_diagnosis
-    from servosight.app.sources import load
     from servosight.diagnose import diagnose
     from servosight.models.effects import catalogue
 

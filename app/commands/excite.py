@@ -166,7 +166,7 @@ def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str
 
 
 def _check(args: argparse.Namespace) -> None:
-    from servosight.app.sources import load
+    from servosight.app.inputs import load
     from servosight.identify.design import assess, better_command, rehearsal
     from servosight.identify.problem import noise_deg
     from servosight.models.core import Actuator
@@ -195,7 +195,7 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _analyse(args: argparse.Namespace) -> None:
-    from servosight.app.sources import load
+    from servosight.app.inputs import load
     from servosight.identify.discrete import distortion
     from servosight.models.core import InputError
 

@@ -40,8 +40,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
+    from servosight.app.inputs import load
     from servosight.app.present import show_identification
-    from servosight.app.sources import load
     from servosight.identify.design import assess, better_command
     from servosight.identify.discrete import as_sampled
     from servosight.identify.fit import METHODS, identify

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, box, point
-from servosight.app.output import check_outputs, check_target, console
+from servosight.app.output import check_outputs, check_target, console, progress
 from servosight.models.core import Kind
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
-    from servosight.app.sources import HORN, Part, Parts, track_folder, track_video
     from servosight.models.io import inspect_folder
+    from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
     from servosight.tracking.calibration import read_camera
 
     parts = Parts(
@@ -86,20 +86,12 @@ def run(args: argparse.Namespace) -> None:
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
-    if folder is not None:
-        tracks = track_folder(
-            folder,
-            output,
-            parts=parts,
-            method=args.method,
-            camera=camera,
-            light_px=args.light,
-            marker=marker,
-        )
-    else:
-        tracks = track_video(
-            args.source, output, parts=parts, method=args.method, camera=camera, marker=marker
-        )
+    how = Tracking(parts, args.method, camera, args.light, marker)
+    with progress(f"tracking {args.source}") as show:
+        if folder is not None:
+            tracks = track_folder(folder, output, how, show)
+        else:
+            tracks = track_video(args.source, output, how, show)
     out = console(args)
     for note in tracks[0].notes:
         out.print(f"note: {note}")
@@ -110,15 +102,14 @@ def run(args: argparse.Namespace) -> None:
 
 def _check(args: argparse.Namespace, output: Path, second: bool) -> None:
     """Refuse to replace what the tracker did not write; track.toml knows what it wrote."""
-    from servosight.app import geometry
-    from servosight.app.sources import HORN
     from servosight.models import io as shared_error
+    from servosight.sources import HORN, TRACK_FILE, tracked_files
 
     check_outputs(args)
-    own = geometry.tracked_files(output.parent)
+    own = tracked_files(output.parent)
     names = [output.name, *([HORN] if second else [])]
     if output == args.source / "angle.csv":
-        names += [geometry.NAME, shared_error.NAME]
+        names += [TRACK_FILE, shared_error.NAME]
     for name in names:
         path = output.with_name(name)
         check_target(path, Kind.TABLE, force=args.force or name in own)
@@ -149,8 +140,6 @@ def _tell(out: Console, place: Path, track: Track) -> None:
 
 
 def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: Console) -> None:
-    from servosight.app.output import progress
-
     drawn = _drawings(output) if args.draw else {}
     overlay = args.overlay or drawn.get(Kind.VIDEO)
     sheet = args.sheet or drawn.get(Kind.PNG)

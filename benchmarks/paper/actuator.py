@@ -10,13 +10,11 @@ from matplotlib.figure import Figure
 from page import picture, table
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT
-from servosight.app.sources import track_folder
 from servosight.identify.discrete import Difference
 from servosight.identify.discrete._discrete import Linear, to_difference, to_linear
 from servosight.identify.fit import Identification, identify
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.models.io import inspect_folder, load_recording
 from servosight.scenarios.paper_actuator import (
     PRINTED,
     RICH,
@@ -29,6 +27,7 @@ from servosight.scenarios.paper_actuator import (
 )
 from servosight.scenarios.produce import produce
 from servosight.scenarios.scenario import Motion
+from servosight.sources import read
 
 TIMES_S = (0.001, 0.002, 0.004, 0.0078, 0.012, 0.016, 0.02)
 TEMPLATE_DEG = 0.02
@@ -74,8 +73,7 @@ def filmed(motion: Motion, duration_s: float) -> Recording:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "recording"
         produce(scenario(motion, duration_s, video=True), folder)
-        track_folder(inspect_folder(folder))
-        return load_recording(folder)
+        return read(folder)
 
 
 def fitted(recording: Recording) -> Identification:

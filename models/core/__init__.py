@@ -14,6 +14,10 @@ from servosight.models.core._atomic import write_bytes as write_bytes
 from servosight.models.core._atomic import write_text as write_text
 from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
+from servosight.models.core._display import Rows as Rows
+from servosight.models.core._display import frame as frame
+from servosight.models.core._display import html_table as html_table
+from servosight.models.core._display import parameter_rows as parameter_rows
 from servosight.models.core._errors import InputError as InputError
 from servosight.models.core._files import LARGEST_LOG as LARGEST_LOG
 from servosight.models.core._files import LARGEST_TABLE as LARGEST_TABLE
@@ -23,6 +27,9 @@ from servosight.models.core._files import read_bytes as read_bytes
 from servosight.models.core._files import read_settings as read_settings
 from servosight.models.core._files import read_text as read_text
 from servosight.models.core._json import json_text as json_text
+from servosight.models.core._json import plain as plain
+from servosight.models.core._json import read_json as read_json
+from servosight.models.core._json import typed as typed
 from servosight.models.core._mark import MARK as MARK
 from servosight.models.core._mark import Kind as Kind
 from servosight.models.core._mark import kind_of as kind_of
@@ -39,6 +46,8 @@ from servosight.models.core._recording import Hold as Hold
 from servosight.models.core._recording import Recording as Recording
 from servosight.models.core._recording import Stream as Stream
 from servosight.models.core._recording import views as views
+from servosight.models.core._result import Result as Result
+from servosight.models.core._result import Table as Table
 from servosight.models.core._rounding import chance as chance
 from servosight.models.core._rounding import degrees as degrees
 from servosight.models.core._rounding import percent as percent

@@ -8,13 +8,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import tomli_w
 
+from servosight.models.core._arrays import Array
 from servosight.models.core._atomic import write_text
+from servosight.models.core._display import html_table, parameter_rows
 from servosight.models.core._errors import InputError
 from servosight.models.core._files import read_settings
 from servosight.models.core._mark import Kind, marked_toml
 from servosight.models.core._parameter import CORE, OWN, Parameter
+from servosight.models.core._recording import Recording
+from servosight.models.core._rounding import uncertain
 
 if TYPE_CHECKING:
     from servosight.models.effects import Effect
@@ -35,7 +40,7 @@ class Estimate:
         return {"value": self.value, "sigma": self.sigma, "unit": self.unit}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Actuator:
     """G(s) = k / (T^2 s^2 + 2 xi T s + 1) plus effects.
 
@@ -51,8 +56,9 @@ class Actuator:
         """Value of a parameter; KeyError where the actuator has none of that name."""
         return self.parameters[name].value
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write the card as TOML, whole or not at all."""
+        path = Path(path)
         card: dict[str, Any] = {
             "format": FORMAT,
             "effects": list(self.effects),
@@ -64,9 +70,77 @@ class Actuator:
         }
         write_text(path, marked_toml(Kind.MODEL, tomli_w.dumps(card)))
 
+    def predict(
+        self,
+        recording: Recording | Path | str | None = None,
+        *,
+        time_s: Any = None,
+        command_deg: Any = None,
+        catalogue: Mapping[str, Effect] | None = None,
+    ) -> Array:
+        """Angle [deg], (samples,), simulated from the command alone.
+
+        For a recording (or its path) at its times, from its start; or for a command that holds
+        between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
+        effects of a plugin.
+
+        >>> act = Actuator({n: Estimate(v, None, "") for n, v in
+        ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
+        >>> angle = act.predict(time_s=np.arange(0.0, 1.0, 0.01), command_deg=np.full(100, 5.0))
+        >>> float(round(angle[-1], 3))
+        5.0
+        """
+        from servosight.models.effects import catalogue as built_in  # what is above core, on use
+        from servosight.models.io import load_recording
+        from servosight.models.plant import predict, predict_command
+
+        known = built_in() if catalogue is None else catalogue
+        if recording is None:
+            if time_s is None or command_deg is None:
+                raise InputError(
+                    "predict: no command, expected a recording or time_s and command_deg"
+                )
+            times, command = (np.array(x, dtype=np.float64) for x in (time_s, command_deg))
+            if times.ndim != 1 or times.shape != command.shape or times.size < 2:
+                raise InputError(
+                    f"predict: time_s has the shape {times.shape} and command_deg "
+                    f"{command.shape}, expected two 1-D arrays of one length"
+                )
+            return predict_command(self, times, command, known)
+        if isinstance(recording, Path | str):
+            recording = load_recording(recording)
+        return predict(self, recording, known)
+
+    def to_control(self) -> Any:
+        """The linear core k / (T^2 s^2 + 2 xi T s + 1) as a ``control.TransferFunction``."""
+        import control  # heavy, and needed here alone
+
+        k, T, xi = (self.value(name) for name in ("k", "T", "xi"))
+        return control.tf([k], [T * T, 2.0 * xi * T, 1.0])
+
+    def __repr__(self) -> str:
+        """Core and effects in one line."""
+        core = ", ".join(
+            f"{name} {uncertain(one.value, one.sigma)[0]}"
+            for name, one in self.parameters.items()
+            if "." not in name
+        )
+        return f"<Actuator: {core}; {', '.join(self.effects) or 'linear'}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(parameter_rows(self.parameters), f"{self!r}"[1:-1])
+
     @classmethod
-    def load(cls, path: Path, effects: Mapping[str, Effect]) -> Actuator:
-        """Read a card; InputError names the key that is wrong and what was expected."""
+    def load(cls, path: Path | str, effects: Mapping[str, Effect] | None = None) -> Actuator:
+        """Read a card; InputError names the key that is wrong and what was expected.
+
+        ``effects`` is the catalogue (default: the built-in one).
+        """
+        path = Path(path)
+        if effects is None:
+            from servosight.models.effects import catalogue  # what is above core, on use
+
+            effects = catalogue()
         card = read_settings(path, "a model card as `servosight identify -o MODEL.toml` writes it")
         if card.get("format") != FORMAT:
             raise InputError(

@@ -10,6 +10,8 @@ from typing import Any, Literal
 import numpy as np
 
 from servosight.models.core._arrays import Array
+from servosight.models.core._display import frame
+from servosight.models.core._rounding import rounded
 
 Hold = Literal["zero", "linear"]
 Side = Literal["surface", "horn"]
@@ -27,9 +29,13 @@ class Stream:
     sigma_deg: Array | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """Command and angle of one run.
+
+    >>> time_s = np.arange(0.0, 2.0, 0.01)
+    >>> Recording.from_arrays(time_s=time_s, angle_deg=np.sin(time_s), command_deg=np.sin(time_s))
+    <Recording arrays: 200 samples over 1.99 s, moved 1.00 deg>
 
     ``command_time_s`` (rows,) and ``command_deg`` (rows,): held between rows (``hold`` "zero")
     or joined by lines ("linear"); before the first row the first value holds, after the last
@@ -62,6 +68,94 @@ class Recording:
     side: Side = "surface"
     shared_deg: Array | None = None
     offset_sigma_s: float = 0.0
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        time_s: Any,
+        angle_deg: Any,
+        command_deg: Any,
+        command_time_s: Any = None,
+        sigma_deg: Any = None,
+        hold: Hold = "zero",
+        exposure_s: float = 0.0,
+        name: str = "arrays",
+    ) -> Recording:
+        """A recording from arrays; ``command_time_s`` where the command has rows of its own.
+
+        Raises InputError for whatever a recording cannot be, as for a file.
+        """
+        from servosight.models.io import recording_from_arrays  # it checks what files hold
+
+        return recording_from_arrays(
+            time_s=time_s,
+            angle_deg=angle_deg,
+            command_deg=command_deg,
+            command_time_s=command_time_s,
+            sigma_deg=sigma_deg,
+            hold=hold,
+            exposure_s=exposure_s,
+            name=name,
+        )
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: Any,
+        *,
+        time: str = "time_s",
+        angle: str = "angle_deg",
+        command: str = "command_deg",
+        sigma: str | None = None,
+        unit: str | None = None,
+        time_unit: str | None = None,
+        name: str = "frame",
+    ) -> Recording:
+        """A recording from columns of a pandas or Polars data frame.
+
+        ``unit`` is that of angle, command and sigma (deg, rad or rev), ``time_unit`` of the time
+        (s, ms or us); without them, a column's ending says it: ``angle_rad``. Raises InputError.
+        """
+        from servosight.models.io import recording_from_frame  # it checks what files hold
+
+        return recording_from_frame(
+            frame,
+            time=time,
+            angle=angle,
+            command=command,
+            sigma=sigma,
+            unit=unit,
+            time_unit=time_unit,
+            name=name,
+        )
+
+    def save(self, folder: Path | str) -> None:
+        """Write a recording's folder, whole or not at all; InputError where it is not empty."""
+        from servosight.models.io import save_recording
+
+        save_recording(self, Path(folder))
+
+    def to_frame(self) -> Any:
+        """Times, angles, sigmas and the command at these times, as a data frame."""
+        rows = np.searchsorted(self.command_time_s, self.time_s, side="right") - 1
+        command = self.command_deg[np.maximum(rows, 0)]
+        if self.hold == "linear":
+            command = np.interp(self.time_s, self.command_time_s, self.command_deg)
+        table = {"time_s": self.time_s, "command_deg": command, "angle_deg": self.angle_deg}
+        if self.sigma_deg is not None:
+            table["sigma_deg"] = self.sigma_deg
+        names = list(table)
+        return frame(
+            [dict(zip(names, row, strict=True)) for row in zip(*table.values(), strict=True)]
+        )
+
+    def __repr__(self) -> str:
+        """Name, samples, length and moved range."""
+        return (
+            f"<Recording {self.name}: {self.time_s.size} samples over {self.duration_s:.4g} s, "
+            f"moved {rounded(self.moved_range_deg)} deg>"
+        )
 
     @property
     def duration_s(self) -> float:

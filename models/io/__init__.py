@@ -3,6 +3,8 @@
 from servosight.models.io._csv import Sheet as Sheet
 from servosight.models.io._csv import read_sheet as read_sheet
 from servosight.models.io._csv import table_text as table_text
+from servosight.models.io._in_memory import recording_from_arrays as recording_from_arrays
+from servosight.models.io._in_memory import recording_from_frame as recording_from_frame
 from servosight.models.io._recording import FILES as FILES
 from servosight.models.io._recording import RecordingFolder as RecordingFolder
 from servosight.models.io._recording import angle_text as angle_text

@@ -1,4 +1,11 @@
 """The one plant equation, compiled."""
 
+from servosight.models.plant._metrics import StepMetrics as StepMetrics
+from servosight.models.plant._metrics import bandwidth_hz as bandwidth_hz
+from servosight.models.plant._metrics import natural_frequency_hz as natural_frequency_hz
+from servosight.models.plant._metrics import resonance_db as resonance_db
+from servosight.models.plant._metrics import step_metrics as step_metrics
 from servosight.models.plant._plant import Plant as Plant
 from servosight.models.plant._plant import Stimulus as Stimulus
+from servosight.models.plant._predict import predict as predict
+from servosight.models.plant._predict import predict_command as predict_command

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.app.geometry import geometry_of
 from servosight.app.main import main
 from servosight.models.core import Actuator, Estimate
 from servosight.models.effects import catalogue
 from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
+from servosight.sources import geometry_of
 from servosight.tracking import clock
 from servosight.tracking.core import Flag, Shutters, Track
 

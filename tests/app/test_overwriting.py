@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.app.geometry import Geometry, digest, tracked_files
 from servosight.app.main import main
 from servosight.models.core import Kind, kind_of, marked_png
+from servosight.sources import Geometry, digest, tracked_files
 
 PRECIOUS = b"years of work\n"
 

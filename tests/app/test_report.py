@@ -15,8 +15,6 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.app.geometry import NAME as NAME_OF_GEOMETRY
-from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
 from servosight.app.report.sections.candidates import groups
@@ -29,6 +27,7 @@ from servosight.models.effects import catalogue
 from servosight.models.excitation import Limits, design
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.produce import OURS
+from servosight.sources import TRACK_FILE, Geometry, geometry_of
 
 GAP_DEG = 2.0
 NOISE_DEG = 0.02
@@ -338,7 +337,7 @@ def test_the_frame_shows_where_the_model_is_off(
 
 def test_geometry_is_kept_only_while_it_fits(tmp_path: Path, recording: Recording) -> None:
     assert geometry_of(recording) is None
-    assert NAME_OF_GEOMETRY in OURS  # a recording filmed anew replaces it
+    assert TRACK_FILE in OURS  # a recording filmed anew replaces it
     film = filmed(recording, tmp_path)
     kept = geometry_of(film)
     assert kept is not None

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.app.geometry import Geometry
 from servosight.app.report.section import Section
 from servosight.app.report.sections.picture import worst_frame
 from servosight.app.report.story import Story
 from servosight.models.core import Array, Image
+from servosight.sources import Geometry
 
 BEFORE_S, AFTER_S = 0.6, 0.9
 """What is shown before and after the worst instant."""

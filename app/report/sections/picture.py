@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.app.geometry import Geometry, geometry_of
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.models.core import Array, Image
+from servosight.sources import Geometry, geometry_of
 
 Box = tuple[int, int, int, int]
 

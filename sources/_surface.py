@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from servosight.tracking.track import Track
 
 
-NAME = "track.toml"
+TRACK_FILE = "track.toml"
 FORMAT = 1
 
 
@@ -65,7 +65,7 @@ class Geometry:
             "[sha256]",
             *(f'"{name}" = "{digest}"' for name, digest in (written or {}).items()),
         )
-        write_text(folder / NAME, "\n".join(lines) + "\n")
+        write_text(folder / TRACK_FILE, "\n".join(lines) + "\n")
 
 
 def tracked_files(folder: Path) -> set[str]:
@@ -73,12 +73,12 @@ def tracked_files(folder: Path) -> set[str]:
     from servosight.models.core import InputError, read_settings
 
     try:
-        table = read_settings(folder / NAME)
+        table = read_settings(folder / TRACK_FILE)
         digests = dict(table["sha256"])
         same = {name for name, known in digests.items() if digest(folder / name) == known}
     except (InputError, OSError, KeyError, TypeError, ValueError):
         return set()
-    return {*same, NAME}
+    return {*same, TRACK_FILE}
 
 
 def digest(path: Path) -> str:
@@ -97,7 +97,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
     if recording.video is None:
         return None
     try:
-        table = read_settings(recording.video.with_name(NAME))
+        table = read_settings(recording.video.with_name(TRACK_FILE))
         found = _checked(table)
         size = recording.video.stat().st_size
     except (InputError, OSError, KeyError, TypeError, ValueError, ArithmeticError):

@@ -7,13 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.app.clock import known_camera, video_offset
 from servosight.models.core import InputError
 from servosight.models.io import inspect_folder
+from servosight.sources import Offset, known_camera, video_offset
 from servosight.tracking import clock
 from servosight.tracking.core import Shutters, Track
 
 NOTES = "# my rig\nformat = 1\nvideo_offset_s = 0.25 # by hand\n\n[camera]\nexposure_s = 0.002\n"
+
+
+def kept(folder: Path, track: Track) -> Offset:
+    """The offset, written into the folder's recording.toml."""
+    found = video_offset(inspect_folder(folder), track)
+    found.keep(inspect_folder(folder))
+    return found
 
 
 def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path) -> None:
@@ -25,9 +32,9 @@ def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path)
         np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
     )  # fmt: skip
     for _ in range(2):
-        offset_s, note = video_offset(inspect_folder(tmp_path), track)
-        assert offset_s == 0.25
-        assert "cannot be told from dead time" in note
+        found = kept(tmp_path, track)
+        assert found.offset_s == 0.25
+        assert "cannot be told from dead time" in found.note
     text = (tmp_path / "recording.toml").read_text()
     assert text.count("clock_note") == 1
     assert text.count("offset_sigma_s = inf") == 1
@@ -47,10 +54,10 @@ def test_an_offsets_sigma_is_kept_with_it(tmp_path: Path, monkeypatch: pytest.Mo
     for offset_s, sigma_s in ((0.2512, 0.0018), (0.5, 0.002)):
         light = clock.Light("above", (3.0, 4.0), offset_s, sigma_s)
         monkeypatch.setattr(clock, "find_light", lambda *known, light=light, **more: light)
-        video_offset(inspect_folder(tmp_path), track)
+        kept(tmp_path, track)
         assert inspect_folder(tmp_path).settings.offset_sigma_s == sigma_s
     monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
-    video_offset(inspect_folder(tmp_path), track)
+    kept(tmp_path, track)
     assert inspect_folder(tmp_path).settings.offset_sigma_s == 0.002
 
 

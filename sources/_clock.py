@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,10 +20,23 @@ if TYPE_CHECKING:
 _SURE = 3.0
 
 
+@dataclass(frozen=True)
+class Offset:
+    """What to add to a video's times [s], a sentence on it, and what recording.toml is to keep."""
+
+    offset_s: float
+    note: str
+    keys: Mapping[str, str]
+
+    def keep(self, folder: RecordingFolder) -> None:
+        """Write the keys into recording.toml and leave all else as its author wrote it."""
+        set_keys(folder.path / "recording.toml", **self.keys)
+
+
 def video_offset(
     folder: RecordingFolder, track: Track, light_px: tuple[float, float] | None = None
-) -> tuple[float, str]:
-    """What to add to the video's times [s], and a sentence on it; kept in recording.toml as well.
+) -> Offset:
+    """The offset between a recording's command and its video.
 
     An offset that recording.toml states holds unless the light contradicts it by more than three
     sigma.
@@ -31,7 +46,7 @@ def video_offset(
 
     settings = folder.settings
     shutter = Shutter(settings.exposure_s, settings.readout_s)
-    if track.shutters is not None:  # told or found
+    if track.shutters is not None:  # given or found
         shutter = track.shutters(0)
     stated = "video_offset_s" in settings.details
     assumed_s = settings.video_offset_s
@@ -43,14 +58,12 @@ def video_offset(
         offset_s=assumed_s,
         place_px=light_px,
     )
-    file = folder.path / "recording.toml"
     if light is None:
         sigma_s = settings.offset_sigma_s if "offset_sigma_s" in settings.details else math.inf
         note = CONFOUNDED
         if math.isfinite(sigma_s):
             note = f"no light in view; recording.toml states the offset to {1e3 * sigma_s:.2g} ms"
-        set_keys(file, offset_sigma_s=f"{sigma_s:.3g}", clock_note=f'"{note}"')
-        return assumed_s, note
+        return Offset(assumed_s, note, _keys(note, sigma_s))
     x, y = light.place_px
     seen = (
         f"a light at {x:.0f},{y:.0f} px that shows the command ({light.shows}) gives an offset of "
@@ -58,16 +71,14 @@ def video_offset(
     )
     if stated and abs(light.offset_s - assumed_s) <= _SURE * light.sigma_s:
         note = f"{seen}, which agrees with video_offset_s"
-        set_keys(file, offset_sigma_s=f"{light.sigma_s:.3g}", clock_note=f'"{note}"')
-        return assumed_s, note
+        return Offset(assumed_s, note, _keys(note, light.sigma_s))
     note = f"{seen}, {1e3 * (light.offset_s - assumed_s):+.3f} ms from what was assumed"
-    set_keys(
-        file,
-        video_offset_s=f"{light.offset_s:.7f}",
-        offset_sigma_s=f"{light.sigma_s:.3g}",
-        clock_note=f'"{note}"',
-    )
-    return light.offset_s, note
+    keys = {"video_offset_s": f"{light.offset_s:.7f}", **_keys(note, light.sigma_s)}
+    return Offset(light.offset_s, note, keys)
+
+
+def _keys(note: str, sigma_s: float) -> dict[str, str]:
+    return {"offset_sigma_s": f"{sigma_s:.3g}", "clock_note": f'"{note}"'}
 
 
 def known_camera(folder: RecordingFolder) -> Camera | None:

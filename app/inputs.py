@@ -1,0 +1,30 @@
+"""Recordings as the commands take them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servosight.app.output import progress
+
+if TYPE_CHECKING:
+    from servosight.models.core import Recording
+
+
+def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
+    """All recordings in order, each horn's behind its surface's, with the given pulse widths."""
+    from servosight.models.core import views
+    from servosight.sources import Options, read, unit_hint
+
+    options = Options(deg_per_us=args.deg_per_us, neutral_us=args.neutral_us)
+    recordings = []
+    for path in paths:
+        with progress(f"tracking {path}") as show:
+            recordings.append(read(path, options, show))
+        hint = unit_hint(recordings[-1])
+        if hint is not None:
+            print(f"note: {path}: {hint}", file=sys.stderr)
+    return views(recordings)

@@ -1,0 +1,69 @@
+"""What a model predicts: the angle from the command alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from servosight.models.core import CORE, OWN, Actuator, Array, Recording
+from servosight.models.effects import Effect
+from servosight.models.plant._plant import Plant, Stimulus
+
+FIRST_SAMPLES = 5
+"""The state at a recording's start is read off so many samples."""
+
+
+def predict(
+    actuator: Actuator,
+    recording: Recording,
+    catalogue: Mapping[str, Effect],
+    *,
+    initial_angle_deg: float | None = None,
+    initial_speed_deg_s: float | None = None,
+) -> Array:
+    """Angle [deg] at the recording's times, (samples,), simulated from its command.
+
+    The bias is the actuator's. Where the initial state is not given it is read off the first
+    samples of the measured angle.
+    """
+    plant = Plant.of(catalogue)
+    row = np.array(plant.layout.neutral_row())
+    known = {q.name: q for q in (*CORE, OWN[0])}
+    known |= {
+        f"{name}.{q.name}": q for name in actuator.effects for q in catalogue[name].parameters
+    }
+    for name, parameter in known.items():
+        factor = parameter.scaling.factor(recording.relative_gain, recording.relative_load)
+        row[plant.index(name)] = actuator.value(name) * factor
+    angle, speed = _start(recording)
+    row[plant.index("initial_angle")] = angle if initial_angle_deg is None else initial_angle_deg
+    row[plant.index("initial_speed")] = (
+        speed if initial_speed_deg_s is None else initial_speed_deg_s
+    )
+    return plant.simulate(row, Stimulus.of(recording))
+
+
+def predict_command(
+    actuator: Actuator, time_s: Array, command_deg: Array, catalogue: Mapping[str, Effect]
+) -> Array:
+    """Angle [deg] at ``time_s`` (samples,) for a command held between these times, from rest.
+
+    Before the first row the servo is at rest where the first command leads a linear one.
+    """
+    recording = Recording(
+        name="command",
+        command_time_s=time_s,
+        command_deg=command_deg,
+        time_s=time_s,
+        angle_deg=np.zeros(time_s.size),
+    )
+    rest = actuator.value("k") * float(command_deg[0]) + actuator.value("bias")
+    return predict(actuator, recording, catalogue, initial_angle_deg=rest, initial_speed_deg_s=0.0)
+
+
+def _start(recording: Recording) -> tuple[float, float]:
+    """Angle [deg] and speed [deg/s] at the first sample, by a line through the first few."""
+    time_s = recording.time_s[:FIRST_SAMPLES] - recording.time_s[0]
+    speed, angle = np.polyfit(time_s, recording.angle_deg[:FIRST_SAMPLES], 1)
+    return float(angle), float(speed)

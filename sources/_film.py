@@ -1,0 +1,216 @@
+"""The video of a recording tracked: angles in memory, or written into its folder."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+if TYPE_CHECKING:
+    from servosight.models.io import RecordingFolder
+    from servosight.sources._clock import Offset
+    from servosight.tracking.calibration import Camera
+    from servosight.tracking.methods import Family
+    from servosight.tracking.track import Track
+
+HORN = "horn.csv"
+
+
+class Progress(Protocol):
+    """How long work says how far it is."""
+
+    def __call__(self, word: str, done: int, total: int | None = None) -> None:
+        """``done`` of ``total`` (None: not known) at what ``word`` says."""
+
+
+def silent(word: str, done: int, total: int | None = None) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What the user points at: pivot and box on the first frame [px], each found where None."""
+
+    pivot: tuple[float, float] | None = None
+    template: tuple[int, int, int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The surface and, where one is wanted, the part beside it, such as the horn."""
+
+    surface: Part = Part()
+    second: Part | None = None
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """How to track; the defaults find all by themselves.
+
+    ``camera`` is a calibration, in place of recording.toml's own; ``light_px`` a light that shows
+    the command; ``marker`` one to follow instead of the surface's own print, by family and number.
+    """
+
+    parts: Parts = Parts()
+    method: Literal["match", "refine"] = "refine"
+    camera: Camera | None = None
+    light_px: tuple[float, float] | None = None
+    marker: tuple[Family, int | None] | None = None
+
+
+def follow_folder(
+    folder: RecordingFolder, how: Tracking = Tracking(), progress: Progress = silent
+) -> tuple[list[Track], Offset]:
+    """Track a recording's video: each part on the video's clock, and that clock's offset.
+
+    Nothing is written. Raises InputError where the folder holds no video.
+    """
+    from servosight.models.core import InputError
+    from servosight.sources._clock import known_camera, video_offset
+
+    if folder.video is None:
+        raise InputError(
+            f"{folder.path}: holds no video, expected video.mkv or another container; add it, or "
+            f"name the video file itself"
+        )
+    settings = folder.settings
+    tracks = measure(
+        folder.video,
+        replace(how, camera=how.camera or known_camera(folder)),
+        progress,
+        frame_table=folder.frames,
+        exposure_s=settings.exposure_s if settings.shutter_told else None,
+        readout_s=settings.readout_s if settings.shutter_told else None,
+    )
+    offset = video_offset(folder, tracks[0], how.light_px)
+    return [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
+
+
+def track_folder(
+    folder: RecordingFolder,
+    output: Path | None = None,
+    how: Tracking = Tracking(),
+    progress: Progress = silent,
+) -> list[Track]:
+    """Track a recording's video and write its ``angle.csv``, on the command's clock.
+
+    Where the surface lies in the picture goes beside it, into track.toml.
+    """
+    from servosight.models import io as shared_error
+    from servosight.models.io import write_shared
+    from servosight.sources._clock import set_keys
+    from servosight.sources._surface import Geometry, digest
+
+    tracks, offset = follow_folder(folder, how, progress)
+    assert folder.video is not None
+    offset.keep(folder)
+    surface, later_s, scale = tracks[0], offset.offset_s, folder.settings.unit_scale
+    place = output or folder.angle
+    if place == folder.angle:
+        if surface.shutters is not None and surface.shutters.note is not None:
+            found_s = float(surface.shutters.exposures_s[0])
+            set_keys(folder.path / "recording.toml", found_exposure_s=f"{found_s:.6f}")
+        rows, shared = surface.measured, surface.shared_deg
+        told = None if shared is None else shared[rows]
+        # angle.csv comes last: as long as it is missing, the recording is tracked again.
+        write_shared(folder.path, surface.time_s[rows] + later_s, told, scale)
+        written = {shared_error.NAME: digest(folder.path / shared_error.NAME)}
+        written |= {
+            name: hashlib.sha256(_table(track, later_s, scale).encode()).hexdigest()
+            for name, track in zip((place.name, HORN), tracks, strict=False)
+        }
+        Geometry.of(surface, folder.video).save(folder.path, written)
+    _write_tracks(place, tracks, later_s, scale)
+    return tracks
+
+
+def track_video(
+    video: Path, output: Path, how: Tracking = Tracking(), progress: Progress = silent
+) -> list[Track]:
+    """Track a video, write ``output`` and, for a second part, horn.csv beside it."""
+    tracks = measure(video, how, progress)
+    _write_tracks(output, tracks)
+    return tracks
+
+
+def measure(
+    video: Path, how: Tracking = Tracking(), progress: Progress = silent, **known: Any
+) -> list[Track]:
+    """Track the surface in a video and, where one is wanted, a second part.
+
+    ``known`` is what ``tracking.track`` takes of times and exposure.
+    """
+    from servosight.tracking.methods import track_marker
+    from servosight.tracking.track import track
+
+    known["camera"] = how.camera
+    if how.marker is not None:
+        pivot = how.parts.surface.pivot
+        return [
+            track_marker(
+                video,
+                *how.marker,
+                pivot=pivot,
+                progress=lambda done: progress("frames", done),
+                **known,
+            )
+        ]
+    found: list[Track] = []
+    for part in (how.parts.surface, how.parts.second):
+        if part is None:
+            continue
+        found.append(
+            track(
+                video,
+                pivot=part.pivot,
+                template=part.template,
+                method=how.method,
+                beside=found[0] if found else None,
+                progress=_paced(progress, "second part, " if found else ""),
+                **known,
+            )
+        )
+    return found
+
+
+def _write_tracks(
+    output: Path, tracks: Sequence[Track], later_s: float = 0.0, scale: float = 1.0
+) -> None:
+    """Write each part's angle, the surface's to ``output``, which comes last."""
+    from servosight.models.core import write_text
+
+    for name, track in reversed(list(zip((output.name, HORN), tracks, strict=False))):
+        write_text(output.with_name(name), _table(track, later_s, scale))
+
+
+def _paced(show: Progress, prefix: str) -> Callable[[int, int], None]:
+    """Progress with frames a second, counted from the first frame that was measured."""
+    began = time.perf_counter()
+
+    def report(done: int, total: int) -> None:
+        nonlocal began
+        if done == 1:
+            began = time.perf_counter()
+        pace = (done - 1) / max(time.perf_counter() - began, 1e-9)
+        show(f"{prefix}{pace:.0f} frames/s", done, total)
+
+    return report
+
+
+def _table(track: Track, later_s: float, scale: float) -> str:
+    """``time_s,angle_deg,sigma_deg`` of the frames that measured the angle, as CSV.
+
+    ``later_s`` is added to the times. Other frames are left out: a wide sigma would count as noise
+    of the rest.
+    """
+    from servosight.models.io import angle_text
+
+    rows = track.measured
+    return angle_text(
+        track.time_s[rows] + later_s,
+        track.angle_deg[rows] / scale,
+        track.sigma_deg[rows] / abs(scale),
+    )

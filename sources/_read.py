@@ -1,0 +1,97 @@
+"""Recordings from paths: folders, tables, logs of other programs, and videos that are tracked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from servosight.models.core import Recording, check_path
+from servosight.models.io import inspect_folder, load_recording
+from servosight.sources._film import Progress, silent, track_folder
+
+if TYPE_CHECKING:
+    from servosight.models.io.importers import Imported
+
+Source: TypeAlias = Recording | Path | str
+
+DEG_PER_RAD = math.degrees(1.0)
+DOUBT = 1.5
+"""Overshoot and damping change the ratio of the two ranges by about as much."""
+LOGS = (".json", ".mat")
+"""Endings that no recording has, only a log of another program."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user says about a file.
+
+    ``columns`` by quantity (time, command, angle, sigma), such as ``{"angle": "pos:rad"}``;
+    ``unit`` of what has none of its own; ``unit_scale`` how many degrees show one unit of an output
+    that is no angle; ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width.
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    unit: str | None = None
+    unit_scale: float | None = None
+    deg_per_us: float | None = None
+    neutral_us: float | None = None
+
+    @property
+    def foreign(self) -> bool:
+        """True where only a log of another program needs what is given."""
+        return bool(self.columns) or self.unit is not None or self.unit_scale is not None
+
+
+def read(source: Source, options: Options = Options(), progress: Progress = silent) -> Recording:
+    """A recording as it is, or read from a folder, a CSV file or a log of another program.
+
+    A folder with a video and no angle is tracked first. Raises InputError for whatever a recording
+    cannot be.
+    """
+    if isinstance(source, Recording):
+        return source
+    path = Path(source)
+    check_path(path)
+    if path.is_dir():
+        folder = inspect_folder(path)
+        if folder.needs_tracking:
+            track_folder(folder, progress=progress)
+    elif path.is_file() and (options.foreign or path.suffix.lower() in LOGS):
+        return read_log(path, options).recording
+    return load_recording(path, deg_per_us=options.deg_per_us, neutral_us=options.neutral_us)
+
+
+def read_all(
+    sources: Source | Sequence[Source], options: Options = Options(), progress: Progress = silent
+) -> list[Recording]:
+    """One or several recordings, in order."""
+    several = [sources] if isinstance(sources, Recording | Path | str) else sources
+    return [read(source, options, progress) for source in several]
+
+
+def read_log(path: Path, options: Options = Options()) -> Imported:
+    """A log of another program, with notes on how it was read."""
+    from servosight.models.io.importers import Request, import_recording, parse_map
+
+    columns = parse_map([f"{quantity}={place}" for quantity, place in options.columns.items()])
+    request = Request(
+        columns, options.unit, options.unit_scale, options.deg_per_us, options.neutral_us
+    )
+    return import_recording(path, request)
+
+
+def unit_hint(recording: Recording) -> str | None:
+    """A doubt about radians; no refusal, for a servo may well move its surface that little."""
+    ratio = recording.moved_range_deg / float(np.ptp(recording.command_deg))
+    for column, factor in (("angle", 1.0 / DEG_PER_RAD), ("command", DEG_PER_RAD)):
+        if factor / DOUBT < ratio < factor * DOUBT:
+            return (
+                f"the angle moves {ratio:.3g} times as far as the command; if the {column} is in "
+                f"radians, name its column {column}_rad"
+            )
+    return None
