@@ -4,7 +4,7 @@ WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check docs bare benchmarks hidden paper clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper kill-test clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -64,6 +64,11 @@ hidden: setup
 paper: setup
 	$(PEERS)
 	$(BIN)/python benchmarks/paper $(ARGS)
+
+# Commands killed at random moments, and what they leave behind: KILLS=200
+KILLS ?= 200
+kill-test: setup
+	$(BIN)/python tests/fuzz/kills.py --count $(KILLS) $(ARGS)
 
 clean:
 	rm -rf .venv .venv-uv out dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -6,11 +6,17 @@ import argparse
 import math
 from pathlib import Path
 
+from servosight.models.base import InputError, check_path
+
 
 def add_recordings(parser: argparse.ArgumentParser) -> None:
     """``REC...`` and the scale of a command given as pulse width."""
     parser.add_argument(
-        "recordings", metavar="REC", nargs="+", type=Path, help="recording: a folder or a CSV file"
+        "recordings",
+        metavar="REC",
+        nargs="+",
+        type=any_path,
+        help="recording: a folder or a CSV file",
     )
     add_pulse(parser)
 
@@ -27,21 +33,24 @@ def add_pulse(parser: argparse.ArgumentParser) -> None:
 def add_model_output(parser: argparse.ArgumentParser) -> None:
     """``-o MODEL.toml``."""
     parser.add_argument(
-        "-o", "--output", metavar="MODEL.toml", type=Path, help="write the fitted model's card"
+        "-o", "--output", metavar="MODEL.toml", type=any_path, help="write the fitted model's card"
     )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """``--json FILE``, ``-`` for standard output."""
     parser.add_argument(
-        "--json", metavar="FILE", help="write the result as JSON; - for standard output"
+        "--json",
+        metavar="FILE",
+        type=any_path,
+        help="write the result as JSON; - for standard output",
     )
 
 
 def add_report(parser: argparse.ArgumentParser) -> None:
     """``--report FILE.html``."""
     parser.add_argument(
-        "--report", metavar="FILE.html", type=Path, help="write a report to read in a browser"
+        "--report", metavar="FILE.html", type=any_path, help="write a report to read in a browser"
     )
 
 
@@ -50,7 +59,7 @@ def add_plugins(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plugin",
         metavar="FILE.py",
-        type=Path,
+        type=any_path,
         action="append",
         default=[],
         help="a file with an effect of your own (it is run; may be repeated)",
@@ -69,6 +78,16 @@ def add_force(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace existing files that servosight did not write"
     )
+
+
+def any_path(text: str) -> Path:
+    """A path that a file or folder can have."""
+    path = Path(text)
+    try:
+        check_path(path)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return path
 
 
 def number(text: str) -> float:

@@ -1,66 +1,55 @@
 """The command line's frame: arguments in, an exit code out, one sentence for what goes wrong.
 
 Exit codes: 0 done, whatever the verdict; 2 bad input or usage; 1 an error of the program; 130
-interrupted. Heavy modules are imported inside the commands, so that help comes at once.
+interrupted by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP. Signals are handled before anything else is
+imported, and heavy modules are imported inside the commands, so that help comes at once.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
-import traceback
 from collections.abc import Sequence
-from typing import NoReturn
 
-from servosight import __version__
-from servosight.app.commands import COMMANDS
-from servosight.models.core import InputError
+from servosight.app import interrupt
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser that says in one sentence what is wrong, and never exits for it."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise InputError in place of printing the usage and exiting."""
-        raise InputError(f"{message}; see `{self.prog} --help`")
-
-
-def parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
-    top = Parser(
-        prog="servosight",
-        description="Turn the video of a servo into its model, and learn what the model lacks.",
-        epilog="A first look: servosight demo -o out/demo",
-        allow_abbrev=False,
-    )
-    top.add_argument("--version", action="version", version=f"servosight {__version__}")
-    top.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name, command in COMMANDS.items():
-        words = (command.__doc__ or "").strip().splitlines()[0]
-        sub = commands.add_parser(name, help=words, description=words, allow_abbrev=False)
-        # Suppressed, so that its absence here does not undo a --debug before the command.
-        sub.add_argument(
-            "--debug",
-            action="store_true",
-            default=argparse.SUPPRESS,
-            help="show the traceback of an error",
-        )
-        command.configure(sub)
-        sub.set_defaults(run=command.run)
-    return top
+DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code."""
-    words = sys.argv[1:] if argv is None else list(argv)
+    """Run one command; returns the exit code.
+
+    Without ``argv`` the process is the command's own: signals, warnings and what native libraries
+    write to standard error are handled for it.
+    """
+    if argv is not None:
+        return _run(list(argv))
+    words = sys.argv[1:]
+    interrupt.install()
+    try:
+        if "--debug" not in words:
+            _quieten()
+        code = _run(words)
+    except BaseException:
+        if not interrupt.received():
+            raise
+        code = interrupt.exit_code()
+    interrupt.leave(code)
+    return code
+
+
+def _run(words: list[str]) -> int:
     debug = "--debug" in words
     # The threads are the simulations' own: a second pool that waits for work slows them twofold.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    from servosight.models.base import InputError
+
     try:
+        from servosight.app.parser import parser
+        from servosight.models.base import discard_all
+
+        interrupt.clean_with(discard_all)
         args = parser().parse_args(words)
         args.run(args)
         sys.stdout.flush()
@@ -69,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as leaving:  # --help and --version
         return leaving.code if isinstance(leaving.code, int) else DONE
     except KeyboardInterrupt:
-        return _complain("interrupted", INTERRUPTED, debug)
+        return _complain("interrupted", interrupt.exit_code(), debug)
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
@@ -79,8 +68,40 @@ def main(argv: Sequence[str] | None = None) -> int:
     return DONE
 
 
+def _quieten() -> None:
+    """Keep from the terminal what libraries write there past Python, and Python's warnings.
+
+    Standard error gets a descriptor of its own; the one that native code writes to leads nowhere.
+    """
+    import io
+    import warnings
+
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+    try:
+        own = os.dup(sys.stderr.fileno())
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 2)
+        os.close(nowhere)
+    except (AttributeError, OSError, ValueError):  # started without a standard error
+        return
+    sys.stderr = io.TextIOWrapper(
+        os.fdopen(own, "wb", buffering=0),
+        encoding=sys.stderr.encoding,
+        errors="backslashreplace",
+        line_buffering=True,
+        write_through=True,
+    )
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a name that is not UTF-8
+
+
 def _complain(sentence: str, code: int, debug: bool) -> int:
+    if interrupt.received():  # a module may have turned the interruption into an error of its own
+        sentence, code = "interrupted", interrupt.exit_code()
     if debug:
+        import traceback
+
         traceback.print_exc()
     print(f"servosight: {' '.join(sentence.splitlines())}", file=sys.stderr)
     return code

@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from servosight.models.core import InputError, Kind, json_text, kind_of, sweep, write_text
+from servosight.models.base import InputError, Kind, json_text, kind_of, sweep, write_text
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-STANDARD_OUTPUT = "-"
+STANDARD_OUTPUT = Path("-")
 WRITTEN = {
     "report": Kind.HTML,
     "json": Kind.JSON,
@@ -88,7 +88,7 @@ def refusal(path: Path) -> str:
     )
 
 
-def write_json(place: str | None, value: Any) -> None:
+def write_json(place: Path | None, value: Any) -> None:
     """Write JSON to a file, whole or not at all, or to standard output where ``place`` is ``-``."""
     if place is None:
         return
@@ -97,7 +97,7 @@ def write_json(place: str | None, value: Any) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     else:
-        write_text(Path(place), text)
+        write_text(place, text)
 
 
 def console(args: argparse.Namespace) -> Console:

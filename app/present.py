@@ -41,7 +41,8 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
-    show_where(out, result["where"])
+    if result["verdict"] != "no_effect_missing":
+        show_where(out, result["where"], "where the linear model fails")
     if result.get("findings"):
         show_findings(out, result["findings"], "What the error of the linear model shows:")
     if result.get("next_experiment"):
@@ -111,11 +112,11 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> No
     out.print(table)
 
 
-def show_where(out: Console, where: Sequence[Mapping[str, Any]]) -> None:
-    """The windows with the largest share of the error."""
+def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> None:
+    """The windows with the largest share of the error of a model that misses the floor."""
     if not where:
         return
-    table = _table("where it fails", "from", "to", "rms", "share", "while")
+    table = _table("recording", "from", "to", "rms", "share", "while", title=title)
     for one in where:
         table.add_row(
             str(one["recording"]),

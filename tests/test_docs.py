@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from servosight.app.main import parser
+from servosight.app.parser import parser
 from servosight.models.core import InputError
 from servosight.scenarios.scenario import Scenario
 

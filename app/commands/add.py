@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from servosight.app.arguments import (
     add_force,
@@ -11,13 +10,14 @@ from servosight.app.arguments import (
     add_model_output,
     add_plugins,
     add_recordings,
+    any_path,
 )
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight add``."""
-    parser.add_argument("model", metavar="MODEL.toml", type=Path, help="the model's card")
+    parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
     parser.add_argument("effect", metavar="ID", help="effect to add; see servosight effects")
     add_recordings(parser)
     add_model_output(parser)

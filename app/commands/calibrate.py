@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_force
+from servosight.app.arguments import add_force, any_path
 from servosight.app.output import check_outputs, console
-from servosight.models.core import Kind
+from servosight.models.base import Kind
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight calibrate``."""
     parser.add_argument(
-        "sources", metavar="IMAGE|VIDEO", nargs="*", type=Path, help="the board, in many poses"
+        "sources", metavar="IMAGE|VIDEO", nargs="*", type=any_path, help="the board, in many poses"
     )
     parser.add_argument(
         "--board",
@@ -27,18 +27,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--square-mm", metavar="MM", type=float, default=10.0, help="a square's side"
     )
     parser.add_argument(
-        "--plane", metavar="IMAGE", type=Path, help="the board lying in the surface's plane"
+        "--plane", metavar="IMAGE", type=any_path, help="the board lying in the surface's plane"
     )
-    parser.add_argument("--print", metavar="FILE.png", type=Path, help="write the board to print")
     parser.add_argument(
-        "-o", "--output", metavar="camera.toml", type=Path, help="default: camera.toml"
+        "--print", metavar="FILE.png", type=any_path, help="write the board to print"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="camera.toml", type=any_path, help="default: camera.toml"
     )
     add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Find the board, fit the camera, write camera.toml."""
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
     for name, value, least in (("columns", args.columns, 3), ("rows", args.rows, 3)):
         if not least <= value <= 60:

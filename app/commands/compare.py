@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from servosight.app.arguments import add_force, add_json, add_plugins, add_recordings, add_report
+from servosight.app.arguments import (
+    add_force,
+    add_json,
+    add_plugins,
+    add_recordings,
+    add_report,
+    any_path,
+)
 from servosight.app.output import check_outputs, console, next_command, progress, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight compare``."""
-    parser.add_argument("model", metavar="MODEL.toml", type=Path, help="the model's card")
+    parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
     add_recordings(parser)
     add_json(parser)
     add_report(parser)
@@ -40,7 +46,8 @@ def run(args: argparse.Namespace) -> None:
         f"{values['noise_deg']:.4g} deg)"
     )
     show_findings(out, values["findings"], values["sentences"][0])
-    show_where(out, values["where"])
+    if not result.explained:
+        show_where(out, values["where"], "where the model fails")
     for warning in values["warnings"]:
         out.print(f"note: {warning}")
     if args.report is not None:

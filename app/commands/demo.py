@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_force, add_seed
+from servosight.app.arguments import add_force, add_seed, any_path
 from servosight.app.output import check_target, console, progress
-from servosight.models.core import Kind
+from servosight.models.base import Kind
 
 WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
@@ -18,7 +18,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="DIR",
-        type=Path,
+        type=any_path,
         default=Path("out/demo"),
         help="folder for the recording, model, diagnosis and report (default: out/demo)",
     )
@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.diagnose import diagnose
-    from servosight.models.core import json_text, write_text
+    from servosight.models.base import json_text, write_text
     from servosight.models.effects import catalogue
     from servosight.scenarios.produce import produce
     from servosight.scenarios.scenario import hidden

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
@@ -14,6 +13,7 @@ from servosight.app.arguments import (
     add_recordings,
     add_report,
     add_seed,
+    any_path,
     limit_pair,
     not_negative,
 )
@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--validate",
         metavar="REC",
-        type=Path,
+        type=any_path,
         action="append",
         default=[],
         help="recording that is only scored (may be repeated); else blocks of time are held out",
@@ -50,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--next",
         metavar="command.csv",
-        type=Path,
+        type=any_path,
         dest="next_command",
         help="write the command that would tell apart what this recording cannot",
     )
@@ -63,7 +63,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--draft",
         metavar="EFFECT.py",
-        type=Path,
+        type=any_path,
         help="write a law of what no effect accounts for, as a plugin file to read and name",
     )
     add_seed(parser)  # kept for scripts: the climb has no chance in it
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> None:
 
 def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
     """Say what law was found; write it to the file that was asked for."""
-    from servosight.models.core import write_text
+    from servosight.models.base import write_text
 
     if result.law is not None:
         out.print(result.law.sentence)

@@ -12,11 +12,12 @@ from servosight.app.arguments import (
     add_plugins,
     add_pulse,
     add_seed,
+    any_path,
     identifiers,
     number,
 )
 from servosight.app.output import check_outputs, console, next_command, write_json
-from servosight.models.core import Kind
+from servosight.models.base import Kind
 
 if TYPE_CHECKING:
     from servosight.models.excitation import Design, Form, Limits
@@ -46,16 +47,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--check",
         metavar="REC|command.csv",
-        type=Path,
+        type=any_path,
         help="say whether this command determines the parameters of --model",
     )
     what.add_argument(
         "--analyse",
         metavar="REC",
-        type=Path,
+        type=any_path,
         help="even and odd distortion in the answer to an odd multisine, without any model",
     )
-    parser.add_argument("-o", "--output", metavar="command.csv", type=Path, help="file to write")
+    parser.add_argument(
+        "-o", "--output", metavar="command.csv", type=any_path, help="file to write"
+    )
     limits = parser.add_argument_group("limits")
     for name, unit, words, default in (
         ("angle", "DEG", "largest angle from the centre", 20.0),
@@ -74,7 +77,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--high", metavar="HZ", type=number, help="of chirp and multisine")
     form.add_argument("--dwell", metavar="S", type=number, help="of steps and prbs")
     aim = parser.add_argument_group("for optimal and --check")
-    aim.add_argument("--model", metavar="MODEL.toml", type=Path, help="model to design for")
+    aim.add_argument("--model", metavar="MODEL.toml", type=any_path, help="model to design for")
     aim.add_argument(
         "--for",
         dest="wanted",
@@ -97,7 +100,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Design and write a command, check one, or analyse a recording."""
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
@@ -115,7 +118,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _write(args: argparse.Namespace) -> None:
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
     if args.output is None:
         raise InputError("excite: no file to write, expected -o command.csv; name one")
@@ -180,7 +183,7 @@ def _check(args: argparse.Namespace) -> None:
         recording = rehearsal(rows, _positive(args.frame_rate, "--frame-rate"))
         noise = _positive(args.noise, "--noise")
     else:
-        (recording,) = load([args.check], args)
+        recording = load([args.check], args)[0]  # a horn's view comes behind its surface's
         noise = noise_deg(recording)
     told = assess(actuator, [recording], noise, catalogue=effects)
     values = {"schema": 1, **told.to_json()}
@@ -197,9 +200,9 @@ def _check(args: argparse.Namespace) -> None:
 def _analyse(args: argparse.Namespace) -> None:
     from servosight.app.inputs import load
     from servosight.identify.discrete import distortion
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
-    (recording,) = load([args.analyse], args)
+    recording = load([args.analyse], args)[0]  # a horn's view comes behind its surface's
     found = distortion(recording)
     if found is None:
         raise InputError(
@@ -239,7 +242,7 @@ def _form(args: argparse.Namespace) -> Form:
 
 
 def _model(args: argparse.Namespace) -> Path:
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
     if args.model is None:
         raise InputError(
@@ -250,7 +253,7 @@ def _model(args: argparse.Namespace) -> Path:
 
 
 def _positive(value: float, option: str) -> float:
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
 
     if value <= 0.0:
         raise InputError(f"{option} {value:g}: expected more than 0; give a larger one")

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.identify.design import assess, better_command
     from servosight.identify.discrete import as_sampled
     from servosight.identify.fit import METHODS, identify
-    from servosight.models.core import InputError
+    from servosight.models.base import InputError
     from servosight.models.effects import catalogue, select
 
     check_outputs(args)

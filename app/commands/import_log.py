@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from servosight.app.arguments import add_force, add_pulse, number
+from servosight.app.arguments import add_force, add_pulse, any_path, number
 from servosight.app.output import console, next_command
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight import``."""
-    parser.add_argument("source", metavar="SOURCE", type=Path, help="the log")
+    parser.add_argument("source", metavar="SOURCE", type=any_path, help="the log")
     parser.add_argument(
-        "-o", "--output", metavar="REC", type=Path, required=True, help="folder to write"
+        "-o", "--output", metavar="REC", type=any_path, required=True, help="folder to write"
     )
     parser.add_argument(
         "--map",
@@ -35,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
-    from servosight.models.core import InputError, check_folder
+    from servosight.models.base import InputError, check_folder
     from servosight.models.io import FILES, save_recording
     from servosight.models.io.importers import Request, import_recording, parse_map
 

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
 
-from servosight.app.arguments import add_force, add_seed
+from servosight.app.arguments import add_force, add_seed, any_path
 from servosight.app.output import console, next_command, progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight simulate``."""
     parser.add_argument(
-        "scenario", metavar="SCENARIO.toml", nargs="?", type=Path, help="default: the standard one"
+        "scenario",
+        metavar="SCENARIO.toml",
+        nargs="?",
+        type=any_path,
+        help="default: the standard one",
     )
     parser.add_argument(
         "--effect",
@@ -32,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--video", action="store_true", help="film it: video in place of angles")
     add_seed(parser, default=None)
     parser.add_argument(
-        "-o", "--output", metavar="REC", type=Path, required=True, help="folder to write"
+        "-o", "--output", metavar="REC", type=any_path, required=True, help="folder to write"
     )
     add_force(parser)
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_force, box, point
+from servosight.app.arguments import add_force, any_path, box, point
 from servosight.app.output import check_outputs, check_target, console, progress
-from servosight.models.core import Kind
+from servosight.models.base import Kind
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight track``."""
-    parser.add_argument("source", metavar="VIDEO|REC", type=Path, help="a video or a recording")
+    parser.add_argument("source", metavar="VIDEO|REC", type=any_path, help="a video or a recording")
     parser.add_argument("--pivot", metavar="X,Y", type=point, help="centre of rotation [px]")
     parser.add_argument(
         "--template", metavar="X,Y,W,H", type=box, help="box around the surface, first frame [px]"
@@ -31,10 +31,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="template matching as in the paper, or refined to the noise (default)",
     )
     parser.add_argument(
-        "-o", "--output", metavar="angle.csv", type=Path, help="default: into the recording"
+        "-o", "--output", metavar="angle.csv", type=any_path, help="default: into the recording"
     )
     parser.add_argument(
-        "--camera", metavar="camera.toml", type=Path, help="what `servosight calibrate` wrote"
+        "--camera", metavar="camera.toml", type=any_path, help="what `servosight calibrate` wrote"
     )
     parser.add_argument(
         "--light",
@@ -61,10 +61,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="both, as track_overlay.mp4 and track_sheet.png beside angle.csv",
     )
     drawn.add_argument(
-        "--overlay", metavar="FILE.mp4", type=Path, help="the video with what was found drawn in"
+        "--overlay",
+        metavar="FILE.mp4",
+        type=any_path,
+        help="the video with what was found drawn in",
     )
     drawn.add_argument(
-        "--sheet", metavar="FILE.png", type=Path, help="the frames with the largest uncertainty"
+        "--sheet", metavar="FILE.png", type=any_path, help="the frames with the largest uncertainty"
     )
     add_force(parser)
 

@@ -11,12 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tomli_w
 
+from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
-from servosight.models.core._atomic import write_text
 from servosight.models.core._display import html_table, parameter_rows
-from servosight.models.core._errors import InputError
-from servosight.models.core._files import read_settings
-from servosight.models.core._mark import Kind, marked_toml
 from servosight.models.core._parameter import CORE, OWN, Parameter
 from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import uncertain

@@ -7,7 +7,7 @@ import importlib
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from servosight.models.core._errors import InputError
+from servosight.models.base import InputError
 from servosight.models.core._rounding import rounded, uncertain
 
 Rows = Sequence[Mapping[str, Any]]

@@ -8,10 +8,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
 
-from servosight.models.core._atomic import write_text
+from servosight.models.base import InputError, json_text, plain, read_json, typed, write_text
 from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
-from servosight.models.core._errors import InputError
-from servosight.models.core._json import json_text, plain, read_json, typed
 from servosight.models.core._rounding import rounded
 
 SCHEMA = 1

@@ -141,3 +141,20 @@ def test_wrong_words_give_one_sentence(
         assert error.count("\n") == 1
         assert expected in error, error
     assert not Path(out).exists()
+
+
+@pytest.mark.parametrize("what", ["--check", "--analyse"])
+def test_a_horn_beside_the_surface_is_passed_over(
+    what: str, card: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its folder yields two recordings, of which the surface's is the first."""
+    command = tmp_path / "command.csv"
+    assert main(["excite", "multisine", "--duration", "8", "-o", str(command)]) == 0
+    folder = recorded(tmp_path / "rec", command)
+    line = ["excite", what, str(folder), "--model", str(card), "--json", "-"]
+    assert main(line) == 0
+    alone = capsys.readouterr().out
+    (folder / "horn.csv").write_bytes((folder / "angle.csv").read_bytes())
+    assert main(line) == 0
+    assert '"schema": 1' in alone
+    assert '"schema": 1' in capsys.readouterr().out

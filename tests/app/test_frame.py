@@ -83,6 +83,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ([], "required: COMMAND"),
         (["workbench"], "invalid choice: 'workbench'"),
+        (["diagnos"], "did you mean diagnose?"),
         (["diagnose"], "required: REC"),
         (["diagnose", "rec", "--seed", "-1"], "whole number"),
         (["diagnose", "rec", "--seed", "x"], "whole number"),
@@ -98,6 +99,26 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 )
 def test_wrong_usage(words: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert expected in said(capsys, 2, words)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["identify", "rec", "--json"],
+        ["identify", "rec", "-o"],
+        ["compare", "model.toml"],
+        ["simulate", "-o"],
+        ["track"],
+        ["effects", "--plugin"],
+    ],
+)
+@pytest.mark.parametrize("name", ["a\0b", "x" * 300, "y/" * 3000])
+def test_names_that_no_file_can_have(
+    name: str, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    sentence = said(capsys, 2, [*words, name])
+    assert "cannot be opened" in sentence
+    assert len(sentence) < 400
 
 
 def test_bad_input_leaves_with_2(

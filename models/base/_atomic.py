@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from servosight.models.core._errors import InputError
-from servosight.models.core._files import check_path
-from servosight.models.core._temporary import discard, temporary_file, temporary_folder
+from servosight.models.base._errors import InputError
+from servosight.models.base._files import check_path
+from servosight.models.base._temporary import discard, temporary_file, temporary_folder
 
 
 def write_text(path: Path, text: str) -> None:

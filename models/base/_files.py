@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from servosight.models.core._errors import InputError
+from servosight.models.base._errors import InputError
 
 LARGEST_SETTINGS = 2 << 20
 """Bytes of a settings file; the largest that is written here, track.toml, has some 100,000."""

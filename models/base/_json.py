@@ -12,8 +12,8 @@ from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
 
-from servosight.models.core._errors import InputError
-from servosight.models.core._files import LARGEST_LOG, read_settings
+from servosight.models.base._errors import InputError
+from servosight.models.base._files import LARGEST_LOG, read_settings
 
 T = TypeVar("T")
 

@@ -1,0 +1,30 @@
+"""What needs no numbers: the error of bad input, files in and out, JSON. Loads in no time."""
+
+from servosight.models.base._atomic import check_folder as check_folder
+from servosight.models.base._atomic import new_file as new_file
+from servosight.models.base._atomic import new_folder as new_folder
+from servosight.models.base._atomic import unwritable as unwritable
+from servosight.models.base._atomic import write_bytes as write_bytes
+from servosight.models.base._atomic import write_text as write_text
+from servosight.models.base._errors import InputError as InputError
+from servosight.models.base._files import LARGEST_LOG as LARGEST_LOG
+from servosight.models.base._files import LARGEST_TABLE as LARGEST_TABLE
+from servosight.models.base._files import check_path as check_path
+from servosight.models.base._files import plain_name as plain_name
+from servosight.models.base._files import read_bytes as read_bytes
+from servosight.models.base._files import read_settings as read_settings
+from servosight.models.base._files import read_text as read_text
+from servosight.models.base._files import shown as shown
+from servosight.models.base._json import json_text as json_text
+from servosight.models.base._json import plain as plain
+from servosight.models.base._json import read_json as read_json
+from servosight.models.base._json import typed as typed
+from servosight.models.base._mark import MARK as MARK
+from servosight.models.base._mark import Kind as Kind
+from servosight.models.base._mark import kind_of as kind_of
+from servosight.models.base._mark import marked_png as marked_png
+from servosight.models.base._mark import marked_toml as marked_toml
+from servosight.models.base._temporary import discard_all as discard_all
+from servosight.models.base._temporary import sweep as sweep
+from servosight.models.base._temporary import temporary_file as temporary_file
+from servosight.models.base._temporary import temporary_folder as temporary_folder
