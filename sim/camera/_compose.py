@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from servosight.sim.camera._kernel import lay_along_rays, lay_over
 from servosight.sim.camera._lens import Lens
 from servosight.sim.camera._optics import Optics, blur_and_bin
 from servosight.sim.camera._projection import Sight, onto_layer, shaken
-from servosight.sim.camera._render import SUPERSAMPLING, Layer, Layers
+from servosight.sim.camera._render import SUPERSAMPLING, Layer, LayerGeometry, Layers
 from servosight.sim.scene import CRANK_MM
 
 Light = NDArray[np.float32]
@@ -23,6 +23,7 @@ MONO = (0.30, 0.59, 0.11)
 """Response of a monochrome sensor to red, green and blue."""
 
 TRIPOD = (0.0, 0.0, 0.0)
+_ON_THE_PLATE = ("still", "led")
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,10 @@ class Props:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class MonoLayer:
     """A layer as one channel of light sees it: ``body`` (rows, columns, 2), light and cover."""
 
-    layer: Layer
+    geometry: LayerGeometry
     body: Light
 
 
@@ -60,14 +61,14 @@ class Sheet:
 class Plane:
     """The bench as one channel of light sees it, through a lens of ``optics``.
 
-    ``sheets`` are the layers by name, and "gloss", the part of the fin that can glint.
-    ``background`` (height, width) is what does not move, blurred, on the pixels; ``still`` the
-    same padded and supersampled.
+    ``layers`` by name; "gloss" is the part of the fin that can glint. ``background`` (height,
+    width) is what does not move, blurred, on the pixels; ``still`` the same padded and
+    supersampled.
     """
 
     sight: Sight
     optics: Optics
-    sheets: dict[str, Sheet]
+    layers: dict[str, MonoLayer]
     still: Light
     background: Light
 
@@ -94,22 +95,29 @@ class Plane:
             "glint": above.glint,
             "card": above.card,
         }
-        sheets = {name: _sheet(layer, weights) for name, layer in drawn.items() if layer}
-        solid = layers.fin.rgba[:, :, 3] if layers.fin.solid is None else layers.fin.solid
-        sheets["gloss"] = Sheet(layers.fin, np.dstack([solid, solid]))
+        mono = {name: _mono(layer, weights) for name, layer in drawn.items() if layer}
+        if "glint" in mono:
+            solid = layers.fin.rgba[:, :, 3] if layers.fin.solid is None else layers.fin.solid
+            mono["gloss"] = MonoLayer(layers.fin.geometry, np.dstack([solid, solid]))
         sight = Sight(layers.view, lens or Lens(), optics.margin_px)
         still = np.zeros(sight.size, dtype=np.float32)
-        _lay(still, (0, 0), sight, _placed(sight, sheets["still"], TRIPOD))
+        _lay(still, (0, 0), sight, _placed(sight, mono["still"], TRIPOD))
         background = blur_and_bin(still, optics, SUPERSAMPLING, sight.margin)
-        return cls(sight, optics, sheets, still, background)
+        return cls(sight, optics, mono, still, background)
+
+    @property
+    def on_tripod(self) -> Plane:
+        """The same without what only a camera that shakes draws again: most of the memory."""
+        moving = {name: layer for name, layer in self.layers.items() if name not in _ON_THE_PLATE}
+        return replace(self, layers=moving)
 
 
 @dataclass(frozen=True)
 class Placed:
-    """A sheet in the picture.
+    """A layer in the picture.
 
     ``onto`` (3, 3) takes undistorted pixels to its samples; ``box`` is the first and last column
-    and row of the padded picture's samples that it may touch. ``within``: a sheet outside of
+    and row of the padded picture's samples that it may touch. ``within``: a layer outside of
     which it is not seen.
     """
 
@@ -119,23 +127,23 @@ class Placed:
     within: Placed | None = None
 
 
-def _sheet(layer: Layer, weights: Light) -> Sheet:
+def _mono(layer: Layer, weights: Light) -> MonoLayer:
     light = layer.rgba[:, :, :3] @ weights
-    return Sheet(layer, np.ascontiguousarray(np.stack([light, layer.rgba[:, :, 3]], axis=2)))
+    return MonoLayer(layer.geometry, np.stack([light, layer.rgba[:, :, 3]], axis=2))
 
 
 def _placed(
     sight: Sight,
-    sheet: Sheet,
+    layer: MonoLayer,
     shake: tuple[float, float, float],
     turn_deg: float = 0.0,
     shift_mm: tuple[float, float] = (0.0, 0.0),
     within: Placed | None = None,
 ) -> Placed:
-    plane = shaken(sight, shake) @ sight.plane(sheet.layer.centre_mm[2])
-    onto = onto_layer(sheet.layer, math.radians(turn_deg), shift_mm) @ np.linalg.inv(plane)
-    rows, columns = sheet.body.shape[:2]
-    return Placed(sheet.body, onto, sight.box(onto, rows, columns), within)
+    plane = shaken(sight, shake) @ sight.plane(layer.geometry.centre_mm[2])
+    onto = onto_layer(layer.geometry, math.radians(turn_deg), shift_mm) @ np.linalg.inv(plane)
+    rows, columns = layer.body.shape[:2]
+    return Placed(layer.body, onto, sight.box(onto, rows, columns), within)
 
 
 def place(plane: Plane, pose: Pose) -> list[Placed]:
@@ -143,20 +151,20 @@ def place(plane: Plane, pose: Pose) -> list[Placed]:
 
     Where the camera shakes, the background is among it.
     """
-    sight, sheets, shake = plane.sight, plane.sheets, pose.shake
+    sight, layers, shake = plane.sight, plane.layers, pose.shake
     crank = math.radians(pose.motor_deg)
     rod_mm = (CRANK_MM * (1.0 - math.cos(crank)), -CRANK_MM * math.sin(crank))
-    items = [] if shake == TRIPOD else [_placed(sight, sheets["still"], shake)]
-    items.append(_placed(sight, sheets["rod"], shake, 0.0, rod_mm))
-    items.append(_placed(sight, sheets["arm"], shake, pose.motor_deg))
-    items.append(_placed(sight, sheets["fin"], shake, pose.surface_deg))
-    if "shadow" in sheets:
-        items.append(_placed(sight, sheets["shadow"], shake))
-    if "glint" in sheets:
-        gloss = _placed(sight, sheets["gloss"], shake, pose.surface_deg)
-        items.append(_placed(sight, sheets["glint"], shake, within=gloss))
+    items = [] if shake == TRIPOD else [_placed(sight, layers["still"], shake)]
+    items.append(_placed(sight, layers["rod"], shake, 0.0, rod_mm))
+    items.append(_placed(sight, layers["arm"], shake, pose.motor_deg))
+    items.append(_placed(sight, layers["fin"], shake, pose.surface_deg))
+    if "shadow" in layers:
+        items.append(_placed(sight, layers["shadow"], shake))
+    if "glint" in layers:
+        gloss = _placed(sight, layers["gloss"], shake, pose.surface_deg)
+        items.append(_placed(sight, layers["glint"], shake, within=gloss))
     if pose.card_mm is not None:
-        items.append(_placed(sight, sheets["card"], shake, 0.0, (0.0, pose.card_mm)))
+        items.append(_placed(sight, layers["card"], shake, 0.0, (0.0, pose.card_mm)))
     return items
 
 
@@ -192,12 +200,12 @@ def light_of(plane: Plane, poses: Sequence[Pose], weights: Array) -> Light:
 def led_of(plane: Plane, shake: tuple[float, float, float] = TRIPOD) -> Light:
     """Light that the LED adds to the pixels when it is on, (height, width)."""
     samples = np.zeros(plane.sight.size, dtype=np.float32)
-    _lay(samples, (0, 0), plane.sight, _placed(plane.sight, plane.sheets["led"], shake))
+    _lay(samples, (0, 0), plane.sight, _placed(plane.sight, plane.layers["led"], shake))
     return blur_and_bin(samples, plane.optics, SUPERSAMPLING, plane.sight.margin)
 
 
 def _lay(picture: Light, corner: tuple[int, int], sight: Sight, item: Placed) -> None:
-    """Lay a sheet over ``picture`` in place, whose first sample (x, y) is ``corner``."""
+    """Lay a layer over ``picture`` in place, whose first sample (x, y) is ``corner``."""
     if item.within is not None:
         light, inside = np.zeros_like(picture), np.zeros_like(picture)
         _lay(light, corner, sight, Placed(item.body, item.onto, item.box))

@@ -36,7 +36,7 @@ def _mix(body, u, v, below):  # type: ignore[no-untyped-def]
     return below * (one - cover) + light
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
     """Lay ``body`` (rows, columns, 2) over ``picture`` (rows, columns) in place.
 
@@ -67,7 +67,7 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
             )
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
     """The same where each sample of the picture has its own ray (rows, columns, 2).
 

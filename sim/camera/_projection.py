@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array
 from servosight.sim.camera._lens import Lens
-from servosight.sim.camera._render import SUPERSAMPLING, Layer
+from servosight.sim.camera._render import SUPERSAMPLING, LayerGeometry
 from servosight.sim.scene import LENS_HEIGHT_MM, View
 
 Light = NDArray[np.float32]
@@ -120,7 +120,7 @@ def shaken(sight: Sight, shake: tuple[float, float, float]) -> Array:
     )
 
 
-def onto_layer(layer: Layer, turn_rad: float, shift_mm: tuple[float, float]) -> Array:
+def onto_layer(layer: LayerGeometry, turn_rad: float, shift_mm: tuple[float, float]) -> Array:
     """Bench (x, y, 1) [mm] to the samples of a layer turned about its anchor and shifted (3, 3)."""
     c, s = layer.per_mm * math.cos(turn_rad), layer.per_mm * math.sin(turn_rad)
     x, y = layer.centre_mm[0] + shift_mm[0], layer.centre_mm[1] + shift_mm[1]

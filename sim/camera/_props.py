@@ -8,7 +8,7 @@ from servosight.models.core import Array
 from servosight.sim import scene as scene_cover
 from servosight.sim.camera._compose import Props
 from servosight.sim.camera._light import Light
-from servosight.sim.camera._render import Layer
+from servosight.sim.camera._render import Layer, LayerGeometry
 from servosight.sim.scene import Cover
 
 _ABOVE_MM = 0.1  # shadow and highlight lie on the surface
@@ -42,7 +42,7 @@ def _layer(light: Array, cover: Array, centre_mm: tuple[float, float]) -> Layer:
     rows, columns = cover.shape
     rgba = np.dstack([light, light, light, cover]).astype(np.float32)
     middle = (0.5 * (columns - 1), 0.5 * (rows - 1))
-    return Layer(rgba, middle, (*centre_mm, _ABOVE_MM), _SAMPLES_PER_MM)
+    return Layer(rgba, LayerGeometry(middle, (*centre_mm, _ABOVE_MM), _SAMPLES_PER_MM))
 
 
 def _shadow(depth: float) -> Layer:
@@ -68,4 +68,4 @@ def _card(cover: Cover, seed: int) -> Layer:
     rgba = np.pad(np.dstack([colour, np.ones(colour.shape[:2])]), ((1, 1), (1, 1), (0, 0)))
     anchor = (1.0 - 0.5 - sheet.left * sheet.texels_per_mm, 0.5 * (rgba.shape[0] - 1))
     centre = (0.0, 0.0, scene_cover.HEIGHT_MM)
-    return Layer(rgba.astype(np.float32), anchor, centre, sheet.texels_per_mm)
+    return Layer(rgba.astype(np.float32), LayerGeometry(anchor, centre, sheet.texels_per_mm))

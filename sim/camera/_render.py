@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,21 +48,32 @@ _SHADOW, _PENUMBRA_MM = 0.85, 2.4
 _LED_COLOUR = (1.0, 0.28, 0.2)
 _LED_Z_MM, _LED_REACH_MM = -9.0, 45.0
 _SCREEN_GAMMA = 2.2  # what pyrender's shader encodes with
+_STRIP_ROWS = 256
+
+
+@dataclass(frozen=True)
+class LayerGeometry:
+    """Where a layer lies on the bench.
+
+    ``anchor`` (x, y) is the point it turns about, in its own samples, ``centre_mm`` the same point
+    at rest on the bench, ``per_mm`` its samples a millimetre.
+    """
+
+    anchor: tuple[float, float]
+    centre_mm: tuple[float, float, float]
+    per_mm: float
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A sheet parallel to the surface: premultiplied linear colour and coverage.
+    """A plane picture parallel to the surface: premultiplied linear colour and coverage.
 
-    ``rgba`` (rows, columns, 4) float32; ``anchor`` (x, y) is the point it turns about, in its own
-    samples, ``centre_mm`` the same point at rest on the bench, ``per_mm`` its samples a
-    millimetre. ``solid`` (rows, columns) is the coverage without the shadow about the body.
+    ``rgba`` (rows, columns, 4) float32. ``solid`` (rows, columns) is the coverage without the
+    shadow about the body.
     """
 
     rgba: Light
-    anchor: tuple[float, float]
-    centre_mm: tuple[float, float, float]
-    per_mm: float
+    geometry: LayerGeometry
     solid: Light | None = None
 
 
@@ -93,10 +105,10 @@ def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> Layers:
     view = View.of(camera)
     renderer = pyrender.OffscreenRenderer(64, 64)
     try:
-        rod, arm, fin = (
-            _layer(renderer, part, view, seed) for part in (scene.ROD, scene.ARM, scene.FIN)
+        still = _still(renderer, view, seed, room_px)  # first: it needs the most memory
+        fin, rod, arm = (
+            _layer(renderer, part, view, seed) for part in (scene.FIN, scene.ROD, scene.ARM)
         )
-        still = _still(renderer, view, seed, room_px)
     finally:
         renderer.delete()
     return Layers(view, still, _led(view), rod, arm, fin)
@@ -116,8 +128,9 @@ def _still(renderer: pyrender.OffscreenRenderer, view: View, seed: int, room_px:
     per_mm = _per_mm(view, scene.PLATE_Z_MM, SUPERSAMPLING)
     across = ((np.arange(size[1]) - x) / per_mm).astype(np.float32)
     along = ((y - np.arange(size[0])) / per_mm).astype(np.float32)
-    rgba[:, :, :3] *= _case_shadow(across[None, :], along[:, None])[:, :, None]
-    return Layer(rgba, (x, y), (0.0, 0.0, scene.PLATE_Z_MM), per_mm)
+    for rows in _strips(size[0]):
+        rgba[rows, :, :3] *= _case_shadow(across[None, :], along[rows, None])[:, :, None]
+    return Layer(rgba, LayerGeometry((x, y), (0.0, 0.0, scene.PLATE_Z_MM), per_mm))
 
 
 def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: int) -> Layer:
@@ -136,13 +149,13 @@ def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: i
     )
     sharp = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
     soft = SOFT_PX * SUPERSAMPLING * FINER
-    rgba = np.asarray(GaussianBlur(sharp, (0, 0), soft), dtype=np.float32)
+    rgba = np.asarray(GaussianBlur(sharp, (0, 0), soft, dst=sharp), dtype=np.float32)
     sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING * FINER
     solid = rgba[:, :, 3].copy()
     shadow = _SHADOW * np.asarray(GaussianBlur(solid, (0, 0), sigma))
     rgba[:, :, 3] = solid + (1.0 - solid) * shadow * _fade(size, sigma)
     anchor = (axis[0] + per_mm * x, axis[1] - per_mm * y)
-    return Layer(rgba, anchor, part.centre_mm, per_mm, solid)
+    return Layer(rgba, LayerGeometry(anchor, part.centre_mm, per_mm), solid)
 
 
 def _fade(size: tuple[int, int], width: float) -> Light:
@@ -182,12 +195,20 @@ def _draw(
     world.add(lamp, pose=pose)
     renderer.viewport_width, renderer.viewport_height = columns, rows
     image, _ = renderer.render(world, flags=pyrender.RenderFlags.RGBA)
+    rgba = np.empty((*size, 4), dtype=np.float32)
     # Where a sample is partly covered, OpenGL has averaged the encoded colour with black: divide
     # by the coverage before decoding, multiply after.
-    alpha = image[:, :, 3:].astype(np.float32) / 255.0
-    encoded = image[:, :, :3] / (255.0 * np.maximum(alpha, 1.0 / 255.0))
-    colour = np.minimum(encoded, 1.0) ** _SCREEN_GAMMA
-    return np.ascontiguousarray(np.concatenate([colour * alpha, alpha], axis=2), dtype=np.float32)
+    for strip in _strips(rows):
+        alpha = image[strip, :, 3:].astype(np.float32) / 255.0
+        encoded = image[strip, :, :3] / (255.0 * np.maximum(alpha, 1.0 / 255.0))
+        colour = np.minimum(encoded, 1.0) ** _SCREEN_GAMMA
+        rgba[strip, :, :3], rgba[strip, :, 3:] = colour * alpha, alpha
+    return rgba
+
+
+def _strips(rows: int) -> Iterator[slice]:
+    """Rows in strips, so that intermediate arrays do not grow with the picture."""
+    return (slice(start, start + _STRIP_ROWS) for start in range(0, rows, _STRIP_ROWS))
 
 
 def _case_shadow(x_mm: Light, y_mm: Light) -> Light:
@@ -213,5 +234,9 @@ def _led(view: View) -> Layer:
     radius = np.hypot(off[None, :], off[:, None])
     lens = np.clip((scene.LED_RADIUS_MM - radius) / 0.4 + 0.5, 0.0, 1.0)
     halo = 0.16 / (1.0 + (radius / 3.0) ** 2) * np.exp(-((radius / 14.0) ** 2))
-    light = (1.6 * lens + halo)[:, :, None] * np.array([*_LED_COLOUR, 0.0])
-    return Layer(light.astype(np.float32), (reach, reach), (x, y, scene.PLATE_Z_MM), per_mm / near)
+    light = 1.6 * lens + halo
+    rgba = np.zeros((*light.shape, 4), dtype=np.float32)
+    for channel, share in enumerate(_LED_COLOUR):
+        rgba[:, :, channel] = light * share
+    place = LayerGeometry((reach, reach), (x, y, scene.PLATE_Z_MM), per_mm / near)
+    return Layer(rgba, place)

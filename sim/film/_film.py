@@ -1,21 +1,21 @@
 """The twin filmed: a trajectory becomes a video with its known truth.
 
-Frames are drawn, exposed and compressed by two processes and written in order by the one that
-asked, which holds a few frames at a time. Each frame's noise has a seed of its own, so the file
-does not depend on how the work was divided.
+Frames are drawn, exposed and compressed by a few threads and written in order by the one that
+asked, which holds a few compressed frames at a time. What draws is compiled and runs in parallel;
+threads share the bench's layers, which are most of the memory, and end with the process. Each
+frame's noise has a seed of its own, so the file does not depend on how the work was divided.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
+from queue import SimpleQueue
 
 import cv2
 import numpy as np
@@ -35,15 +35,13 @@ from servosight.sim.camera import (
     render_layers,
     vignette,
 )
-from servosight.sim.film._codec import Stream, press_of
+from servosight.sim.film._codec import Press, Stream, press_of
 from servosight.sim.film._matroska import MatroskaWriter
 from servosight.sim.film._plan import Motion, Shot, command_start, frame_starts, plan
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.film._truth import FrameTable, frame_table, stamps
 
 Progress = Callable[[int, int], None]
-
-_CHUNK = 16  # frames a worker does at a time
 
 
 def render_video(
@@ -122,17 +120,20 @@ class Studio:
         view, optics = layers.view, settings.optics
         self.settings, self.seed = settings, seed
         above = props(settings.light, settings.cover, settings.texture_seed)
-        self.plane = Plane.of(layers, optics, lens=settings.lens, props=above)
-        self.led: Light = led_of(self.plane)
+        plane = Plane.of(layers, optics, lens=settings.lens, props=above)
+        self.led: Light = led_of(plane)
+        self.plane = plane.on_tripod if settings.shake.still else plane
         self.falloff: Light = vignette(view.height, view.width, view.pivot_px, optics.vignetting)
         self.pattern: FixedPattern = fixed_pattern(optics, view.height, view.width, seed)
         self._last: tuple[tuple[Pose, ...], Light] | None = None
 
     def picture(self, shot: Shot) -> Image:
-        """Take the picture; (height, width) uint8."""
-        if self._last is None or self._last[0] != shot.poses or len(shot.poses) > 1:
-            self._last = shot.poses, light_of(self.plane, shot.poses, shot.weights)
-        light = self._last[1] * shot.lamp.astype(np.float32)[:, None]
+        """Take the picture; (height, width) uint8. Several threads may call it at once."""
+        last = self._last
+        if last is None or last[0] != shot.poses or len(shot.poses) > 1:
+            last = shot.poses, light_of(self.plane, shot.poses, shot.weights)
+            self._last = last
+        light = last[1] * shot.lamp.astype(np.float32)[:, None]
         if shot.led.any():
             still = self.settings.shake.still
             led = self.led if still else led_of(self.plane, shot.poses[0].shake)
@@ -142,57 +143,33 @@ class Studio:
 
 
 def _pressed(shots: Iterator[Shot], studio: Studio, workers: int) -> Generator[bytes]:
-    """Pressed pictures in order; never more than a few chunks are under way."""
+    """Compressed pictures in order; never more than a few are held."""
+    view, codec = studio.plane.sight.view, studio.settings.codec
+    presses: SimpleQueue[Press] = SimpleQueue()
+    for _ in range(max(workers, 1)):
+        presses.put(press_of(codec, view.width, view.height))
+
+    def take(shot: Shot) -> bytes:
+        press = presses.get()
+        try:
+            return press.press(studio.picture(shot))
+        finally:
+            presses.put(press)
+
     if workers <= 1:
-        alone = Worker(studio)
-        for shot in shots:
-            yield from alone.take([shot])
+        yield from map(take, shots)
         return
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin, (studio,))
-    waiting: deque[Future[list[bytes]]] = deque()
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # the workers share the cores already
+    pool = ThreadPoolExecutor(workers)
+    waiting: deque[Future[bytes]] = deque()
     try:
-        for chunk in _chunks(shots):
-            waiting.append(pool.submit(_take, chunk))
+        for shot in shots:
+            waiting.append(pool.submit(take, shot))
             if len(waiting) > 2 * workers:
-                yield from waiting.popleft().result()
+                yield waiting.popleft().result()
         while waiting:
-            yield from waiting.popleft().result()
+            yield waiting.popleft().result()
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _chunks(shots: Iterator[Shot]) -> Iterator[list[Shot]]:
-    chunk: list[Shot] = []
-    for shot in shots:
-        chunk.append(shot)
-        if len(chunk) == _CHUNK:
-            yield chunk
-            chunk = []
-    if chunk:
-        yield chunk
-
-
-class Worker:
-    """A studio and a press, which turn shots into compressed pictures."""
-
-    def __init__(self, studio: Studio) -> None:
-        view = studio.plane.sight.view
-        self.studio = studio
-        self.press = press_of(studio.settings.codec, view.width, view.height)
-
-    def take(self, shots: list[Shot]) -> list[bytes]:
-        """Compressed pictures of the shots."""
-        return [self.press.press(self.studio.picture(shot)) for shot in shots]
-
-
-_of_this_process: list[Worker] = []
-
-
-def _begin(studio: Studio) -> None:
-    cv2.setNumThreads(1)  # the processes share the cores already
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asked ends this one
-    _of_this_process.append(Worker(studio))
-
-
-def _take(shots: list[Shot]) -> list[bytes]:
-    return _of_this_process[0].take(shots)
+        cv2.setNumThreads(threads)

@@ -21,7 +21,7 @@ _TILTED_ROOM = 0.4
 class VideoSettings:
     """Each part is a variation of its own; the defaults are a still camera and a steady light.
 
-    ``texture_seed`` chooses the printed surfaces; ``workers`` processes share the frames.
+    ``texture_seed`` chooses the printed surfaces; ``workers`` threads share the frames.
     """
 
     optics: Optics = field(default_factory=Optics)

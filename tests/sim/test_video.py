@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import tracemalloc
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -138,7 +140,7 @@ def test_the_light_marks_the_command(film: Film) -> None:
     assert shot.led == pytest.approx(0.5)
 
 
-def test_the_same_seed_gives_the_same_file_with_any_number_of_processes(
+def test_the_same_seed_gives_the_same_file_with_any_number_of_workers(
     film: Film, tmp_path: Path
 ) -> None:
     two = tmp_path / "two.mkv"
@@ -147,6 +149,38 @@ def test_the_same_seed_gives_the_same_file_with_any_number_of_processes(
     other = tmp_path / "other.mkv"
     render_video(trajectory(), CAMERA, other, seed=6, settings=ALONE)
     assert not np.array_equal(decoded(other)[0][0], decoded(film.path)[0][0])
+
+
+def peak_bytes(camera: Camera, frames: int, path: Path) -> int:
+    """Most memory that numpy and Python hold while pictures are taken, after the first of them."""
+    children = []
+
+    def first(done: int, total: int) -> None:
+        assert total == frames
+        children.extend(multiprocessing.active_children())
+        if done == 1:
+            tracemalloc.reset_peak()
+
+    motion = trajectory(duration_s=(frames - 0.5) / camera.rate_hz)
+    tracemalloc.start()
+    try:
+        render_video(
+            motion, camera, path, seed=1, settings=VideoSettings(workers=2), progress=first
+        )
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert children == []  # a worker process would hold as much again, and outlive its parent
+    return peak
+
+
+def test_memory_is_a_few_pictures_whatever_the_number_of_frames(tmp_path: Path) -> None:
+    """The bench's layers take about 75 bytes a pixel, two pictures under way some 30 each."""
+    camera = Camera(rate_hz=120.0, exposure_s=0.002, width=480, height=360)
+    pixels = camera.width * camera.height
+    short, long = (peak_bytes(camera, frames, tmp_path / "video.mkv") for frames in (8, 32))
+    assert short < 200 * pixels
+    assert long - short < 16 * pixels  # the frames between would be 24 bytes a pixel
 
 
 def test_the_clock_may_start_anywhere(tmp_path: Path) -> None:
