@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
+from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
@@ -168,11 +170,13 @@ def place(plane: Plane, pose: Pose) -> list[Placed]:
     return items
 
 
-def light_of(plane: Plane, poses: Sequence[Pose], weights: Array) -> Light:
+def light_of(
+    plane: Plane, poses: Sequence[Pose], weights: Array, stop: Event | None = None
+) -> Light:
     """Light on the pixels (height, width), summed over sub-frames; the LED is off.
 
     ``weights`` (sub-frames, height): the share of each row's exposure that a pose fills; each
-    row's shares add up to one.
+    row's shares add up to one. Raises CancelledError between sub-frames once ``stop`` is set.
     """
     sight = plane.sight
     scenes = [place(plane, pose) for pose in poses]
@@ -187,6 +191,8 @@ def light_of(plane: Plane, poses: Sequence[Pose], weights: Array) -> Light:
     total = np.zeros_like(background)
     row = np.clip(np.arange(y0, y1) // SUPERSAMPLING - sight.margin, 0, sight.view.height - 1)
     for scene, share in zip(scenes, weights.astype(np.float32), strict=True):
+        if stop is not None and stop.is_set():
+            raise CancelledError
         if not share.any():
             continue
         picture = background.copy()

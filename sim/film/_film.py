@@ -8,8 +8,7 @@ frame's noise has a seed of its own, so the file does not depend on how the work
 
 from __future__ import annotations
 
-import os
-import tempfile
+import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -20,7 +19,7 @@ from queue import SimpleQueue
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Camera, Image, InputError, unwritable
+from servosight.models.core import Array, Camera, Image, InputError, new_file
 from servosight.sim.camera import (
     FixedPattern,
     Layers,
@@ -66,36 +65,24 @@ def render_video(
     studio = Studio(
         render_layers(camera, chosen.texture_seed, chosen.room_px(camera)), chosen, seed
     )
-    target = Path(os.path.realpath(path))
-    try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:100]}.")
-    except OSError as error:
-        raise unwritable(path, error) from None
     size = camera.width, camera.height
     ticks = stamps(starts)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            stream = Stream(chosen.codec, *size, camera.rate_hz)
-            shots = plan(trajectory, camera, starts, led_on_s, chosen, seed)
-            with (
-                closing(_pressed(shots, studio, chosen.workers)) as pressed,
-                MatroskaWriter(
-                    file, size, stream.matroska_id, stream.private, 1.0 / camera.rate_hz
-                ) as writer,
-            ):
-                for n, picture in enumerate(pressed):
-                    for packet in stream.packets(ticks[n], picture):
-                        writer.write(packet.ticks, packet.data, packet.key)
-                    if progress is not None:
-                        progress(n + 1, starts.size)
-                for packet in stream.rest():
+    with new_file(path) as temporary, temporary.open("wb") as file:
+        stream = Stream(chosen.codec, *size, camera.rate_hz)
+        shots = plan(trajectory, camera, starts, led_on_s, chosen, seed)
+        with (
+            closing(_pressed(shots, studio, chosen.workers)) as pressed,
+            MatroskaWriter(
+                file, size, stream.matroska_id, stream.private, 1.0 / camera.rate_hz
+            ) as writer,
+        ):
+            for n, picture in enumerate(pressed):
+                for packet in stream.packets(ticks[n], picture):
                     writer.write(packet.ticks, packet.data, packet.key)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except OSError as error:
-        raise unwritable(path, error) from None
-    finally:
-        Path(name).unlink(missing_ok=True)
+                if progress is not None:
+                    progress(n + 1, starts.size)
+            for packet in stream.rest():
+                writer.write(packet.ticks, packet.data, packet.key)
     return frame_table(trajectory, camera, starts, led_on_s, studio.plane.sight, chosen, seed)
 
 
@@ -127,11 +114,14 @@ class Studio:
         self.pattern: FixedPattern = fixed_pattern(optics, view.height, view.width, seed)
         self._last: tuple[tuple[Pose, ...], Light] | None = None
 
-    def picture(self, shot: Shot) -> Image:
-        """Take the picture; (height, width) uint8. Several threads may call it at once."""
+    def picture(self, shot: Shot, stop: threading.Event | None = None) -> Image:
+        """Take the picture; (height, width) uint8. Several threads may call it at once.
+
+        Raises CancelledError soon after ``stop`` is set.
+        """
         last = self._last
         if last is None or last[0] != shot.poses or len(shot.poses) > 1:
-            last = shot.poses, light_of(self.plane, shot.poses, shot.weights)
+            last = shot.poses, light_of(self.plane, shot.poses, shot.weights, stop)
             self._last = last
         light = last[1] * shot.lamp.astype(np.float32)[:, None]
         if shot.led.any():
@@ -149,10 +139,12 @@ def _pressed(shots: Iterator[Shot], studio: Studio, workers: int) -> Generator[b
     for _ in range(max(workers, 1)):
         presses.put(press_of(codec, view.width, view.height))
 
+    stop = threading.Event()
+
     def take(shot: Shot) -> bytes:
         press = presses.get()
         try:
-            return press.press(studio.picture(shot))
+            return press.press(studio.picture(shot, stop))
         finally:
             presses.put(press)
 
@@ -171,5 +163,6 @@ def _pressed(shots: Iterator[Shot], studio: Studio, workers: int) -> Generator[b
         while waiting:
             yield waiting.popleft().result()
     finally:
+        stop.set()  # after an error or Ctrl-C no one waits for what is under way
         pool.shutdown(cancel_futures=True)
         cv2.setNumThreads(threads)
