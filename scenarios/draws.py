@@ -1,11 +1,17 @@
-"""From where a hidden effect and its strength are drawn."""
+"""Scenarios with hidden effects: which one, how strong, on which servo; drawn by a seed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
+import numpy as np
+
+from servosight.models.core import Camera
 from servosight.models.effects import catalogue
+from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.scenarios.toml_table import require
 
 Range = tuple[float, float]
 
@@ -93,3 +99,67 @@ def scaled(effect: str, values: Mapping[str, float], strength: float) -> dict[st
         else:
             result[name] = value / strength
     return result
+
+
+def hidden(seed: int, *, video: bool = True) -> Scenario:
+    """A short scenario with one effect of the catalogue that the user is not given the name of.
+
+    Effect, strength, servo and command vary with ``seed``. Raises InputError for a negative seed.
+
+    >>> list(hidden(1).effects) == [effect_of(1)]
+    True
+    """
+    require(seed >= 0, "--seed", "seed", seed, "a whole number from 0")
+    return hidden_effects([effect_of(seed)], seed, video=video)
+
+
+def effect_of(seed: int, effects: Iterable[str] = DRAWS) -> str:
+    """The effect that ``seed`` hides, one of ``effects``: the one whose hash with it is largest.
+
+    Rendezvous hashing (Thaler and Ravishankar, IEEE/ACM Trans. Networking 6(1), 1998): a new effect
+    takes its share of the seeds and leaves the others as they are; order does not matter.
+
+    >>> effect_of(3, ["backlash", "dead_time"]) == effect_of(3, ["dead_time", "backlash"])
+    True
+    """
+    return max(effects, key=lambda name: sha256(f"{seed} {name}".encode()).digest())
+
+
+def hidden_effects(
+    effects: Sequence[str], seed: int, *, strength: float = 1.0, video: bool = False
+) -> Scenario:
+    """The scenario that shows ``effects`` clearly, or a servo without any; drawn by ``seed``.
+
+    ``strength`` scales those of the catalogue (:func:`servosight.scenarios.draws.scaled`); the
+    servo and the command are the same at any strength. Several effects share the servo of the
+    first that needs a special one, and the widest motion.
+    """
+    draws = {name: {**DRAWS, **UNCATALOGUED_DRAWS}[name] for name in effects}
+    special = [draw for draw in draws.values() if (draw.T, draw.xi) != (USUAL.T, USUAL.xi)]
+    servo = (special or [USUAL])[0]
+    rng = np.random.default_rng([seed, 1])
+
+    def pick(low: float, high: float) -> float:
+        return float(f"{rng.uniform(low, high):.4g}")
+
+    values = {
+        name: {key: pick(*span) for key, span in draw.parameters.items()}
+        for name, draw in draws.items()
+    }
+    bias = pick(-1.0, 1.0)
+    values |= {name: scaled(name, values[name], strength) for name in effects if name in DRAWS}
+    bias += sum(values[name].get(draw.trimmed, 0.0) for name, draw in draws.items())
+    return Scenario(
+        seed=seed,
+        duration_s=12.0,
+        video=video,
+        servo=Response(pick(0.95, 1.05), pick(*servo.T), pick(*servo.xi), bias),
+        motion=Motion(amplitude_deg=max(draw.amplitude_deg for draw in (USUAL, *draws.values()))),
+        camera=Camera(rate_hz=120.0, exposure_s=0.002),
+        effects=values,
+    )
+
+
+def hidden_effect(effect: str, seed: int, *, video: bool = False) -> Scenario:
+    """:func:`hidden_effects` with one effect at its usual strength."""
+    return hidden_effects([effect], seed, video=video)

@@ -55,7 +55,9 @@ def read_number(value: Any, where: str) -> float:
 def require(holds: bool, source: Path | str, key: str, value: object, expected: str) -> None:
     """Raise InputError that ``key`` is ``value`` and what was ``expected``, unless it holds."""
     if not holds:
-        raise InputError(f"{source}: key {key} is {value!r}, expected {expected}; mend that value")
+        raise InputError(
+            f"{source}: key {key} is {value!r}, expected {expected}; correct that value"
+        )
 
 
 def _value(value: Any, kind: type, where: str) -> Any:
@@ -65,4 +67,4 @@ def _value(value: Any, kind: type, where: str) -> Any:
             return value
         if math.isfinite(value):
             return float(value)
-    raise InputError(f"{where} is {value!r}, expected {_WORDS[kind]}; mend that value")
+    raise InputError(f"{where} is {value!r}, expected {_WORDS[kind]}; correct that value")

@@ -16,8 +16,9 @@ import pytest
 
 from servosight.app.main import main
 from servosight.models.io import load_recording
+from servosight.scenarios.draws import hidden_effect
 from servosight.scenarios.produce import produce
-from servosight.scenarios.scenario import Scenario, hidden_effect
+from servosight.scenarios.scenario import Scenario
 
 
 def filmed(scenario: Scenario, folder: Path) -> dict[str, float]:

@@ -33,8 +33,8 @@ def run(args: argparse.Namespace) -> None:
     from servosight.diagnose import diagnose
     from servosight.models.base import json_text, write_text
     from servosight.models.effects import catalogue
+    from servosight.scenarios.draws import hidden
     from servosight.scenarios.produce import produce
-    from servosight.scenarios.scenario import hidden
     from servosight.sources import read
 
     card, diagnosis, report = (args.output / name for name in WRITTEN)

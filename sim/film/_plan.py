@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servosight.models.core import Array, Camera
+from servosight.models.core import Array, Camera, InputError
 from servosight.sim.camera import TRIPOD, Pose
 from servosight.sim.film._indicator import share
 from servosight.sim.film._settings import VideoSettings
@@ -17,6 +17,9 @@ from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
 
 SUBFRAME_PX = 0.5
 """Longest way of the fin's tip, of the card or of a shaken picture between two sub-frames."""
+
+MAX_SUBFRAMES = 4000
+"""Most sub-frames of an exposure: more show a surface that turns round several times in it."""
 
 _STILL_PX = 1e-6
 _ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
@@ -101,6 +104,12 @@ def plan(
         opens = start + delays
         length = exposure + camera.readout_s
         way_px = _way_px(trajectory, chosen, start, start + length, scale, seed)
+        if way_px > MAX_SUBFRAMES * SUBFRAME_PX:
+            raise InputError(
+                f"camera: within the exposure that starts at {start:.3f} s the picture moves by "
+                f"{way_px:.0f} px, expected at most {MAX_SUBFRAMES * SUBFRAME_PX:g}; lower "
+                f"exposure_s and readout_s, or the motion's amplitude or frequency"
+            )
         needed = math.ceil(way_px / SUBFRAME_PX)
         if way_px < _STILL_PX:
             time_s = np.array([start + 0.5 * length])

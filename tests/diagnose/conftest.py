@@ -9,7 +9,8 @@ from functools import cache
 import pytest
 
 from servosight.models.core import Recording
-from servosight.scenarios.scenario import Scenario, hidden_effect
+from servosight.scenarios.draws import hidden_effect
+from servosight.scenarios.scenario import Scenario
 from servosight.sim.run import angle_recording, run
 
 NOISE_DEG = 0.03

@@ -16,7 +16,7 @@ from servosight.diagnose import Diagnosis, diagnose
 from servosight.identify.fit import identify
 from servosight.models.core import Recording, Stream, views
 from servosight.models.effects import catalogue
-from servosight.scenarios.scenario import hidden_effect
+from servosight.scenarios.draws import hidden_effect
 from servosight.sim.run import angle_recording, run
 
 NOISE_DEG = 0.2
