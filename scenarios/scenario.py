@@ -13,7 +13,7 @@ from servosight.models import excitation as shapes
 from servosight.models.core import Array, Camera, InputError, read_settings
 from servosight.models.excitation import Excitation
 from servosight.scenarios.camera_settings import TABLES, read_filming
-from servosight.scenarios.limits import KINDS, check_scenario
+from servosight.scenarios.limits import check_scenario
 from servosight.scenarios.toml_table import read_number, read_table
 from servosight.sim.bench import BenchParameters
 from servosight.sim.effects import resolve

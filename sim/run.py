@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from servosight.models.core import Array, Camera, Recording
+from servosight.models.core import Array, Camera, InputError, Recording
 from servosight.models.excitation import Excitation
 from servosight.sim.bench import (
     GRID_S,
@@ -22,6 +23,12 @@ from servosight.sim.bench import (
 from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Polyline, Twin, Values, resolve
 
 Chosen = Sequence[tuple[HiddenEffect, Values]]
+
+_UNSTABLE = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
 
 _SAME_S = 1e-8  # instants closer than this are one
 
@@ -46,7 +53,10 @@ def run(
     for effect, values in chosen:
         effect.edit(assembly, values)
         line = effect.command(line, values)
-    twin = Twin(assembly)
+    try:
+        twin = Twin(assembly)
+    except ValueError as error:  # from MuJoCo's compiler
+        raise _impossible(chosen, " ".join(str(error).split())) from None
 
     start = float(excitation.time_s[0])
     points = math.ceil(excitation.duration_s / GRID_S - 1e-6) + 1
@@ -58,7 +68,10 @@ def run(
     surface = [twin.model.joint(name).qposadr[0] for name in assembly.surface]
     for hinge in {twin.motor, twin.sensor, surface[0]}:
         twin.data.qpos[hinge] = wanted[0]
-    angles, speeds = _integrate(twin, chosen, edges, wanted)
+    with _quiet():
+        angles, speeds = _integrate(twin, chosen, edges, wanted)
+    if any(twin.data.warning[kind].number for kind in _UNSTABLE) or not np.isfinite(angles).all():
+        raise _impossible(chosen, "the motion grows without bound")
 
     def on_grid(hinges: list[int]) -> Array:
         both = (np.degrees(x[:, hinges].sum(axis=1)) for x in (angles, speeds))
@@ -74,6 +87,25 @@ def run(
         behind,
         np.asarray(excitation.command_deg)[np.maximum(row, 0)],
         excitation,
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep MuJoCo from printing its warnings, and from writing them to a file."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _impossible(chosen: Chosen, reason: str) -> InputError:
+    values = ", ".join(f"{e.id}.{key} = {v:g}" for e, set_ in chosen for key, v in set_.items())
+    return InputError(
+        f"the twin cannot be simulated with {values or 'this servo'} ({reason}); expected values "
+        f"of a real servo, as `servosight effects` lists them: correct them"
     )
 
 
