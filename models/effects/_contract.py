@@ -7,54 +7,21 @@ kernel. See CONTRIBUTING.md for a worked example.
 
 from __future__ import annotations
 
-import enum
 import inspect
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from servosight.models.core import Parameter
+from servosight.models.core import InputError, Parameter
+from servosight.models.effects._check import all_are, check_arguments, check_function, is_a
 from servosight.models.effects._initial_guess import Traces
+from servosight.models.effects._place import SIGNATURES, usage
+from servosight.models.effects._place import Place as Place
 
 Term = Callable[..., Any]
 
-MOTION = ("T", "theta", "w", "acceleration", "last")
-"""What a ``resolution`` may take of the motion at the start of a step, by name: time constant,
-angle, size of speed and of acceleration, and a BRISTLE's own torque."""
-
-
-class Place(enum.Enum):
-    """Where an effect acts in the plant equation, and the signature of its term.
-
-    Signatures (parameters of the effect follow in their declared order):
-
-    - ``COMMAND``: ``(value, slope, horizon, last) -> (value, slope, horizon)``; the command is
-      ``value + slope * t`` for ``horizon`` seconds, ``last`` the term's own output so far.
-    - ``REDUCER``: ``(theta, last) -> angle`` behind the motor's reducer, which the loop's sensor
-      feels and the surface follows; ``last`` the term's own output at the last turn of the motor.
-    - ``FEEDBACK``: ``(theta) -> theta``, what the position loop believes.
-    - ``DRIVE``: ``(drive, w) -> drive`` in degrees of position error.
-    - ``FRICTION``: ``(speed, drive, load) -> magnitude``, non-negative, opposes motion, sticks.
-    - ``BRISTLE``: ``(theta, start, last) -> torque``, friction by hysteresis: ``last`` the term's
-      own output at the angle ``start``, since when the motor has not turned round.
-    - ``LOAD``: ``(theta, w) -> torque`` that opposes positive motion where positive.
-    - ``SHAFT``: ``(theta, w, T, far_theta, far_w) -> (reaction, share, d_far_theta, d_far_w)``;
-      a second inertia behind a spring, ``share`` its part of the total inertia.
-    - ``TRANSMISSION``: ``(angle, last) -> angle``, ``last`` the term's own output so far.
-
-    DRIVE and LOAD terms with a state take it after ``w`` and return ``(torque, d_state)``.
-    """
-
-    COMMAND = "command"
-    REDUCER = "reducer"
-    FEEDBACK = "feedback"
-    DRIVE = "drive"
-    FRICTION = "friction"
-    BRISTLE = "presliding friction"
-    LOAD = "load"
-    SHAFT = "shaft"
-    TRANSMISSION = "transmission"
+_ID = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -105,29 +72,55 @@ class Effect:
     contains: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not re.fullmatch(r"[a-z][a-z0-9_]*", self.id):
-            raise ValueError(f"effect id {self.id!r}: expected lower-case letters, digits and _")
-        if (self.term is None) == (self.latency is None):
-            raise ValueError(f"effect {self.id}: exactly one of term and latency is needed")
-        if all(parameter.neutral is None for parameter in self.parameters):
-            raise ValueError(f"effect {self.id}: at least one parameter needs a neutral value")
-        for name in ("term", "latency", "switch", "resolution"):
-            function = getattr(self, name)
-            if function is not None:
-                self._check_signature(name, function)
+        """Raise InputError, in one sentence, for what no kernel and no search could use."""
+        self._check_fields()
+        self._check_roles()
+        for role, function in self.hooks.items():
+            check_function(
+                f"effect {self.id} ({self.place.value}): {role}",
+                function,
+                usage(self.place, role, function, self.states),
+                self.parameters,
+            )
+        check_arguments(f"effect {self.id}: starts", self.starts, ["cues"])
 
-    def _check_signature(self, name: str, function: Term) -> None:
-        names = list(inspect.signature(function).parameters)
-        expected = [parameter.name for parameter in self.parameters]
-        if names[len(names) - len(expected) :] != expected:
-            raise ValueError(
-                f"effect {self.id}: {name}{tuple(names)} must end with its parameters {expected}"
-            )
-        leading = names[: len(names) - len(expected)]
-        if name == "resolution" and not set(leading) <= set(MOTION):
-            raise ValueError(
-                f"effect {self.id}: resolution{tuple(names)} may take {MOTION} and its parameters"
-            )
+    def _check_fields(self) -> None:
+        hooks = self.hooks.items()
+        words = ("equation", "looks_like", "cause", "confirm", "remedy", "source")
+        for name, right, expected in (
+            ("id", _is_identifier(self.id), "lower-case letters, digits and _"),
+            ("place", is_a(self.place, Place), "a member of Place, such as Place.LOAD"),
+            ("parameters", all_are(self.parameters, Parameter), "a tuple of Parameter"),
+            *((word, is_a(getattr(self, word), str), "a text") for word in words),
+            ("states", is_a(self.states, int) and self.states >= 0, "a whole number from 0"),
+            ("contains", all_are(self.contains, str), "a tuple of effect ids"),
+            ("starts", callable(self.starts), "a function"),
+            *(
+                (role, inspect.isfunction(hook), "a function defined with def")
+                for role, hook in hooks
+            ),
+        ):
+            if not right:
+                raise InputError(
+                    f"effect {self.id!r}: {name} is {getattr(self, name)!r}, expected {expected}"
+                )
+        if all(parameter.neutral is None for parameter in self.parameters):
+            raise InputError(f"effect {self.id}: at least one parameter needs a neutral value")
+
+    def _check_roles(self) -> None:
+        if (self.term is None) == (self.latency is None):
+            raise InputError(f"effect {self.id}: exactly one of term and latency is needed")
+        signature = SIGNATURES[self.place]
+        for name, given, allowed in (
+            ("latency", self.latency is not None, self.place is Place.COMMAND),
+            ("switch", self.switch is not None, signature.switched),
+            ("state", self.states > 0, signature.stateful),
+        ):
+            if given and not allowed:
+                raise InputError(
+                    f"effect {self.id}: an effect at the place {self.place.value} has no {name}; "
+                    f"leave it out or choose another place"
+                )
 
     @property
     def memory(self) -> int:
@@ -147,3 +140,7 @@ class Effect:
                 return parameter
         known = [parameter.name for parameter in self.parameters]
         raise KeyError(f"effect {self.id} has no parameter {name!r}; it has {known}")
+
+
+def _is_identifier(name: object) -> bool:
+    return isinstance(name, str) and _ID.fullmatch(name) is not None

@@ -86,12 +86,23 @@ def _load_plugin(path: Path) -> list[Effect]:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except KeyboardInterrupt:
+        raise
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except BaseException as error:  # a plugin may well call sys.exit()
         raise InputError(
-            f"{path}: the plugin failed to load ({type(error).__name__}: {error}); expected a "
-            f"Python file that defines EFFECT, so mend that line"
+            f"{path}: the plugin failed to load ({type(error).__name__}: {_line(error)}); expected "
+            f"a Python file that defines EFFECT, so correct that line"
         ) from error
-    found = getattr(module, "EFFECTS", None) or [getattr(module, "EFFECT", None)]
-    if not all(isinstance(effect, Effect) for effect in found):
-        raise InputError(f"{path}: no EFFECT found; expected EFFECT = Effect(...) in that file")
+    found = getattr(module, "EFFECTS", None) or (getattr(module, "EFFECT", None),)
+    if not isinstance(found, list | tuple) or not all(isinstance(one, Effect) for one in found):
+        raise InputError(
+            f"{path}: no EFFECT found; expected EFFECT = Effect(...) in that file, or EFFECTS, a "
+            f"tuple of them"
+        )
     return list(found)
+
+
+def _line(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200]

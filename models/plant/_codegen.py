@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models.core import CORE, OWN, InputError, write_text
-from servosight.models.effects import Effect, Place
+from servosight.models.effects import Effect, Place, parsed
 from servosight.models.plant import _integrator as integrator
 from servosight.models.plant import _linear_core as linear_core
 
@@ -103,6 +103,28 @@ def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
     return function
 
 
+def not_compiled(effects: Iterable[Effect], error: Exception) -> Exception:
+    """What to raise where a kernel cannot be compiled: the sentence on the effect that is why."""
+    from numba import float64, njit
+    from numba.core.errors import NumbaError
+
+    if not isinstance(error, NumbaError):
+        return error
+    for effect in effects:
+        for role, function in effect.hooks.items():
+            count = len(inspect.signature(function).parameters)
+            try:
+                njit(error_model="numpy")(function).compile((float64,) * count)
+            except NumbaError as reason:
+                lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
+                why = next((line for line in lines if "Failed in" not in line), "")[:120]
+                return InputError(
+                    f"effect {effect.id} ({effect.place.value}): {role} cannot be compiled "
+                    f"({why}); expected arithmetic on numbers, if and for, so write it in these"
+                )
+    return error
+
+
 def cache_folder() -> Path:
     """Where kernels are kept: SERVOSIGHT_CACHE, else the XDG cache folder, else a temporary one."""
     chosen = os.environ.get("SERVOSIGHT_CACHE")
@@ -133,10 +155,7 @@ def _symbol(effect: Effect, role: str) -> str:
 
 def _printed(function: Callable[..., Any], symbol: str) -> str:
     """The function's source under a new name, without annotations and docstring."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    definition = tree.body[0]
-    if not isinstance(definition, ast.FunctionDef):
-        raise InputError(f"{symbol}: expected a plain function defined with def")
+    definition = parsed(symbol, function)
     definition.name = symbol
     definition.returns = None
     definition.decorator_list = [ast.Name("njit", ast.Load())]
@@ -144,7 +163,7 @@ def _printed(function: Callable[..., Any], symbol: str) -> str:
         argument.annotation = None
     if ast.get_docstring(definition) is not None:
         definition.body = definition.body[1:]
-    return ast.unparse(ast.fix_missing_locations(tree))
+    return ast.unparse(ast.fix_missing_locations(definition))
 
 
 def _body(path: str | None) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant._codegen import Layout, kernel
+from servosight.models.plant._codegen import Layout, kernel, not_compiled
 
 STEP_SHARE = 0.2
 """Default step as a share of the time constant T."""
@@ -78,7 +78,7 @@ class Plant:
         else:
             steps = np.full((len(batch), 2), step_s)
         out = np.empty((batch.shape[0], stimulus.samples_s.size))
-        self.run(
+        arguments = (
             np.ascontiguousarray(batch),
             stimulus.time_s,
             stimulus.command_deg,
@@ -88,6 +88,10 @@ class Plant:
             steps,
             out,
         )
+        try:
+            self.run(*arguments)
+        except Exception as error:  # at the first call, when it is compiled
+            raise not_compiled(self.layout.effects, error) from error
         if stimulus.weights.size > 1:
             out = out.reshape(batch.shape[0], -1, stimulus.weights.size) @ stimulus.weights
         return out if np.ndim(rows) == 2 else out[0]

@@ -11,8 +11,8 @@ from servosight.models.effects import Effect, Place, catalogue, select
 from servosight.models.effects._registry import CATALOGUE
 
 PLUGIN = '''
-from servosight.models.effects import Effect, Place
 from servosight.models.core import Parameter
+from servosight.models.effects import Effect, Place
 
 
 def term(theta: float, w: float, cubic: float) -> float:
@@ -77,8 +77,16 @@ def test_a_plugin_joins_behind_the_catalogue(tmp_path: Path) -> None:
         ("import nothing_of_that_name", "ModuleNotFoundError"),
         ("def f(:", "SyntaxError"),
         (PLUGIN.replace("my_spring", "backlash"), "already in the catalogue"),
-        (PLUGIN.replace("w: float, cubic", "w: float, square"), "must end with its parameters"),
+        (PLUGIN.replace("w: float, cubic", "w: float, square"), "expected (theta, w, cubic)"),
         (PLUGIN.replace("my_spring", "My Spring"), "lower-case"),
+        ("EFFECTS = 5", "no EFFECT"),
+        ("EFFECT = 'backlash'", "no EFFECT"),
+        ("raise SystemExit(3)", "SystemExit: 3"),
+        ("class Own(BaseException): pass\nraise Own('mine')", "Own: mine"),
+        (PLUGIN.replace("place=Place.LOAD", "place='load'"), "place is 'load'"),
+        (PLUGIN.replace('source="', 'source=b"'), "source is b'"),
+        (PLUGIN.replace("term=term", "term=5"), "term is 5"),
+        (PLUGIN.replace("term=term", "term=max"), "term is <built-in"),
     ],
 )
 def test_a_broken_plugin_is_named_in_one_sentence(text: str, named: str, tmp_path: Path) -> None:
@@ -119,14 +127,14 @@ def declared(**changes: object) -> Effect:
 
 
 def test_an_effect_that_cannot_vanish_is_refused() -> None:
-    with pytest.raises(ValueError, match="neutral"):
+    with pytest.raises(InputError, match="neutral"):
         declared(parameters=(Parameter("size", "-", 0.0, 1.0),))
 
 
 def test_an_effect_has_a_term_or_a_latency() -> None:
-    with pytest.raises(ValueError, match="exactly one"):
+    with pytest.raises(InputError, match="exactly one"):
         declared(term=None)
-    with pytest.raises(ValueError, match="exactly one"):
+    with pytest.raises(InputError, match="exactly one"):
         declared(latency=lambda size: size)
 
 

@@ -1,0 +1,213 @@
+"""The contract of an effect: what each place asks of its functions, checked at the declaration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.models.core import InputError, Parameter
+from servosight.models.effects import SIGNATURES, Effect, Place
+from servosight.models.plant import Plant, Stimulus
+from servosight.models.plant._codegen import Layout
+
+OUTSIDE = 2.0
+
+
+def declared(place: Place, term: Callable[..., Any] | None, **changes: Any) -> Effect:
+    """An effect with one parameter ``size``, neutral at 0, and no words."""
+    words = ("equation", "looks_like", "cause", "confirm", "remedy", "source")
+    fields: dict[str, Any] = {
+        "id": "tried",
+        "place": place,
+        "parameters": (Parameter("size", "-", 0.0, 1.0, 0.0),),
+        "starts": lambda cues: ((0.5,),),
+        "term": term,
+        **dict.fromkeys(words, ""),
+        **changes,
+    }
+    return Effect(**fields)
+
+
+def command(value: float, slope: float, horizon: float, last: float, size: float) -> Any:
+    return value + size, slope, horizon
+
+
+def reducer(theta: float, last: float, size: float) -> float:
+    return theta + size * last
+
+
+def feedback(theta: float, size: float) -> float:
+    return theta + size
+
+
+def drive(drive: float, w: float, size: float) -> float:
+    return drive * (1.0 - size)
+
+
+def friction(speed: float, drive: float, load: float, size: float) -> float:
+    return size
+
+
+def bristle(theta: float, start: float, last: float, size: float) -> float:
+    return size * (theta - start)
+
+
+def load(theta: float, w: float, size: float) -> float:
+    return size * theta
+
+
+def shaft(theta: float, w: float, T: float, far_theta: float, far_w: float, size: float) -> Any:
+    return 0.0, 0.0, far_w, size * (theta - far_theta)
+
+
+def transmission(angle: float, last: float, size: float) -> float:
+    return angle - size * last
+
+
+RIGHT = dict(
+    zip(
+        Place,
+        (command, reducer, feedback, drive, friction, bristle, load, shaft, transmission),
+        strict=True,
+    )
+)
+
+
+@pytest.mark.parametrize("place", Place)
+def test_every_place_takes_its_own_signature_and_no_other(place: Place) -> None:
+    """Of the nine functions, each fits its own place; what differs in arity fits no other."""
+    states = 2 if place is Place.SHAFT else 0
+    assert declared(place, RIGHT[place], states=states).place is place
+    for other, term in RIGHT.items():
+        if len(SIGNATURES[other].leading) == len(SIGNATURES[place].leading):
+            continue
+        with pytest.raises(InputError) as caught:
+            declared(place, term, states=states)
+        said = str(caught.value)
+        assert "effect tried" in said
+        assert place.value in said
+        assert f"expected ({', '.join(SIGNATURES[place].leading)}, size)" in said
+
+
+def _speedless(theta: float, size: float) -> float:
+    return size * theta
+
+
+def _swapped(w: float, theta: float, size: float) -> float:
+    return size * theta
+
+
+def _global(theta: float, w: float, size: float) -> float:
+    return OUTSIDE * size * theta
+
+
+def _builtin(theta: float, w: float, size: float) -> float:
+    return size * float(open("table").read())
+
+
+def _unknown(theta: float, w: float, size: float) -> float:
+    return size * thteta  # type: ignore[name-defined]  # noqa: F821
+
+
+def _starred(*values: float) -> float:
+    return 0.0
+
+
+def _pair(theta: float, w: float, size: float) -> tuple[float, float]:
+    return size, theta
+
+
+def _text(theta: float, w: float, size: float) -> str:
+    return "much"
+
+
+def _nothing(theta: float, w: float, size: float) -> None:
+    size *= 2.0
+
+
+def _fails(theta: float, w: float, size: float) -> float:
+    return size * math.sqrt(-1.0 - theta)
+
+
+def _stays(theta: float, w: float, size: float) -> float:
+    return 1.0 + size * theta
+
+
+@pytest.mark.parametrize(
+    ("term", "said"),
+    [
+        (_speedless, "expected (theta, w, size)"),
+        (_swapped, "expected (theta, w, size)"),
+        (_global, "uses OUTSIDE"),
+        (_builtin, "uses open"),
+        (_unknown, "uses thteta"),
+        (_starred, "expected (theta, w, size)"),
+        (lambda theta, w, size: size * theta, "defined with def"),
+        (_pair, "one number"),
+        (_text, "one number"),
+        (_nothing, "one number"),
+        (_fails, "ValueError"),
+        (_stays, "vanishes"),
+    ],
+)
+def test_a_load_that_no_kernel_can_use_is_refused(term: Callable[..., Any], said: str) -> None:
+    """One sentence with effect, place, role and what is wrong."""
+    with pytest.raises(InputError) as caught:
+        declared(Place.LOAD, term)
+    for word in ("effect tried (load): term", said):
+        assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_closure_is_refused() -> None:
+    """The kernel has no variables of a function around the term."""
+    factor = 3.0
+
+    def term(theta: float, w: float, size: float) -> float:
+        return factor * size * theta
+
+    with pytest.raises(InputError, match="uses factor"):
+        declared(Place.LOAD, term)
+
+
+def test_states_latencies_and_switches_stand_where_the_kernel_has_them() -> None:
+    def delay(size: float) -> float:
+        return size
+
+    def corner(theta: float, w: float, size: float) -> float:
+        return theta
+
+    def lagged(theta: float, w: float, state: float, size: float) -> tuple[float, float]:
+        return size * state, theta - state
+
+    assert declared(Place.COMMAND, None, latency=delay).latency is delay
+    assert declared(Place.LOAD, lagged, states=1).states == 1
+    with pytest.raises(InputError, match="no latency"):
+        declared(Place.LOAD, None, latency=delay)
+    with pytest.raises(InputError, match="no switch"):
+        declared(Place.LOAD, load, switch=corner)
+    with pytest.raises(InputError, match="no state"):
+        declared(Place.FEEDBACK, feedback, states=1)
+
+    def still(theta: float, w: float, state: float, size: float) -> float:
+        return size * state
+
+    with pytest.raises(InputError, match="a tuple of 2 numbers"):
+        declared(Place.LOAD, still, states=1)
+
+
+def test_what_numba_cannot_compile_is_one_sentence() -> None:
+    """Python that runs alone and does not compile: the effect is named, not numba's traceback."""
+
+    def term(theta: float, w: float, size: float) -> float:
+        return math.fsum((size, 0.0 * theta))
+
+    plant = Plant.of({"tried": declared(Place.LOAD, term)})
+    row = np.array(Layout.of(plant.layout.effects).neutral_row())
+    times = np.linspace(0.0, 0.1, 11)
+    with pytest.raises(InputError, match=r"effect tried \(load\): term cannot be compiled"):
+        plant.simulate(row, Stimulus(times, times, False, times, np.ones(1)))
