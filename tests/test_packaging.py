@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import importlib.util
 import os
@@ -131,9 +132,37 @@ def lint_imports(folder: Path, src: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+def write_package(project_root: Path, place: Path, folders: list[str]) -> Path:
+    """A package of empty folders under ``place``, beside the project's own contracts."""
+    text = (project_root / "pyproject.toml").read_text(encoding="utf-8")
+    (place / "pyproject.toml").write_text(text, encoding="utf-8")
+    package = place / "src" / "servosight"
+    for folder in set(folders):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "__init__.py").touch()
+    (package / "__init__.py").touch()
+    return package
+
+
 def test_imports_run_downward(project_root: Path) -> None:
     done = lint_imports(project_root, project_root / "src")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_private_modules_are_imported_by_their_own_package_alone(
+    project_root: Path, folders: list[str]
+) -> None:
+    """``servosight.a._b`` belongs to ``servosight.a``; others import from its ``__init__``."""
+    strangers = []
+    for path in (path for folder in folders for path in (project_root / folder).rglob("*.py")):
+        here = ".".join(("servosight", *path.relative_to(project_root).with_suffix("").parts))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                owner, private, _ = node.module.partition("._")
+                if private and not f"{here}.".startswith(f"{owner}."):
+                    strangers.append(f"{here} imports {node.module}")
+    known = {"servosight.sim.film._settings imports servosight.sim.camera._light"}  # two Lights
+    assert set(strangers) <= known
 
 
 @pytest.mark.parametrize(
@@ -170,13 +199,23 @@ def test_the_contracts_bite(
     allowed: bool,
 ) -> None:
     """A package of empty folders and one import: the contracts tell right from wrong."""
-    text = (project_root / "pyproject.toml").read_text(encoding="utf-8")
-    (tmp_path / "pyproject.toml").write_text(text, encoding="utf-8")
-    package = tmp_path / "src" / "servosight"
-    for folder in {*folders, importer}:
-        (package / folder).mkdir(parents=True)
-        (package / folder / "__init__.py").touch()
-    (package / "__init__.py").touch()
+    package = write_package(project_root, tmp_path, [*folders, importer])
     (package / importer / "module.py").write_text(f"import {imported}\n", encoding="utf-8")
     done = lint_imports(tmp_path, tmp_path / "src")
     assert (done.returncode == 0) == allowed, done.stdout + done.stderr
+
+
+def test_a_cycle_between_sub_packages_is_found(
+    project_root: Path, folders: list[str], tmp_path: Path
+) -> None:
+    package = write_package(project_root, tmp_path, folders)
+    for one, other in (("plant", "effects"), ("effects", "plant")):
+        (package / "models" / one).mkdir()
+        text = f"import servosight.models.{other}\n" if one == "plant" else ""
+        (package / "models" / one / "__init__.py").write_text(text, encoding="utf-8")
+    assert lint_imports(tmp_path, tmp_path / "src").returncode == 0
+    text = "import servosight.models.plant\n"
+    (package / "models" / "effects" / "__init__.py").write_text(text, encoding="utf-8")
+    done = lint_imports(tmp_path, tmp_path / "src")
+    assert done.returncode != 0
+    assert "No cycles are allowed in servosight.models" in done.stdout
