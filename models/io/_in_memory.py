@@ -11,7 +11,7 @@ from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import Series
 from servosight.models.io._settings import Settings
-from servosight.models.io.importers._request import Column, Raw, Request, assemble, unit_of
+from servosight.models.io.importers import Column, Raw, Request, assemble, unit_of
 
 
 def recording_from_arrays(

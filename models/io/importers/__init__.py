@@ -11,7 +11,15 @@ from pathlib import Path
 from servosight.models.core import InputError, check_path
 from servosight.models.io.importers._bam import read_bam
 from servosight.models.io.importers._mat import read_mat
-from servosight.models.io.importers._request import Imported, Request, parse_map
+from servosight.models.io.importers._request import (
+    Column,
+    Imported,
+    Raw,
+    Request,
+    assemble,
+    parse_map,
+    unit_of,
+)
 from servosight.models.io.importers._table import read_table
 
 FORMATS: dict[str, Callable[[Path, Request], Imported]] = {".json": read_bam, ".mat": read_mat}
@@ -26,4 +34,14 @@ def import_recording(source: Path, request: Request) -> Imported:
     return FORMATS.get(source.suffix.lower(), read_table)(source, request)
 
 
-__all__ = ["FORMATS", "Imported", "Request", "import_recording", "parse_map"]
+__all__ = [
+    "FORMATS",
+    "Column",
+    "Imported",
+    "Raw",
+    "Request",
+    "assemble",
+    "import_recording",
+    "parse_map",
+    "unit_of",
+]
