@@ -15,13 +15,6 @@ CANDIDATES = 6
 FINDINGS = 5
 LEAST_DEG = 1e-9
 
-VERDICTS = {
-    "no_effect_missing": "No effect is missing: the linear model already reaches the floor.",
-    "explained": "Explained: with {effects} the model reaches the floor of the measurement.",
-    "unexplained": "Unexplained: something remains that no candidate accounts for.",
-}
-ALONE = "Unexplained: the linear model does not reach the floor."
-
 
 def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     """Parameters with their uncertainty, error against floor, warnings."""
@@ -50,37 +43,35 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
 
 
 def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
-    """The verdict in words, how far the error fell, and which names to take with care."""
-    ladder, effects = result["ladder"], result["effects"]
-    alone = result["verdict"] == "unexplained" and len(ladder) == 1
-    out.print(ALONE if alone else VERDICTS[result["verdict"]].format(effects=" + ".join(effects)))
-    if effects:
-        first, last = (ladder[i]["held_out_rmse_deg"] for i in (0, -1))
-        ratio = first / max(last, LEAST_DEG)
-        times = f"{ratio:.1f}" if ratio < 10.0 else f"{ratio:.0f}"
-        fell = f"from {_deg(first)} to {_deg(last)}, {times} times less"
-        out.print(f"The held-out error fell {fell}.")
+    """The verdict in words, how far the error fell, and what is uncertain."""
+    effects = result["effects"]
+    out.print(f"{result['headline']}. {result['summary']}")
     if effects and result.get("alternatives"):
         rivals = "; ".join(" + ".join(model) for model in result["alternatives"])
         out.print(f"These recordings cannot tell {' + '.join(effects)} from {rivals}.")
     for name in effects:
         out.print(f"What {name} is and how to confirm it: servosight effects {name}")
+    for warning in result.get("warnings", ()):
+        out.print(f"note: {warning}")
     out.print()
 
 
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
-    """One rung a line with its held-out error as a bar, and the floor below."""
+    """One step a line with its error on test data as a bar, and the floor below."""
     largest = max([floor_deg, *(rung["held_out_rmse_deg"] or 0.0 for rung in ladder)])
-    table = _table("model", "held out", "", "training", title="error of the model, rms")
+    table = _table(
+        "model", "test data", "", "validation", "fitted", title="error of the model, rms"
+    )
     for rung in ladder:
         error = rung["held_out_rmse_deg"]
         table.add_row(
             _change(rung),
             _deg(error),
             _bar(error, largest),
+            _deg(rung["validation_rmse_deg"]),
             _deg(rung["train_rmse_deg"]),
         )
-    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "")
+    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
     out.print(table)
 
 
@@ -101,7 +92,7 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> No
     """The best candidates for the first step."""
     if not candidates:
         return
-    table = _table("candidate", "held out", "evidence", "cannot be told from")
+    table = _table("candidate", "test data", "evidence", "cannot be told from")
     for one in candidates[:CANDIDATES]:
         table.add_row(
             one["effect"],

@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 from threads import restart_unless
 
-from servosight.diagnose import diagnose
-from servosight.identify.fit import Fit, fit_effects, identify
+from servosight.diagnose import LadderStep, diagnose, predictions
+from servosight.diagnose.residuals import rms
+from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem
-from servosight.models.core import Actuator, Array, Recording, write_text
+from servosight.models.core import Actuator, Array, Estimate, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.io.importers._bam import read_bam
 from servosight.models.io.importers._mat import EMPS_SCALE, read_mat
@@ -58,18 +59,20 @@ def error_mrad(recording: Recording, predicted_deg: Array) -> float:
     return 1e3 * float(np.radians(np.abs(recording.angle_deg - predicted_deg)).mean())
 
 
-def carried(fit: Fit, held: Sequence[Recording]) -> list[float]:
+def carried(step: LadderStep, held: Sequence[Recording]) -> list[float]:
     """Errors [mrad] on other runs, each with the bias of the fitted run at its place.
 
     Nothing is fitted to the other run: it begins at its first angle, at rest.
     """
-    problem, point = fit.problem, fit.outcome.point
-    physical, own = point[: problem.physical], point[problem.physical :].reshape(-1, 3)
     errors = []
-    for recording, (bias, _, _) in zip(held, own, strict=True):
-        alone = Problem.of([recording], catalogue(), problem.effects)
-        start = [bias, recording.angle_deg[0], 0.0]
-        predicted = alone.predict(np.concatenate([physical, start]))[0][0]
+    for recording, own in zip(held, step.own, strict=False):
+        alone = Problem.of([recording], catalogue(), step.effects)
+        physical = [
+            coordinate.to_search(step.value(coordinate.name))
+            for coordinate in alone.coordinates[: alone.physical]
+        ]
+        start = [own.bias_deg, recording.angle_deg[0], 0.0]
+        predicted = alone.predict(np.array([*physical, *start]))[0][0]
         errors.append(error_mrad(recording, predicted))
     return errors
 
@@ -81,15 +84,19 @@ def ladder(fitted: Sequence[Recording], held: Sequence[Recording]) -> Result:
     seconds, cpu_s = time.perf_counter() - began, time.process_time() - used
     steps = [
         {
-            "effects": step.trial.effects,
+            "effects": step.effects,
             "fit": [
                 error_mrad(one.recording, one.predicted_deg)
-                for one in step.trial.judged[: len(fitted)]
+                for one in predictions(found, [*fitted, *held], place)[: len(fitted)]
             ],
-            "held": carried(step.trial.fit, held),
-            "parameters": {name: one.value for name, one in step.parameters.items()},
+            "held": carried(step, held),
+            "parameters": {
+                name: one.value
+                for name, one in step.parameters.items()
+                if isinstance(one, Estimate)
+            },
         }
-        for step in found.ladder
+        for place, step in enumerate(found.ladder)
     ]
     return {
         "steps": steps,
@@ -109,11 +116,11 @@ def emps() -> Result:
     used = time.process_time()
     found = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=EMPS_TOLERANCE_DEG)
     used = time.process_time() - used
-    last = found.ladder[-1].trial
+    rmse_deg = rms([one.error_deg for one in predictions(found, [recording])])
     fits = {
         "linear": (linear.actuator, linear.rmse_deg),
         "told: coulomb_friction": (told.actuator, told.rmse_deg),
-        f"the ladder: {' + '.join(found.effects)}": (found.actuator, float(last.mean_square**0.5)),
+        f"the ladder: {' + '.join(found.effects)}": (found.actuator, rmse_deg),
     }
     return {
         "fits": {

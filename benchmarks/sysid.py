@@ -20,7 +20,8 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 
-from servosight.diagnose import diagnose
+from servosight.diagnose import diagnose, predictions
+from servosight.diagnose.residuals import rms
 from servosight.identify.fit import identify
 from servosight.models.core import Array, Camera, Recording, write_text
 from servosight.models.effects import catalogue
@@ -217,7 +218,7 @@ def by_us(recording: Recording) -> Result:
     began = time.process_time()
     found = diagnose([recording], catalogue=catalogue(), auto=True)
     cpu_s = time.process_time() - began
-    error = math.sqrt(found.ladder[-1].trial.mean_square)
+    error = rms([one.error_deg for one in predictions(found, [recording])])
     named = " + ".join(found.effects) or "nothing"
     return Result(error / NOISE_DEG, cpu_s, 0, f"{found.verdict}: {named}")
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import argparse
 import time
 
-from servosight.diagnose.discrepancy._law import MIN_CLOSED, extended
-from servosight.diagnose.selection import Bar, Laboratory
+from servosight.diagnose.discrepancy import MIN_CLOSED, find_law, share_closed
+from servosight.diagnose.residuals import held_out_rms
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
 from servosight.models.core import Recording
@@ -47,16 +48,19 @@ def main() -> None:
         name, recording = found
         noise = joint_noise_deg((recording,))
         tolerance = TOLERANCE_SHARE * recording.moved_range_deg
-        bar = Bar(floor_deg((recording,), noise, tolerance), tolerance)
-        laboratory = Laboratory((recording,), (), catalogue())
-        linear = laboratory.linear()
+        floor = floor_deg((recording,), noise, tolerance)
+        models = ModelSelection(Split.of((recording,)), catalogue())
+        linear = models.linear()
         began = time.process_time()
-        law = extended(laboratory, linear, bar, noise)
-        before, after = linear.held_out_rmse_deg, law.held_out_rmse_deg
-        shares.append((before - after) / (before - bar.floor_deg))
+        law = find_law(models, [linear], AcceptanceCriterion(floor, tolerance), noise)
+        before = after = held_out_rms(models.tested(linear))
+        terms: tuple[str, ...] = ()
+        if law is not None:
+            after, terms = held_out_rms(law.extended.tested(law.after)), law.after.effects
+        shares.append(share_closed(before, after, floor))
         print(
-            f"| {name} | {before:.3f} | {after:.3f} | {bar.floor_deg:.3f} | {shares[-1]:.2f} "
-            f"| {', '.join(law.effects) or 'none'} | {time.process_time() - began:.1f} |",
+            f"| {name} | {before:.3f} | {after:.3f} | {floor:.3f} | {shares[-1]:.2f} "
+            f"| {', '.join(terms) or 'none'} | {time.process_time() - began:.1f} |",
             flush=True,
         )
     for least in (MIN_CLOSED, 0.8, 0.9):

@@ -4,76 +4,75 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
-from servosight.diagnose.residuals import Finding, Window, findings, lead, worst_windows
-from servosight.diagnose.selection import EXPLAINED, Judged, predict_fixed
+from servosight.diagnose._words import Levels, comparison_words
+from servosight.diagnose.residuals import (
+    EXPLAINED,
+    TEST,
+    Finding,
+    Judged,
+    Window,
+    findings,
+    lead,
+    rms,
+    worst_windows,
+)
+from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import Problem, joint_noise_deg, thinned
-from servosight.models.core import Actuator, Recording, views
+from servosight.models.core import Actuator, Estimate, Recording, Result, Table, views
 from servosight.models.effects import Effect
+from servosight.models.effects import catalogue as built_in
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """A model's error on recordings that it need not have been fitted on."""
+@dataclass(frozen=True, kw_only=True)
+class RecordingError:
+    """The rms error on one recording."""
 
-    actuator: Actuator
-    judged: tuple[Judged, ...]
+    recording: str
+    rmse_deg: float
+    samples: int
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Comparison(Result):
+    """A model's error on recordings that it need not have been fitted on.
+
+    ``explained``: the error is at most 1.10 times ``floor_deg``, the smallest error that counts.
+    ``sentences``: the error as a whole, then what stands out in it, the largest first.
+    """
+
+    TYPE: ClassVar[str] = "comparison"
+
+    headline: str
+    summary: str
+    effects: tuple[str, ...]
+    parameters: Mapping[str, Estimate]
+    rmse_deg: float
     noise_deg: float
+    tolerance_deg: float
     floor_deg: float
-    where: tuple[Window, ...]
-    findings: tuple[Finding, ...]
-    warnings: tuple[str, ...] = ()
+    explained: bool
+    recordings: Table[RecordingError]
+    where: Table[Window]
+    findings: Table[Finding]
+    sentences: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     @property
-    def rmse_deg(self) -> float:
-        """Rms error over all recordings [deg]."""
-        errors = np.concatenate([one.error_deg for one in self.judged])
-        return float(np.sqrt(np.mean(errors**2)))
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """The error as a whole, then what stands out in it, the largest first."""
-        words = lead(self.judged, self.findings, self.floor_deg)
-        return (words, *(one.sentence for one in self.findings))
-
-    @property
-    def explained(self) -> bool:
-        """True where the error is at the floor."""
-        return self.rmse_deg <= EXPLAINED * self.floor_deg
-
-    def to_json(self) -> dict[str, Any]:
-        """Errors in all and for each recording, and where they are."""
-        return {
-            "schema": 1,
-            "effects": list(self.actuator.effects),
-            "rmse_deg": self.rmse_deg,
-            "noise_deg": self.noise_deg,
-            "floor_deg": self.floor_deg,
-            "explained": self.explained,
-            "recordings": [
-                {
-                    "recording": one.recording.name,
-                    "rmse_deg": float(np.sqrt(np.mean(one.error_deg**2))),
-                    "samples": int(one.recording.time_s.size),
-                }
-                for one in self.judged
-            ],
-            "where": [window.to_json() for window in self.where],
-            "findings": [one.to_json() for one in self.findings],
-            "sentences": list(self.sentences),
-            "warnings": list(self.warnings),
-        }
+    def actuator(self) -> Actuator:
+        """The model that was compared."""
+        return Actuator(self.parameters, self.effects)
 
 
 def compare(
     actuator: Actuator,
     recordings: Sequence[Recording],
     *,
-    catalogue: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect] | None = None,
     tolerance: float | None = None,
 ) -> Comparison:
     """Simulate ``actuator`` on each recording.
@@ -81,20 +80,55 @@ def compare(
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
     recording and are found on it.
     """
-    recordings = views(recordings)
-    noise = joint_noise_deg(tuple(recordings))
-    floor = floor_deg(recordings, noise, tolerance)
-    recordings, notes = thinned(recordings)
-    judged = tuple(_judge(actuator, recording, catalogue) for recording in recordings)
+    seen = tuple(views(recordings))
+    noise = joint_noise_deg(seen)
+    floor = floor_deg(seen, noise, tolerance)
+    _, notes = thinned(seen)
+    judged = judge(actuator, recordings, catalogue=catalogue)
+    found = findings(judged, floor, noise)
+    rmse = rms([one.error_deg for one in judged])
+    explained = rmse <= EXPLAINED * floor
+    tolerance_deg = float(np.sqrt(max(floor**2 - noise**2, 0.0)))
+    levels = Levels(noise_deg=noise, tolerance_deg=tolerance_deg, floor_deg=floor)
+    headline, summary = comparison_words(rmse, explained, levels)
     return Comparison(
-        actuator,
-        judged,
-        noise,
-        floor,
-        tuple(worst_windows(judged)),
-        findings(judged, floor, noise),
-        tuple(notes),
+        headline=headline,
+        summary=summary,
+        effects=actuator.effects,
+        parameters=actuator.parameters,
+        rmse_deg=rmse,
+        noise_deg=noise,
+        tolerance_deg=tolerance_deg,
+        floor_deg=floor,
+        explained=explained,
+        recordings=Table(
+            RecordingError(
+                recording=one.recording.name,
+                rmse_deg=rms([one.error_deg]),
+                samples=int(one.recording.time_s.size),
+            )
+            for one in judged
+        ),
+        where=Table(worst_windows(judged)),
+        findings=Table(found),
+        sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
+        warnings=tuple(notes),
     )
+
+
+def judge(
+    actuator: Actuator,
+    recordings: Sequence[Recording],
+    *,
+    catalogue: Mapping[str, Effect] | None = None,
+) -> tuple[Judged, ...]:
+    """The model's prediction of each recording, a horn's angle as one of its own.
+
+    Of very long recordings every n-th sample is predicted.
+    """
+    effects = built_in() if catalogue is None else catalogue
+    scored, _ = thinned(views(recordings))
+    return tuple(_judge(actuator, recording, effects) for recording in scored)
 
 
 def _judge(actuator: Actuator, recording: Recording, catalogue: Mapping[str, Effect]) -> Judged:
@@ -106,4 +140,4 @@ def _judge(actuator: Actuator, recording: Recording, catalogue: Mapping[str, Eff
         ]
     )
     predicted = predict_fixed(recording, problem, physical)
-    return Judged(recording, predicted, np.zeros(recording.time_s.size, dtype=bool))
+    return Judged(recording, predicted, np.full(recording.time_s.size, TEST, dtype=np.int8))

@@ -4,300 +4,288 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
 
+import numpy as np
+
+from servosight.diagnose._result import (
+    Candidate,
+    Diagnosis,
+    LadderStep,
+    RecordingUse,
+    Verdict,
+)
+from servosight.diagnose._words import Levels, next_experiment, verdict_words
 from servosight.diagnose.discrepancy import Law, find_law
 from servosight.diagnose.experiment import Proposal, propose
-from servosight.diagnose.residuals import Finding, Window, findings, worst_windows
+from servosight.diagnose.residuals import (
+    EXPLAINED,
+    FIT,
+    TEST,
+    VALIDATION,
+    Finding,
+    Uses,
+    findings,
+    held_out_rms,
+    held_out_samples_of,
+    worst_windows,
+)
 from servosight.diagnose.selection import (
-    MIN_EVIDENCE,
-    Bar,
-    Climb,
-    Climber,
-    Laboratory,
-    Look,
+    AcceptanceCriterion,
+    ModelSelection,
     Progress,
-    Rung,
+    Resolution,
+    Selected,
+    SelectionPolicy,
+    Split,
+    Step,
+    StepwiseSelector,
     Trial,
     alternatives,
     confounded,
-    evidence,
     silent,
 )
-from servosight.identify.fit import floor_deg, parameters_json
+from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned
 from servosight.identify.uncertainty import estimates, own_estimates
-from servosight.models.core import Actuator, Estimate, Recording, views
+from servosight.models.core import Mask, Recording, Table, views
 from servosight.models.effects import Effect
+from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import Limits
-
-Verdict = Literal["no_effect_missing", "explained", "unexplained"]
-
-
-@dataclass(frozen=True)
-class Step:
-    """A rung of the ladder with its parameters and their uncertainty."""
-
-    rung: Rung
-    explained: bool
-    parameters: Mapping[str, Estimate]
-    biases: tuple[Estimate, ...]
-    warnings: tuple[str, ...]
-
-    @property
-    def trial(self) -> Trial:
-        """The fitted model of this step."""
-        return self.rung.trial
-
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md); ``removed`` is added where an effect was taken out."""
-        entry: dict[str, Any] = {
-            "added": self.rung.added,
-            "effects": list(self.trial.effects),
-            "train_rmse_deg": self.trial.train_rmse_deg,
-            "held_out_rmse_deg": self.trial.held_out_rmse_deg,
-            "explained": self.explained,
-            "parameters": parameters_json(self.parameters, self.biases),
-        }
-        if self.rung.removed is not None:
-            entry["removed"] = self.rung.removed
-        return entry
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One effect tried alone on the linear model."""
-
-    effect: str
-    trial: Trial
-    held_out_rmse_deg: float
-    evidence: float
-    confounded_with: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md)."""
-        return {
-            "effect": self.effect,
-            "held_out_rmse_deg": self.held_out_rmse_deg,
-            "evidence": self.evidence,
-            "confounded_with": list(self.confounded_with),
-        }
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """What is missing, how sure that is, where the linear model fails and what adding gains."""
-
-    noise_deg: float
-    floor_deg: float
-    tolerance_deg: float
-    verdict: Verdict
-    effects: tuple[str, ...]
-    ladder: tuple[Step, ...]
-    candidates: tuple[Candidate, ...]
-    where: tuple[Window, ...]
-    findings: tuple[Finding, ...]
-    alternatives: tuple[tuple[str, ...], ...]
-    next_experiment: str
-    proposal: Proposal | None
-    seconds: float
-    actuator: Actuator
-    law: Law | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md)."""
-        return {
-            "schema": 1,
-            "noise_deg": self.noise_deg,
-            "floor_deg": self.floor_deg,
-            "verdict": self.verdict,
-            "effects": list(self.effects),
-            "ladder": [step.to_json() for step in self.ladder],
-            "candidates": [candidate.to_json() for candidate in self.candidates],
-            "where": [window.to_json() for window in self.where],
-            "findings": [finding.to_json() for finding in self.findings],
-            "alternatives": [list(effects) for effects in self.alternatives],
-            "next_experiment": self.next_experiment,
-            "proposal": None if self.proposal is None else self.proposal.to_json(),
-            "law": None if self.law is None else self.law.to_json(),
-            "seconds": self.seconds,
-        }
 
 
 def diagnose(
     recordings: Sequence[Recording],
     validate: Sequence[Recording] = (),
+    test: Sequence[Recording] = (),
     *,
-    catalogue: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect] | None = None,
     auto: bool = False,
     tolerance: float | None = None,
     limits: Limits | None = None,
+    policy: SelectionPolicy | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
-    """Compare the linear model with recordings, rank what could be missing; climb with ``auto``.
+    """Compare the linear model with recordings, rank what could be missing; add with ``auto``.
 
-    ``validate`` recordings are held out whole; without them, every third second is. ``tolerance``
-    [deg] is what no model need reach (default 0.05 % of the moved range). ``limits`` bound the next
-    experiment (default: what the recordings' commands have used).
+    Parameters are fitted to ``recordings``, effects are chosen by ``validate`` and errors reported
+    on ``test``. Without the latter two, of every six blocks of one second four are fitted, one
+    validates and one tests; with ``validate`` alone, its blocks alternate between validation and
+    test. ``catalogue`` holds the effects to choose from (default: the built-in ones).
+    ``tolerance`` [deg] is what no model need be right within (default 0.05 % of the moved range).
+    ``limits`` bound the next experiment (default: what the recordings' commands have used).
     """
     began = time.perf_counter()
-    recordings, validate = views(recordings), views(validate)
-    every = (*recordings, *validate)
+    if catalogue is None:
+        catalogue = built_in()
+    recordings, validate, test = views(recordings), views(validate), views(test)
+    every = (*recordings, *validate, *test)
     noise = joint_noise_deg(every)
-    allowed = tolerance
-    if allowed is None:
-        allowed = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
-    floor = floor_deg(every, noise, allowed)
-    bar = Bar(floor, allowed)
-    scored, _ = thinned(every)
-    recordings, validate = scored[: len(recordings)], scored[len(recordings) :]
-    laboratory = _laboratory(tuple(recordings), tuple(validate), catalogue, bar)
-    climber = Climber(laboratory, bar, progress)
-    climb = climber.climb() if auto else climber.first_step()
-    linear, last = climb.rungs[0].trial, climb.rungs[-1].trial
-    steps = tuple(_step(rung, bar) for rung in climb.rungs)
-    look = Look(noise, allowed)
-    candidates = _candidates(laboratory, climb, look)
-    rivals = _rivals(laboratory, climb, look, bar, auto)
-    law = _law(laboratory, linear, last, bar, noise, progress) if auto else None
-    proposal = propose(rivals, laboratory, noise, allowed, limits) if len(rivals) > 1 else None
+    if tolerance is None:
+        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
+    floor = floor_deg(every, noise, tolerance)
+    criterion = AcceptanceCriterion(floor, tolerance, policy or SelectionPolicy())
+    scored, notes = thinned(every)
+    fitted, chosen = len(recordings), len(recordings) + len(validate)
+    split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
+    models = _models(*split, catalogue, criterion)
+    selector = StepwiseSelector(models, criterion, progress)
+    selected = selector.select() if auto else selector.first_step()
+    linear, last = selected.steps[0].trial, selected.steps[-1].trial
+    ladder = Table(_step(models, criterion, step) for step in selected.steps)
+    verdict = _verdict(models, criterion, last)
+    effects = _in_order(selected)
+    resolution = Resolution(noise, criterion)
+    candidates = _candidates(models, selected, resolution)
+    rivals = _rivals(models, selected, resolution, auto)
+    proposal = propose(rivals, models, noise, tolerance, limits) if len(rivals) > 1 else None
+    law = _law(models, criterion, linear, last, noise, progress) if auto else None
+    levels = Levels(noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor)
+    headline, summary = verdict_words(verdict, ladder, candidates, law, levels)
+    judged = models.tested(linear)
     return Diagnosis(
-        noise,
-        floor,
-        allowed,
-        _verdict(linear, last, bar),
-        _in_order(climb),
-        steps,
-        candidates,
-        tuple(worst_windows(linear.judged)),
-        findings(linear.judged, floor, noise),
-        tuple(rival.effects for rival in rivals[1:]),
-        _next_experiment(proposal, candidates, linear, last, bar, auto),
-        proposal,
-        time.perf_counter() - began,
-        _actuator(steps[-1], recordings),
-        law,
+        noise_deg=noise,
+        tolerance_deg=tolerance,
+        floor_deg=floor,
+        verdict=verdict,
+        headline=headline,
+        summary=summary,
+        effects=effects,
+        ladder=ladder,
+        candidates=candidates,
+        where=Table(worst_windows(judged)),
+        findings=Table(findings(judged, floor, noise)),
+        remaining=_remaining(models, last, levels),
+        alternatives=tuple(rival.effects for rival in rivals[1:]),
+        next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto),
+        proposal=proposal,
+        law=law,
+        recordings=_uses(models.split),
+        warnings=(*notes, *models.split.warnings, *_doubts(verdict, ladder[-1], levels)),
+        seconds=time.perf_counter() - began,
     )
 
 
-def _laboratory(
-    recordings: tuple[Recording, ...],
-    validate: tuple[Recording, ...],
+def _models(
+    recordings: Sequence[Recording],
+    validate: Sequence[Recording],
+    test: Sequence[Recording],
     catalogue: Mapping[str, Effect],
-    bar: Bar,
-) -> Laboratory:
-    """Where what is missing shows in the held-out samples alone, another third is held out.
+    criterion: AcceptanceCriterion,
+) -> ModelSelection:
+    """Where what is missing shows in the validation samples alone, another third is held out.
 
     No effect can be fitted to what the fit does not see.
     """
-    laboratory = Laboratory(recordings, validate, catalogue)
-    linear = laboratory.linear()
-    if bar.settled(linear) and not bar.explained(linear) and not validate:
-        return laboratory.anew(third=1)
-    return laboratory
+    models = ModelSelection(Split.of(recordings, validate, test), catalogue)
+    score = models.linear().score
+    if criterion.settled(score) and not criterion.explained(score) and not validate:
+        return models.with_split(Split.of(recordings, validate, test, choice=1))
+    return models
 
 
-def _step(rung: Rung, bar: Bar) -> Step:
-    fit = rung.trial.fit
+def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) -> LadderStep:
+    fit, score = step.trial.fit, step.trial.score
     arguments = (fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
     table, warnings = estimates(*arguments)
-    return Step(
-        rung,
-        bar.explained(rung.trial),
-        table,
-        own_estimates(*arguments, "bias"),
-        tuple(warnings),
+    biases = own_estimates(*arguments, "bias")
+    held_out = held_out_rms(models.tested(step.trial))
+    return LadderStep(
+        added=step.added,
+        removed=step.removed,
+        effects=step.trial.effects,
+        train_rmse_deg=score.train_rmse_deg,
+        validation_rmse_deg=score.validation_rmse_deg,
+        held_out_rmse_deg=held_out,
+        explained=held_out <= EXPLAINED * criterion.floor_deg,
+        parameters={**table, "bias": biases[0] if len(biases) == 1 else tuple(biases)},
+        own=models.own(step.trial),
+        warnings=tuple(warnings),
     )
 
 
-def _law(
-    laboratory: Laboratory, linear: Trial, last: Trial, bar: Bar, noise: float, progress: Progress
-) -> Law | None:
-    """What the ladder left, as a law; None where it left nothing or nothing lawful."""
-    if bar.explained(last):
-        return None
-    progress("looking for a law of what remains", 0, 1)
-    bases = [linear, last] if last.effects else [linear]
-    return find_law(laboratory, bases, bar, noise)
+def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Verdict:
+    """The last model must be at the floor on the validation data and on the test data."""
+    judged = models.tested(last)
+    tested = criterion.at_floor(held_out_rms(judged), held_out_samples_of(judged))
+    if not tested or not criterion.explained(last.score):
+        return Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED if last.effects else Verdict.NO_EFFECT_MISSING
 
 
-def _verdict(linear: Trial, last: Trial, bar: Bar) -> Verdict:
-    if not bar.explained(last):
-        return "unexplained"
-    return "explained" if last.effects else "no_effect_missing"
-
-
-def _in_order(climb: Climb) -> tuple[str, ...]:
+def _in_order(selected: Selected) -> tuple[str, ...]:
     """The final effects in the order in which they were added."""
-    final = climb.rungs[-1].trial.effects
-    added = [rung.added for rung in climb.rungs if rung.added in final]
-    return tuple(dict.fromkeys(added))
+    final = selected.steps[-1].trial.effects
+    added = [step.added for step in selected.steps if step.added is not None]
+    return tuple(name for name in dict.fromkeys(added) if name in final)
 
 
-def _candidates(laboratory: Laboratory, climb: Climb, look: Look) -> tuple[Candidate, ...]:
-    linear = climb.rungs[0].trial
-    groups = confounded(climb.singles, linear, look, laboratory.whole)
+def _candidates(
+    models: ModelSelection, selected: Selected, resolution: Resolution
+) -> Table[Candidate]:
+    linear = selected.steps[0].trial
+    groups = confounded(selected.singles, linear, resolution, models.whole)
     found = []
-    for trial in climb.singles:
+    for trial in selected.singles:
         (name,) = trial.effects
-        gain = evidence(trial, linear, look.tolerance_deg)
-        found.append(Candidate(name, trial, trial.held_out_rmse_deg, gain, groups[name]))
-    return tuple(sorted(found, key=lambda one: -one.evidence))
+        found.append(
+            Candidate(
+                effect=name,
+                validation_rmse_deg=trial.score.validation_rmse_deg,
+                held_out_rmse_deg=held_out_rms(models.tested(trial)),
+                evidence=resolution.criterion.evidence(trial.score, linear.score),
+                confounded_with=groups[name],
+            )
+        )
+    return Table(sorted(found, key=lambda one: -one.evidence))
 
 
 def _rivals(
-    laboratory: Laboratory, climb: Climb, look: Look, bar: Bar, auto: bool
+    models: ModelSelection, selected: Selected, resolution: Resolution, auto: bool
 ) -> tuple[Trial, ...]:
     """The model that was chosen, or would be next, and those that it cannot be told from.
 
     None where the linear model is all that is left.
     """
-    linear, chosen = climb.rungs[0].trial, climb.rungs[-1].trial
-    if not auto and not bar.explained(linear):
-        chosen = climb.singles[0]
-    if not chosen.effects or evidence(chosen, linear, bar.tolerance_deg) <= MIN_EVIDENCE:
+    criterion = resolution.criterion
+    linear, chosen = selected.steps[0].trial, selected.steps[-1].trial
+    if not auto and not criterion.done(linear.score):
+        chosen = selected.singles[0]
+    evidence = criterion.evidence(chosen.score, linear.score)
+    if not chosen.effects or evidence <= criterion.policy.min_evidence:
         return ()
-    tried = laboratory.notebook.values()
-    return (chosen, *alternatives(chosen, tried, look, laboratory.whole))
+    return (chosen, *alternatives(chosen, models.trials.values(), resolution, models.whole))
 
 
-def _next_experiment(
-    proposal: Proposal | None,
-    candidates: Sequence[Candidate],
+def _law(
+    models: ModelSelection,
+    criterion: AcceptanceCriterion,
     linear: Trial,
     last: Trial,
-    bar: Bar,
+    noise: float,
+    progress: Progress,
+) -> Law | None:
+    """What the ladder left, as a law; None where it left nothing or nothing lawful."""
+    if criterion.explained(last.score):
+        return None
+    progress("looking for a law of what remains", 0, 1)
+    bases = [linear, last] if last.effects else [linear]
+    found = find_law(models, bases, criterion, noise)
+    return None if found is None else Law.of(found, criterion.floor_deg, noise)
+
+
+def _remaining(models: ModelSelection, last: Trial, levels: Levels) -> Table[Finding]:
+    """What stands out in the error of the last model; of the linear one that is said already."""
+    if not last.effects:
+        return Table()
+    return Table(findings(models.tested(last), levels.floor_deg, levels.noise_deg))
+
+
+def _next(
+    verdict: Verdict,
+    proposal: Proposal | None,
+    selected: Selected,
+    candidates: Sequence[Candidate],
+    criterion: AcceptanceCriterion,
     auto: bool,
 ) -> str:
-    """One sentence on what to do next."""
-    if bar.explained(linear) and not last.effects:
-        return "Nothing is missing here; to look further, use a larger and faster command."
-    best = candidates[0]
-    if proposal is not None:
-        return proposal.sentence
-    if bar.explained(last):
-        return "The ladder reached the floor: confirm on a recording with another command."
-    if not auto:
-        if bar.earns(best.trial, linear, len(candidates)):
-            return (
-                f"Add {best.effect}: `servosight add MODEL.toml {best.effect} REC`, or use --auto."
-            )
-        return "No single effect earns its place: use --auto, which tries pairs."
-    return (
-        "Something remains that no catalogued effect accounts for: repeat the recording to see "
-        "what repeats, at half and at double the amplitude to see what scales, and slower to see "
-        "what depends on speed."
+    """One sentence on what to do next; the best candidate is named where it earns its place."""
+    linear, best = selected.steps[0].trial, selected.singles[0]
+    earns = criterion.earns(best.score, linear.score, len(candidates))
+    return next_experiment(verdict, proposal, best.effects[0] if earns else None, auto)
+
+
+def _doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
+    """A warning where the test's error is above the limit, though no more than chance allows."""
+    if verdict is Verdict.UNEXPLAINED or last.explained:
+        return []
+    return [
+        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
+        f"chance allows; record longer to be sure"
+    ]
+
+
+def _uses(split: Split) -> Table[RecordingUse]:
+    """What each recording was used for."""
+    tested = [np.full(one.time_s.size, TEST, dtype=np.int8) for one in split.tested]
+    recordings = (*split.recordings, *split.carried, *split.tested)
+    uses = (*split.uses, *split.carried_uses, *tested)
+    return Table(_use(one, use) for one, use in zip(recordings, uses, strict=True))
+
+
+def _use(recording: Recording, uses: Uses) -> RecordingUse:
+    roles = {FIT: "fit", VALIDATION: "validation", TEST: "test"}
+    single = np.unique(uses)
+    return RecordingUse(
+        name=recording.name,
+        role=roles[int(single[0])] if single.size == 1 else "split",
+        path=recording.path,
+        validation_s=_stretches(recording, uses == VALIDATION),
+        test_s=_stretches(recording, uses == TEST),
     )
 
 
-def _actuator(step: Step, recordings: Sequence[Recording]) -> Actuator:
-    return Actuator(
-        {**step.parameters, "bias": step.biases[0]},
-        step.trial.effects,
-        {
-            "fitted_on": [recording.name for recording in recordings],
-            "held_out_rmse_deg": step.trial.held_out_rmse_deg,
-            "method": "diagnose",
-        },
-    )
+def _stretches(recording: Recording, mask: Mask) -> tuple[tuple[float, float], ...]:
+    """First and last time of each run of samples under the mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    times = recording.time_s
+    return tuple((float(times[i]), float(times[j - 1])) for i, j in edges.reshape(-1, 2))

@@ -11,7 +11,7 @@ from typing import Any
 from servosight.diagnose import Diagnosis, diagnose
 from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
 from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import InputError, Recording
+from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import catalogue
 from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
 from servosight.scenarios.hidden_film import film
@@ -180,23 +180,20 @@ def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:
     }
     return {
         "named": list(found.effects),
-        "verdict": found.verdict,
+        "verdict": found.verdict.value,
         "group": [top.effect, *top.confounded_with],
         "alternatives": [list(effects) for effects in found.alternatives],
         "noise_found_deg": found.noise_deg,
         "floor_deg": found.floor_deg,
         "law_closes": 0.0 if found.law is None else found.law.closed,
-        "over_floor": last.trial.held_out_rmse_deg / found.floor_deg,
+        "over_floor": last.held_out_rmse_deg / found.floor_deg,
         "parameters": {
-            name: [value, last.parameters[name].value, last.parameters[name].sigma]
+            name: [value, one.value, one.sigma]
             for name, value in truth.items()
-            if name in last.parameters
+            if isinstance(one := last.parameters.get(name), Estimate)
         },
         "candidates": [
             [one.effect, one.held_out_rmse_deg, one.evidence] for one in found.candidates[:5]
         ],
-        "ladder": [
-            [step.rung.added, step.rung.removed, step.trial.held_out_rmse_deg]
-            for step in found.ladder
-        ],
+        "ladder": [[step.added, step.removed, step.held_out_rmse_deg] for step in found.ladder],
     }

@@ -39,12 +39,9 @@ def run(args: argparse.Namespace) -> None:
     recordings = load(args.recordings, args)
     with progress("comparing"):
         result = compare(actuator, recordings, catalogue=effects)
-    values = result.to_json()
+    values = result.to_dict()
     out = console(args)
-    out.print(
-        f"rmse {values['rmse_deg']:.4g} deg, floor {values['floor_deg']:.4g} deg (noise "
-        f"{values['noise_deg']:.4g} deg)"
-    )
+    out.print(f"{result.headline}. {result.summary}")
     show_findings(out, values["findings"], values["sentences"][0])
     if not result.explained:
         show_where(out, values["where"], "where the model fails")
@@ -53,7 +50,7 @@ def run(args: argparse.Namespace) -> None:
     if args.report is not None:
         from servosight.app.report import write_report
 
-        write_report(args.report, result, recordings)
+        write_report(args.report, result, recordings, effects)
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command("diagnose", *args.recordings, "--auto"))

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> None:
     out.print("3. The model is held against the measurement: what is missing?")
     with progress("diagnosing") as show:
         result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)
-    values = result.to_json()
+    values = result.to_dict()
     result.actuator.save(card)
     write_text(diagnosis, json_text(values))
     write_report(report, result, [recording])

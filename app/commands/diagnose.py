@@ -36,7 +36,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         action="append",
         default=[],
-        help="recording that is only scored (may be repeated); else blocks of time are held out",
+        help="recording that decides which effects enter (may be repeated); else blocks of time do",
+    )
+    parser.add_argument(
+        "--test",
+        metavar="REC",
+        type=any_path,
+        action="append",
+        default=[],
+        help="recording whose error is reported and decides nothing (may be repeated)",
     )
     parser.add_argument(
         "--auto", action="store_true", help="add the best effect, refit, repeat, up to the floor"
@@ -85,10 +93,12 @@ def run(args: argparse.Namespace) -> None:
     effects = catalogue(args.plugin)
     recordings = load(args.recordings, args)
     validate = load(args.validate, args)
+    test = load(args.test, args)
     with progress("diagnosing") as show:
         result = diagnose(
             recordings,
             validate,
+            test,
             catalogue=effects,
             auto=args.auto,
             tolerance=args.tolerance,
@@ -97,7 +107,7 @@ def run(args: argparse.Namespace) -> None:
         )
     if args.output is not None:
         result.actuator.save(args.output)
-    values = result.to_json()
+    values = result.to_dict()
     out = console(args)
     show_diagnosis(out, values)
     if args.next_command is not None:
@@ -107,12 +117,12 @@ def run(args: argparse.Namespace) -> None:
             out.print(f"{args.next_command}: not written, no command within the limits decides")
         else:
             result.proposal.excitation.save(args.next_command)
-            out.print(f"{args.next_command}: {result.proposal.design.words}")
+            out.print(f"{args.next_command}: {result.proposal.command}")
     _draft(args, result, out)
     if args.report is not None:
         from servosight.app.report import write_report
 
-        write_report(args.report, result, [*recordings, *validate])
+        write_report(args.report, result, [*recordings, *validate, *test], effects)
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))
@@ -127,7 +137,7 @@ def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
         if args.draft is None:
             out.print("To read it as an effect and name it: add --draft EFFECT.py")
         else:
-            write_text(args.draft, result.law.draft())
+            write_text(args.draft, result.law.draft)
             out.print(f"{args.draft}: read it, name it, and add --plugin {args.draft}")
     elif args.draft is not None:
         why = "no law was found for what remains" if args.auto else "only --auto looks for a law"
@@ -151,6 +161,7 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     """What to type now: climb, then look at the report, keep the model, try it on another run."""
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
     again += [word for path in args.validate for word in ("--validate", path)]
+    again += [word for path in args.test for word in ("--test", path)]
     again += [word for path in args.plugin for word in ("--plugin", path)]
     if not args.auto and values["verdict"] != "no_effect_missing":
         return again

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose import Comparison, Diagnosis
-from servosight.diagnose.residuals import Window
-from servosight.diagnose.selection import Judged
+from servosight.diagnose import Comparison, Diagnosis, judge, listed, predictions
+from servosight.diagnose.residuals import Judged, Window
 from servosight.models.core import Recording
 from servosight.models.effects import Effect
 
@@ -36,27 +35,33 @@ class Story:
     noise_deg: float
     floor_deg: float
     where: tuple[Window, ...]
+    catalogue: Mapping[str, Effect]
 
     @classmethod
-    def of(cls, result: Diagnosis | Comparison, recordings: Sequence[Recording]) -> Story:
-        """The story of a result."""
-        result = replace(result, floor_deg=max(result.floor_deg, LEAST_DEG))
+    def of(
+        cls,
+        result: Diagnosis | Comparison,
+        recordings: Sequence[Recording],
+        catalogue: Mapping[str, Effect],
+    ) -> Story:
+        """The story of a result, its models simulated anew."""
         after = None
         if isinstance(result, Diagnosis):
-            before = Told("linear model", result.ladder[0].trial.judged)
+            before = Told("linear model", predictions(result, recordings, 0, catalogue=catalogue))
             if result.effects:
                 name = f"with {listed(result.effects)}"
-                after = Told(name, result.ladder[-1].trial.judged)
+                after = Told(name, predictions(result, recordings, catalogue=catalogue))
         else:
-            before = Told("model", result.judged)
+            before = Told("model", judge(result.actuator, recordings, catalogue=catalogue))
         return cls(
             result,
             tuple(recordings),
             before,
             after,
             result.noise_deg,
-            result.floor_deg,
-            result.where,
+            max(result.floor_deg, LEAST_DEG),
+            tuple(result.where),
+            catalogue,
         )
 
     @property
@@ -85,17 +90,6 @@ def _square(one: Judged, window: Window) -> float:
     return float(np.sum(one.error_deg[(time_s >= window.start_s) & (time_s <= window.end_s)] ** 2))
 
 
-def tolerance_deg(noise_deg: float, floor_deg: float) -> float:
-    """The tolerance of a floor that is hypot(noise, tolerance)."""
-    return float(np.sqrt(max(floor_deg**2 - noise_deg**2, 0.0)))
-
-
-def catalogue_of(diagnosis: Diagnosis) -> dict[str, Effect]:
-    """The effects that the diagnosis chose from, the user's own among them."""
-    layout = diagnosis.ladder[0].trial.fit.problem.plant.layout
-    return {effect.id: effect for effect in layout.effects}
-
-
 def spoken(effect: str) -> str:
     """An identifier as words."""
     return effect.replace("_", " ")
@@ -104,9 +98,3 @@ def spoken(effect: str) -> str:
 def sentence(text: str) -> str:
     """Text with a capital letter in front."""
     return text[:1].upper() + text[1:]
-
-
-def listed(effects: Sequence[str]) -> str:
-    """``a``, ``a and b`` or ``a, b and c`` in words."""
-    words = [spoken(effect) for effect in effects]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

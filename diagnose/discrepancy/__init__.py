@@ -1,6 +1,9 @@
 """A law for what no catalogued effect accounts for."""
 
-from servosight.diagnose.discrepancy._law import Law as Law
-from servosight.diagnose.discrepancy._law import Missing as Missing
+from servosight.diagnose.discrepancy._law import MIN_CLOSED as MIN_CLOSED
 from servosight.diagnose.discrepancy._law import find_law as find_law
-from servosight.diagnose.discrepancy._law import missing_torque as missing_torque
+from servosight.diagnose.discrepancy._law import share_closed as share_closed
+from servosight.diagnose.discrepancy._result import Law as Law
+from servosight.diagnose.discrepancy._result import LawTerm as LawTerm
+from servosight.diagnose.discrepancy._result import MissingTorque as MissingTorque
+from servosight.diagnose.discrepancy._result import law_effects as law_effects

@@ -1,4 +1,4 @@
-"""The torque that a fitted model lacks, along the way that the surface went.
+"""The disturbance torque that a fitted model lacks, along the motion of the surface.
 
 A torque d(t) [deg] that the loop lacks shows in the residual r, to first order, as -G d with
 G = 1 / (T^2 s^2 + 2 xi T s + 1). The smoothest d that leaves of r no more than noise is the maximum
@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.discrepancy.basis import Motion
+from servosight.diagnose.residuals import TEST
 from servosight.diagnose.selection import Trial
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array, Mask, Recording
 from servosight.models.plant import Stimulus
 
 STEPS_PER_T = 2.0
@@ -26,22 +27,24 @@ PACES = np.geomspace(1e-2, 1e4, 13)
 
 
 @dataclass(frozen=True)
-class Loop:
+class DisturbanceEstimator:
     """The linear loop around one recording on an even grid, and what a model leaves there.
 
-    ``at`` (samples,) says which instant each sample is; ``numerator`` and ``denominator`` are of G
-    for torques that are joined by lines.
+    ``at`` (samples,) says which instant each sample is and ``used`` (samples,) which samples count:
+    none of the test. ``numerator`` and ``denominator`` are of G for torques that are joined by
+    lines.
     """
 
     motion: Motion
     at: NDArray[np.intp]
+    used: Mask
     residual_deg: Array
     sigma_deg: Array
     numerator: Array
     denominator: Array
 
     @classmethod
-    def of(cls, trial: Trial, number: int, noise_deg: float) -> Loop:
+    def of(cls, trial: Trial, number: int, noise_deg: float) -> DisturbanceEstimator:
         """The loop of recording ``number`` (in the order of ``trial.judged``) about its model."""
         from scipy.signal import cont2discrete
 
@@ -60,18 +63,19 @@ class Loop:
         sigma = np.full(recording.time_s.size, max(noise_deg, 1e-9))
         if recording.sigma_deg is not None and np.all(recording.sigma_deg > 0.0):
             sigma = recording.sigma_deg
-        loop = cls(
+        estimator = cls(
             _motion(interval, time_s - time_s[0], model, k * _command(recording, time_s) + bias),
             at,
+            judged.uses != TEST,
             judged.error_deg,
             sigma,
             np.asarray(b).ravel(),
             np.asarray(a),
         )
         # What the model leaves belongs to the motion.
-        path = model - loop.answers(loop.torque()[0][None, :])[0]
-        force = loop.motion.force_deg
-        return replace(loop, motion=_motion(interval, loop.motion.time_s, path, force))
+        path = model - estimator.answers(estimator.torque()[0][None, :])[0]
+        force = estimator.motion.force_deg
+        return replace(estimator, motion=_motion(interval, estimator.motion.time_s, path, force))
 
     def answers(self, torques: Array) -> Array:
         """G applied to torques (many, instants), (many, instants) [deg]."""
@@ -117,8 +121,9 @@ class Loop:
         return likelihood, torque, float(np.sqrt(max(spread, 0.0)))
 
     def _gathered(self, values: Array) -> Array:
-        """Sums of the samples' values (samples,) at each instant, (instants,)."""
-        return np.bincount(self.at, values, self.motion.time_s.size).astype(np.float64)
+        """Sums of the used samples' values (samples,) at each instant, (instants,)."""
+        counted = np.where(self.used, values, 0.0)
+        return np.bincount(self.at, counted, self.motion.time_s.size).astype(np.float64)
 
 
 def _motion(interval_s: float, time_s: Array, angle_deg: Array, force_deg: Array) -> Motion:

@@ -1,4 +1,4 @@
-"""A law as a plugin file: effects that a user reads, names and runs with ``--plugin``."""
+"""The source of a plugin: a law as effects, which a user reads, names and runs."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from servosight.models.core import FIXED, TORQUE, Parameter, Scaling
 from servosight.models.effects import Effect
 
 PREFIX = "found_"
-"""What a draft puts before a form's name: identifiers of effects are taken once."""
+"""What a draft puts before a term's name: identifiers of effects are taken once."""
 
-_HEAD = '''"""Drafted by servosight diagnose: terms that nobody has named yet.
+_HEAD = '''"""Drafted by servosight diagnose: terms without a name yet.
 
 {said}
 
@@ -45,7 +45,7 @@ _EFFECT = """
 """
 
 
-def draft(effects: Sequence[Effect], values: Mapping[str, float], said: str) -> str:
+def plugin_source(effects: Sequence[Effect], values: Mapping[str, float], said: str) -> str:
     """Python source with the effects under ``found_...`` identifiers, as ``EFFECTS``.
 
     ``values`` ("effect.parameter") are where a fit of them starts.

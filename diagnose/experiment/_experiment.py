@@ -13,15 +13,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from servosight.diagnose.experiment._rivals import Rehearsed, Rival, cost, refitted
-from servosight.diagnose.selection import TIE, Laboratory, Trial
+from servosight.diagnose.experiment._proposal import Proposal, Separation
+from servosight.diagnose.experiment._rivals import PredictedExperiment, Rival, cost, refitted
+from servosight.diagnose.selection import ModelSelection, Trial
 from servosight.identify.design import rehearsal
 from servosight.models.core import InputError, Recording
-from servosight.models.excitation import Design, Excitation, Form, Limits, design
+from servosight.models.excitation import Design, Form, Limits, design
 
 MOST_CANDIDATES = 4
 FINALISTS = 5
@@ -45,120 +45,11 @@ _LIBRARY: tuple[tuple[str, float, Form], ...] = (
 
 
 @dataclass(frozen=True)
-class Separation:
-    """What an experiment tells of a pair: log-likelihood, and the largest difference left [deg]."""
-
-    first: str
-    second: str
-    log_likelihood: float
-    difference_deg: float
-
-    @property
-    def pair(self) -> str:
-        """Both names."""
-        return f"{self.first} and {self.second}"
-
-    def decides(self, tolerance_deg: float) -> bool:
-        """True where the difference is significant, and large enough to matter in degrees."""
-        return self.log_likelihood >= TIE and self.difference_deg >= tolerance_deg
-
-    def to_json(self) -> dict[str, Any]:
-        """As a table."""
-        return {
-            "between": [self.first, self.second],
-            "log_likelihood": self.log_likelihood,
-            "difference_deg": self.difference_deg,
-        }
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """The best experiment that the limits allow, and what it would tell.
-
-    It is ``recommended`` only where it decides between two of the models at least. Differences
-    below ``tolerance_deg`` decide nothing: no model is asked to be right within it.
-    """
-
-    design: Design
-    limits: Limits
-    separations: tuple[Separation, ...]
-    noise_deg: float
-    tolerance_deg: float
-
-    @property
-    def excitation(self) -> Excitation:
-        """The command's rows; ``save`` writes them."""
-        return self.design.excitation
-
-    @property
-    def decides(self) -> bool:
-        """True where every pair would be told apart."""
-        return not self._open
-
-    @property
-    def recommended(self) -> bool:
-        """True where at least one pair would be told apart."""
-        return len(self._open) < len(self.separations)
-
-    @property
-    def _open(self) -> list[Separation]:
-        """The pairs that the experiment would not tell apart."""
-        return [one for one in self.separations if not one.decides(self.tolerance_deg)]
-
-    @property
-    def sentence(self) -> str:
-        """What to run and what that decides, or that no command within the limits decides."""
-        if not self.recommended:
-            return self._undecided()
-        decided = [one for one in self.separations if one not in self._open]
-        closest = min(decided, key=lambda one: one.log_likelihood)
-        return (
-            f"Run the {self.design.words}: {closest.pair} would then differ by up to "
-            f"{self._size(closest)}; diagnose both recordings together."
-            + (f" {self._undecided()}" if self._open else "")
-        )
-
-    def _undecided(self) -> str:
-        """What stays open within the limits, and whether that matters."""
-        widest = max(self._open, key=lambda one: one.difference_deg)
-        pairs = ", ".join(one.pair for one in self._open)
-        none = f"Within {self.limits.words} no command would tell {pairs} apart"
-        if widest.difference_deg < self.tolerance_deg:
-            return (
-                f"{none}: with the best, the {self.design.words}, they differ by up to "
-                f"{widest.difference_deg:.2g} deg, less than the tolerance of "
-                f"{self.tolerance_deg:.2g} deg, so in degrees it does not matter which is right."
-            )
-        return (
-            f"{none} for sure: with the best, the {self.design.words}, they differ by up to "
-            f"{self._size(widest)}. Allow a larger or faster command, or see `servosight effects` "
-            f"for a test by hand."
-        )
-
-    def _size(self, one: Separation) -> str:
-        return (
-            f"{one.difference_deg:.2g} deg, {one.difference_deg / self.noise_deg:.2g} times the "
-            f"noise (in all frames a log-likelihood of {one.log_likelihood:.3g}, where {TIE:g} "
-            f"decide)"
-        )
-
-    def to_json(self) -> dict[str, Any]:
-        """The command in words, and every pair."""
-        return {
-            "command": self.design.words,
-            "notes": list(self.design.notes),
-            "decides": self.decides,
-            "recommended": self.recommended,
-            "separations": [one.to_json() for one in self.separations],
-        }
-
-
-@dataclass(frozen=True)
-class Judged:
+class Experiment:
     """A command with the candidates' answers, and what it would tell of each pair."""
 
     design: Design
-    answers: tuple[Rehearsed, ...]
+    answers: tuple[PredictedExperiment, ...]
     separations: tuple[Separation, ...]
 
     @property
@@ -170,16 +61,13 @@ class Judged:
         """How many pairs it tells apart."""
         return sum(one.decides(tolerance_deg) for one in self.separations)
 
-    def made_sure(self, laboratory: Laboratory, noise_deg: float) -> Judged:
+    def made_sure(self, models: ModelSelection, noise_deg: float) -> Experiment:
         """The same with its closest pair refitted: beyond small changes a Jacobian promises more
         than comes true.
         """
         old = self.closest
-        one, other = (
-            next(a for a in self.answers if a.rival.name == name)
-            for name in (old.first, old.second)
-        )
-        lefts = [refitted(a, b, laboratory, noise_deg) for a, b in ((one, other), (other, one))]
+        one, other = (next(a for a in self.answers if a.rival.name == name) for name in old.between)
+        lefts = [refitted(a, b, models, noise_deg) for a, b in ((one, other), (other, one))]
         least, difference = min(lefts)
         new = replace(old, log_likelihood=least, difference_deg=difference)
         return replace(
@@ -189,7 +77,7 @@ class Judged:
 
 def propose(
     candidates: Sequence[Trial],
-    laboratory: Laboratory,
+    models: ModelSelection,
     noise_deg: float,
     tolerance_deg: float,
     limits: Limits | None = None,
@@ -201,15 +89,13 @@ def propose(
     """
     if len(candidates) < 2:
         raise ValueError("a proposal needs two candidates at least")
-    allowed = limits or recorded_limits(laboratory.recordings)
+    allowed = limits or recorded_limits(models.recordings)
     rivals = [Rival(trial, _name(trial, candidates)) for trial in candidates[:MOST_CANDIDATES]]
-    like = laboratory.recordings[0]
+    like = models.recordings[0]
     experiments = [
         (
             made,
-            tuple(
-                one.rehearse(rehearsal(made.excitation, like=like), laboratory) for one in rivals
-            ),
+            tuple(one.predict(rehearsal(made.excitation, like=like), models) for one in rivals),
         )
         for made in _designs(allowed)
     ]
@@ -221,16 +107,17 @@ def propose(
     scale = max(noise_deg, 1e-9)
     rough = sorted(experiments, key=lambda one: _rough_score(one[1], scale), reverse=True)
     judged = [
-        Judged(made, answers, _separations(answers, scale)) for made, answers in rough[:FINALISTS]
+        Experiment(made, answers, _separations(answers, scale))
+        for made, answers in rough[:FINALISTS]
     ]
     judged.sort(key=lambda one: _score(s.log_likelihood for s in one.separations), reverse=True)
-    sure: list[Judged] = []
+    sure: list[Experiment] = []
     for one in judged[:REFITTED]:
-        sure.append(one.made_sure(laboratory, scale))
+        sure.append(one.made_sure(models, scale))
         if sure[-1].closest.decides(tolerance_deg):
             break
     best = max(sure, key=lambda one: (one.decided(tolerance_deg), one.closest.log_likelihood))
-    return Proposal(best.design, allowed, best.separations, scale, tolerance_deg)
+    return Proposal.of(best.design, allowed, best.separations, scale, tolerance_deg)
 
 
 def recorded_limits(recordings: Sequence[Recording]) -> Limits:
@@ -257,14 +144,16 @@ def _designs(limits: Limits) -> Iterator[Design]:
             continue
 
 
-def _rough_score(answers: tuple[Rehearsed, ...], noise_deg: float) -> float:
+def _rough_score(answers: tuple[PredictedExperiment, ...], noise_deg: float) -> float:
     return _score(
         cost(rival.left_roughly(truth), noise_deg)
         for rival, truth in itertools.permutations(answers, 2)
     )
 
 
-def _separations(answers: tuple[Rehearsed, ...], noise_deg: float) -> tuple[Separation, ...]:
+def _separations(
+    answers: tuple[PredictedExperiment, ...], noise_deg: float
+) -> tuple[Separation, ...]:
     """Each pair, whichever of the two is the truth."""
     found = []
     for one, other in itertools.combinations(answers, 2):
@@ -274,10 +163,9 @@ def _separations(answers: tuple[Rehearsed, ...], noise_deg: float) -> tuple[Sepa
         )
         found.append(
             Separation(
-                one.rival.name,
-                other.rival.name,
-                cost(left, noise_deg),
-                float(np.quantile(np.abs(left), 0.99)),
+                between=(one.rival.name, other.rival.name),
+                log_likelihood=cost(left, noise_deg),
+                difference_deg=float(np.quantile(np.abs(left), 0.99)),
             )
         )
     return tuple(found)

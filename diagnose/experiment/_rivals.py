@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.diagnose.selection import Laboratory, Trial
+from servosight.diagnose.selection import ModelSelection, Trial
 from servosight.identify.fit import coordinate_scale, difference_quotient, polish
 from servosight.identify.problem import Problem, projected_out
 from servosight.models.core import Array, Recording
@@ -35,10 +35,10 @@ class Rival:
         own = jacobian[:, count:]
         return own, projected_out(jacobian[:, :count], own)
 
-    def rehearse(self, recording: Recording, laboratory: Laboratory) -> Rehearsed:
+    def predict(self, recording: Recording, models: ModelSelection) -> PredictedExperiment:
         """The candidate on an experiment, at rest where its first row puts it."""
         fit = self.trial.fit
-        problem = Problem.of([recording], laboratory.catalogue, self.trial.effects)
+        problem = Problem.of([recording], models.catalogue, self.trial.effects)
         own = {
             coordinate.name: float(x)
             for coordinate, x in zip(fit.problem.coordinates, fit.outcome.point, strict=True)
@@ -48,11 +48,11 @@ class Rival:
         own["initial_angle"] = k * float(recording.command_deg[0]) + own["bias"]
         own["initial_speed"] = 0.0
         fresh = [own[coordinate.name] for coordinate in problem.coordinates[problem.physical :]]
-        return Rehearsed(self, problem, np.concatenate([self.physical, fresh]))
+        return PredictedExperiment(self, problem, np.concatenate([self.physical, fresh]))
 
 
 @dataclass(frozen=True)
-class Rehearsed:
+class PredictedExperiment:
     """A candidate's answer to one experiment."""
 
     rival: Rival
@@ -77,12 +77,12 @@ class Rehearsed:
         ones = np.ones_like(speed)
         return np.stack([ones, self.angle_deg, speed, np.gradient(speed)], axis=1)
 
-    def left_roughly(self, truth: Rehearsed) -> Array:
+    def left_roughly(self, truth: PredictedExperiment) -> Array:
         """What this one cannot take up of another's answer, by the linear core alone."""
         difference = truth.angle_deg - self.angle_deg
         return projected_out(difference[:, None], self.smooth)[:, 0]
 
-    def left(self, truth: Rehearsed, noise_deg: float) -> Array:
+    def left(self, truth: PredictedExperiment, noise_deg: float) -> Array:
         """What this one cannot take up when it is fitted to the recordings and the experiment.
 
         Parameters may move by about themselves: beyond, the Jacobian says nothing.
@@ -104,21 +104,21 @@ class Rehearsed:
 
 
 def refitted(
-    rival: Rehearsed, truth: Rehearsed, laboratory: Laboratory, noise_deg: float
+    rival: PredictedExperiment, truth: PredictedExperiment, models: ModelSelection, noise_deg: float
 ) -> tuple[float, float]:
     """Log-likelihood and largest difference [deg] left when ``rival`` is fitted to ``truth``."""
     fit = truth.rival.trial.fit
-    told = [
+    given = [
         replace(recording, angle_deg=angles[0])
         for recording, angles in zip(
-            laboratory.recordings, fit.problem.predict(fit.outcome.point), strict=True
+            models.recordings, fit.problem.predict(fit.outcome.point), strict=True
         )
     ]
     (fresh,) = rival.problem.recordings
-    masks = [*laboratory.masks, np.ones(fresh.time_s.size, dtype=bool)]
+    masks = [*models.split.masks, np.ones(fresh.time_s.size, dtype=bool)]
     problem = Problem.of(
-        [*told, replace(fresh, angle_deg=truth.angle_deg)],
-        laboratory.catalogue,
+        [*given, replace(fresh, angle_deg=truth.angle_deg)],
+        models.catalogue,
         rival.rival.trial.effects,
         masks,
     )

@@ -2,12 +2,21 @@
 
 from servosight.diagnose.residuals._events import swings as swings
 from servosight.diagnose.residuals._events import turns as turns
+from servosight.diagnose.residuals._finding import Finding as Finding
 from servosight.diagnose.residuals._findings import CHANCE as CHANCE
-from servosight.diagnose.residuals._findings import Finding as Finding
 from servosight.diagnose.residuals._findings import findings as findings
 from servosight.diagnose.residuals._findings import lead as lead
 from servosight.diagnose.residuals._frequency import Response as Response
 from servosight.diagnose.residuals._frequency import response as response
+from servosight.diagnose.residuals._judged import EXPLAINED as EXPLAINED
+from servosight.diagnose.residuals._judged import FIT as FIT
+from servosight.diagnose.residuals._judged import TEST as TEST
+from servosight.diagnose.residuals._judged import VALIDATION as VALIDATION
+from servosight.diagnose.residuals._judged import Judged as Judged
+from servosight.diagnose.residuals._judged import Uses as Uses
+from servosight.diagnose.residuals._judged import held_out_rms as held_out_rms
+from servosight.diagnose.residuals._judged import held_out_samples_of as held_out_samples_of
+from servosight.diagnose.residuals._judged import rms as rms
 from servosight.diagnose.residuals._profiles import Quantity as Quantity
 from servosight.diagnose.residuals._profiles import profile as profile
 from servosight.diagnose.residuals._samples import Samples as Samples

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._samples import Samples, all_samples, held_out_samples
-from servosight.diagnose.selection import Judged
 from servosight.models.core import Recording
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Finding:
     """What a test shows.
 
@@ -26,10 +25,6 @@ class Finding:
     size_deg: float
     share: float
     p: float
-
-    def to_json(self) -> dict[str, Any]:
-        """As a table."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,8 @@ class Case:
 
     def finding(self, test: str, sentence: str, share: float, p: float) -> Finding:
         """A finding on so large a share of the squared error."""
-        return Finding(test, sentence, self.rms_deg * float(np.sqrt(share)), share, p)
+        size = self.rms_deg * float(np.sqrt(share))
+        return Finding(test=test, sentence=sentence, size_deg=size, share=share, p=p)
 
 
 Test = Callable[[Case], Iterator[Finding]]

@@ -14,9 +14,7 @@ from servosight.diagnose.residuals import _motion_findings as motion_findings
 from servosight.diagnose.residuals import _side_findings as side_findings
 from servosight.diagnose.residuals import _system_findings as system_findings
 from servosight.diagnose.residuals._finding import Case, Finding
-from servosight.diagnose.selection import EXPLAINED, Judged
-
-__all__ = ["CHANCE", "Finding", "findings", "lead"]
+from servosight.diagnose.residuals._judged import EXPLAINED, Judged
 
 CHANCE = 0.01
 MATTERS = 0.5

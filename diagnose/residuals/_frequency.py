@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._where import command_at
-from servosight.diagnose.selection import Judged
 from servosight.models.core import Array, Recording
 from servosight.models.excitation import Grid, grid_of
 

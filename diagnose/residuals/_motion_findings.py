@@ -24,14 +24,14 @@ GROWS = (0.35, 1.4)
 AT_ONCE_S = 0.03
 """What is largest so soon after a turn was there when the model turned."""
 ONE_WAY = 0.3
-"""An error trails or leads where its mean in the direction of motion is this share of its size."""
+"""An error lags or leads where its mean in the direction of motion is this share of its size."""
 
 _WORDS = {
-    "reversal": "where the surface turns round",
-    "standstill": "where the surface stands still",
-    "slew": "while the surface is on its way",
+    "reversal": "at reversals of the surface",
+    "standstill": "where the surface is at rest",
+    "slew": "while the surface moves steadily",
     "step": "just after steps of the command",
-    "high_frequency": "where the command swings fast",
+    "high_frequency": "where the command oscillates fast",
 }
 
 
@@ -74,7 +74,7 @@ def _speed_words(case: Case) -> str:
 
 
 def _lag(case: Case) -> Iterator[Finding]:
-    """The error in the direction of motion, slow and fast: what trails."""
+    """The error in the direction of motion, slow and fast: what lags."""
     speeds = [np.abs(one.speed_deg_s) for one in case.samples]
     moving = [one.scored & (one.direction != 0.0) for one in case.samples]
     speed = np.concatenate([v[m] for v, m in zip(speeds, moving, strict=True)])
@@ -95,7 +95,7 @@ def _lag(case: Case) -> Iterator[Finding]:
             [one.error_deg[m] for one, m in zip(case.samples, moving, strict=True)]
         )
         sentence = (
-            f"The mean error depends on how fast the surface moves, not on which way: "
+            f"The mean error depends on how fast the surface moves, not on its direction: "
             f"{signed(float(np.mean(error[speed <= edges[0]])))} deg moving slowly, "
             f"{signed(float(np.mean(error[speed >= edges[1]])))} deg moving fast"
         )
@@ -113,7 +113,7 @@ def _lag(case: Case) -> Iterator[Finding]:
 
 
 def _behind(ahead_deg: float) -> str:
-    return "leads" if ahead_deg > 0.0 else "trails"
+    return "leads" if ahead_deg > 0.0 else "lags"
 
 
 def _acceleration(case: Case) -> Iterator[Finding]:
@@ -187,13 +187,13 @@ def _reversal(case: Case) -> Iterator[Finding]:
     if when < AT_ONCE_S:
         side = "short of" if after > 0.0 else "beyond"
         words = (
-            f"The surface turns round {abs(after):.2g} deg {side} where the model does (mean of "
+            f"The surface reverses {abs(after):.2g} deg {side} the model's turning point (mean of "
             f"{found.count} reversals)."
         )
     else:
         words = (
-            f"After a reversal the surface {'hangs back' if after < 0.0 else 'runs ahead'} by up "
-            f"to {abs(after):.2g} deg, {1000 * when:.0f} ms after the turn (mean of {found.count})."
+            f"After a reversal the surface {_behind(after)} the model by up to {abs(after):.2g} "
+            f"deg, {1000 * when:.0f} ms after the turning point (mean of {found.count})."
         )
     yield case.finding("reversal", words, found.share, found.p)
 
@@ -204,8 +204,8 @@ def _standstill(case: Case) -> Iterator[Finding]:
         beyond = "beyond" if found.short_deg > 0.0 else "short of"
         yield case.finding(
             "standstill",
-            f"The surface comes to rest {abs(found.short_deg):.2g} deg {beyond} where the model "
-            f"does, from whichever side it comes (mean of {found.count}).",
+            f"The surface comes to rest {abs(found.short_deg):.2g} deg {beyond} the model's final "
+            f"angle, from either side (mean of {found.count}).",
             found.share,
             found.p,
         )

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._where import Motion, classify
-from servosight.diagnose.selection import Judged
 from servosight.models.core import Array, Mask
 
 Index = NDArray[np.int64]
@@ -99,17 +99,17 @@ class Samples:
 
 def held_out_samples(judged: Sequence[Judged]) -> list[Samples]:
     """The recordings with something held out, and what that is; all where nothing is."""
-    if all(one.training.all() for one in judged):
+    if all(one.fitted.all() for one in judged):
         return all_samples(judged)
-    found = [Samples(one, ~one.training) for one in judged]
+    found = [Samples(one, ~one.fitted) for one in judged]
     return [one for one in found if one.scored.sum() >= 2]
 
 
 def all_samples(judged: Sequence[Judged]) -> list[Samples]:
     """All samples of the recordings with something held out; of all where nothing is."""
-    fitted = [bool(one.training.all()) for one in judged]
+    fitted = [bool(one.fitted.all()) for one in judged]
     return [
-        Samples(one, np.ones(one.training.size, dtype=bool))
+        Samples(one, np.ones(one.uses.size, dtype=bool))
         for one, seen in zip(judged, fitted, strict=True)
         if not seen or all(fitted)
     ]

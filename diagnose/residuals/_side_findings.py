@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import gammaincc
 
 from servosight.diagnose.residuals._finding import Case, Finding, Test
-from servosight.diagnose.selection import Judged
+from servosight.diagnose.residuals._judged import Judged
 from servosight.identify.problem import noise_deg
 from servosight.models.core import Array
 
@@ -38,21 +38,22 @@ def _linkage(case: Case) -> Iterator[Finding]:
         total = max(float(np.mean(surface.error_deg**2)), 1e-300)
         if beyond > case.floor_deg:
             yield Finding(
-                "linkage",
-                f"The surface leaves the horn by {left:.2g} deg rms, where noise allows "
-                f"{noise:.2g}: something sits between horn and surface.",
-                left,
-                min(left**2 / total, 1.0),
-                _chance(between, noise),
+                test="linkage",
+                sentence=f"The surface differs from the horn by {left:.2g} deg rms, where noise "
+                f"allows {noise:.2g}: what is missing acts between horn and surface.",
+                size_deg=left,
+                share=min(left**2 / total, 1.0),
+                p=_chance(between, noise),
             )
         if model > case.floor_deg and model > beyond:
             yield Finding(
-                "motor",
-                f"The horn leaves the model by {model:.2g} deg rms, and the surface the horn by "
-                f"{left:.2g}: what is missing acts before the linkage, on the motor's side.",
-                model,
-                min(model**2 / total, 1.0),
-                _chance(horn.error_deg, noise_deg(horn.recording)),
+                test="motor",
+                sentence=f"The horn differs from the model by {model:.2g} deg rms, and the surface "
+                f"from the horn by {left:.2g}: what is missing acts before the linkage, on the "
+                f"motor's side.",
+                size_deg=model,
+                share=min(model**2 / total, 1.0),
+                p=_chance(horn.error_deg, noise_deg(horn.recording)),
             )
 
 

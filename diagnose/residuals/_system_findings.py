@@ -9,8 +9,8 @@ from scipy.special import gammaincc
 
 from servosight.diagnose.residuals._finding import Case, Finding, Test, signed
 from servosight.diagnose.residuals._frequency import Response, response
+from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._tests import independence, linear_share, quantile, whiteness
-from servosight.diagnose.selection import Judged
 from servosight.identify.discrete import Distortion, distortion
 from servosight.models.core import InputError
 
@@ -19,16 +19,16 @@ MOSTLY = 0.5
 
 
 def _command(case: Case) -> Iterator[Finding]:
-    """Ljung's test of independence, and how much a linear model of any order could take."""
+    """Ljung's test of independence, and how much a linear model of any order could remove."""
     found = independence(case.held_out)
     peak = found.peak
     share = linear_share(case.samples)
     allowed = quantile(0.99) * found.sigma[peak]
     yield case.finding(
         "command",
-        f"The error follows the command (correlation {signed(found.value[peak])} after "
-        f"{found.lag_s[peak]:.2g} s, where chance allows {allowed:.2g}), so that a freer linear "
-        f"model, with a delay or a resonance, could take up to {100 * share:.0f} % of its square.",
+        f"The error is correlated with the command (coefficient {signed(found.value[peak])} at a "
+        f"lag of {found.lag_s[peak]:.2g} s, by chance at most {allowed:.2g}): a linear model of "
+        f"higher order could remove up to {100 * share:.0f} % of the squared error.",
         max(share, float(found.value[peak]) ** 2),
         found.p,
     )
@@ -37,8 +37,8 @@ def _command(case: Case) -> Iterator[Finding]:
     if share < MOSTLY:
         yield case.finding(
             "linearity",
-            f"A freer linear model, with any delay or resonance, could take {_percent(share)} of "
-            f"the squared error: most of what is missing is not linear.",
+            f"A linear model of higher order, with any delay or resonance, could remove "
+            f"{_percent(share)} of the squared error: most of what is missing is not linear.",
             max(rest - case.floor_deg**2, 0.0) / max(case.rms_deg**2, 1e-300),
             float(gammaincc(0.5 * count, 0.5 * count * rest / max(case.floor_deg, 1e-12) ** 2)),
         )
@@ -53,8 +53,8 @@ def _whiteness(case: Case) -> Iterator[Finding]:
     lasts = found.lag_s[below[0]] if below.size else found.lag_s[-1]
     yield case.finding(
         "whiteness",
-        f"The error is not white: {100 * share:.0f} % of its square carries over from sample to "
-        f"sample, for {'about' if below.size else 'more than'} {lasts:.2g} s.",
+        f"The error is autocorrelated: the correlation from sample to sample is {share:.2f} and "
+        f"lasts for {'about' if below.size else 'more than'} {lasts:.2g} s.",
         share,
         found.p,
     )
@@ -106,7 +106,7 @@ def _distorted(one: Judged) -> Distortion | None:
 
 
 def _percent(share: float) -> str:
-    return "next to nothing" if share < 0.005 else f"only {100 * share:.0f} %"
+    return "almost nothing" if share < 0.005 else f"only {100 * share:.0f} %"
 
 
 TESTS: tuple[Test, ...] = (_command, _whiteness, _frequency, _distortion)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.diagnose.selection import Judged
+from servosight.diagnose.residuals._judged import Judged
 from servosight.models.core import Array, Recording
 
 WINDOW_S = 0.3
@@ -19,7 +18,7 @@ SLOW_SHARE = 0.03
 HIGH_FREQUENCY_HZ = 4.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Window:
     """A stretch of time with its rms error, its share of the whole squared error, and a name.
 
@@ -32,10 +31,6 @@ class Window:
     rmse_deg: float
     share: float
     what: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md)."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -118,12 +113,12 @@ def _windows(one: Judged, total: float, count: int) -> list[Window]:
         }
         found.append(
             Window(
-                one.recording.name,
-                float(time_s[start]),
-                float(time_s[stop - 1]),
-                float(np.sqrt(sums[start] / (stop - start))),
-                float(sums[start] / max(total, 1e-300)),
-                max(weight, key=lambda kind: weight[kind]),
+                recording=one.recording.name,
+                start_s=float(time_s[start]),
+                end_s=float(time_s[stop - 1]),
+                rmse_deg=float(np.sqrt(sums[start] / (stop - start))),
+                share=float(sums[start] / max(total, 1e-300)),
+                what=max(weight, key=lambda kind: weight[kind]),
             )
         )
         if len(found) == count:

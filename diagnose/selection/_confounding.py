@@ -7,69 +7,68 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose.selection._evidence import TIE, evidence
+from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._trial import Trial
 from servosight.models.core import Array
 
 Whole = Callable[[Trial], Trial]
-
-OPEN = 5.0 * TIE
-"""Models whose log-likelihoods differ by less are compared again, fitted to all samples."""
+"""Fits a model to the fitted and the validation samples."""
 
 
 @dataclass(frozen=True)
-class Look:
-    """How sharply predictions are seen: the noise and the tolerance [deg]."""
+class Resolution:
+    """How sharply predictions can be seen: the noise [deg], and what a difference must be worth."""
 
     noise_deg: float
-    tolerance_deg: float
+    criterion: AcceptanceCriterion
 
+    def cost(self, first: Trial, second: Trial) -> float:
+        """Log-likelihood lost by taking one model's prediction for the other's.
 
-def cost(first: Trial, second: Trial, noise_deg: float) -> float:
-    """Log-likelihood lost by taking one model's prediction for the other's.
-
-    sum (y1 - y2)^2 / (2 noise^2) over all samples, seen and held out.
-    """
-    difference = _predicted(first) - _predicted(second)
-    return float(np.sum(difference**2) / (2.0 * max(noise_deg, 1e-12) ** 2))
+        sum (y1 - y2)^2 / (2 noise^2) over all samples; no measured angle enters.
+        """
+        difference = _predicted(first) - _predicted(second)
+        return float(np.sum(difference**2) / (2.0 * max(self.noise_deg, 1e-12) ** 2))
 
 
 def confounded(
-    trials: Sequence[Trial], base: Trial, look: Look, whole: Whole
+    trials: Sequence[Trial], base: Trial, resolution: Resolution, whole: Whole
 ) -> dict[str, tuple[str, ...]]:
     """For each single candidate, the others whose predictions agree with it within the noise.
 
     Candidates that gain nothing on the linear model are not compared: they all predict what it
-    predicts. ``whole`` fits a model to all samples.
+    predicts.
     """
+    criterion = resolution.criterion
     by_name = {_single(trial, base): trial for trial in trials}
-    gains = {name: evidence(one, base, look.tolerance_deg) for name, one in by_name.items()}
-    alive = {name: trial for name, trial in by_name.items() if gains[name] > TIE}
+    gains = {name: criterion.evidence(one.score, base.score) for name, one in by_name.items()}
+    alive = {name: trial for name, trial in by_name.items() if not criterion.tied(gains[name])}
     best = max(gains.values(), default=0.0)
 
     def anew(trial: Trial) -> Trial:
         """Only what may be the answer is worth another fit."""
-        return whole(trial) if gains[_single(trial, base)] > best - OPEN else trial
+        near = gains[_single(trial, base)] > best - criterion.policy.undecided
+        return whole(trial) if near else trial
 
     groups: dict[str, tuple[str, ...]] = dict.fromkeys(gains, ())
     for name, trial in alive.items():
         groups[name] = tuple(
             other
             for other, rival in alive.items()
-            if other != name and agree(trial, rival, look, anew) is not None
+            if other != name and agree(trial, rival, resolution, anew) is not None
         )
     return groups
 
 
 def alternatives(
-    trial: Trial, tried: Iterable[Trial], look: Look, whole: Whole
+    trial: Trial, tried: Iterable[Trial], resolution: Resolution, whole: Whole
 ) -> tuple[Trial, ...]:
     """Other models with as few effects whose predictions agree with ``trial``'s, nearest first.
 
     A model that merely adds an idle effect to the same ones is no alternative.
     """
     found = [
-        (agree(trial, other, look, whole), other)
+        (agree(trial, other, resolution, whole), other)
         for other in tried
         if len(other.effects) <= len(trial.effects) and other.effects != trial.effects
     ]
@@ -77,16 +76,17 @@ def alternatives(
     return tuple(other for _, other in sorted(near, key=lambda one: one[0]))
 
 
-def agree(first: Trial, second: Trial, look: Look, whole: Whole) -> float | None:
+def agree(first: Trial, second: Trial, resolution: Resolution, whole: Whole) -> float | None:
     """What confusing two models costs in log-likelihood; None where they can be told apart.
 
-    Where the held-out samples alone may part them, both are fitted to all samples: a parameter that
-    the others leave open must not speak against a model.
+    Where the validation samples alone may part them, both are fitted to these as well: a parameter
+    that the others leave open must not speak against a model.
     """
-    lost = cost(first, second, look.noise_deg)
-    if lost >= TIE and abs(evidence(first, second, look.tolerance_deg)) < OPEN:
-        lost = cost(whole(first), whole(second), look.noise_deg)
-    return lost if lost < TIE else None
+    criterion = resolution.criterion
+    lost = resolution.cost(first, second)
+    if not criterion.tied(lost) and criterion.undecided(first.score, second.score):
+        lost = resolution.cost(whole(first), whole(second))
+    return lost if criterion.tied(lost) else None
 
 
 def _predicted(trial: Trial) -> Array:

@@ -173,12 +173,15 @@ def values_of(auto: bool) -> dict[str, Any]:
         "noise_deg": 0.031,
         "floor_deg": 0.032,
         "verdict": "explained" if auto else "unexplained",
+        "headline": "What was missing: backlash",
+        "summary": "Its error falls.",
         "effects": ["backlash"] * auto,
         "ladder": [
             {
                 "added": added,
                 "effects": [added] if added else [],
                 "train_rmse_deg": error,
+                "validation_rmse_deg": error,
                 "held_out_rmse_deg": error,
                 "explained": explained,
                 "parameters": parameters,
@@ -212,10 +215,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """Replace diagnosis, addition and report; gives what they were asked."""
     kept: dict[str, Any] = {}
 
-    def diagnose(recordings: Any, validate: Any = (), **options: Any) -> Any:
-        kept.update(options, recordings=recordings, validate=validate)
+    def diagnose(recordings: Any, validate: Any = (), test: Any = (), **options: Any) -> Any:
+        kept.update(options, recordings=recordings, validate=validate, test=test)
         values = values_of(options["auto"])
-        return SimpleNamespace(actuator=ACTUATOR, law=None, proposal=None, to_json=lambda: values)
+        return SimpleNamespace(actuator=ACTUATOR, law=None, proposal=None, to_dict=lambda: values)
 
     def add(actuator: Actuator, effect: str, recordings: Any, **options: Any) -> Any:
         kept.update(options, actuator=actuator, effect=effect, recordings=recordings)
@@ -231,7 +234,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         }
         return SimpleNamespace(actuator=ACTUATOR, to_json=lambda: values)
 
-    def write_report(path: Path, result: Any, recordings: Any) -> None:
+    def write_report(path: Path, result: Any, recordings: Any, *rest: Any, **options: Any) -> None:
         path.write_text(f"{len(recordings)} recordings")
 
     for module, name, function in (
@@ -261,7 +264,7 @@ def test_diagnose_tells_the_story(
         "+ backlash",
         "0.032 deg",
         "█",
-        "Explained: with backlash",
+        "What was missing: backlash. Its error falls.",
         "high frequency",
         "dead_zone",
         "bias (2)",

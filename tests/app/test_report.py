@@ -19,10 +19,18 @@ from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
 from servosight.app.report.sections.candidates import groups
 from servosight.app.report.story import Story
-from servosight.diagnose import Comparison, Diagnosis, compare, diagnose
-from servosight.diagnose.experiment import Proposal
-from servosight.diagnose.experiment._experiment import Separation
-from servosight.models.core import InputError, Recording, degrees, rounded, times, uncertain
+from servosight.diagnose import (
+    Comparison,
+    Diagnosis,
+    Verdict,
+    compare,
+    diagnose,
+    judge,
+    predictions,
+)
+from servosight.diagnose._words import Levels, verdict_words
+from servosight.diagnose.experiment import Proposal, Separation
+from servosight.models.core import InputError, Recording, Table, degrees, rounded, times, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Limits, design
 from servosight.models.plant import Plant, Stimulus
@@ -67,10 +75,8 @@ def found(recording: Recording) -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def compared(recording: Recording, found: Diagnosis) -> Comparison:
-    linear = replace(found.actuator, effects=(), parameters=found.ladder[0].parameters)
-    bias = found.ladder[0].biases[0]
-    linear = replace(linear, parameters={**linear.parameters, "bias": bias})
-    return compare(linear, [recording], catalogue=catalogue())
+    linear = replace(found, ladder=found.ladder[:1], effects=()).actuator
+    return compare(linear, [recording])
 
 
 class Page(HTMLParser):
@@ -145,23 +151,13 @@ def filmed(recording: Recording, folder: Path) -> Recording:
     return replace(recording, video=video, path=folder)
 
 
-def with_recording(result: Diagnosis, recording: Recording) -> Diagnosis:
-    """The diagnosis as if it had been made of ``recording``."""
-    steps = []
-    for step in result.ladder:
-        judged = tuple(replace(one, recording=recording) for one in step.trial.judged)
-        trial = replace(step.trial, judged=judged)
-        steps.append(replace(step, rung=replace(step.rung, trial=trial)))
-    return replace(result, ladder=tuple(steps))
-
-
 def test_a_diagnosis_tells_the_whole_story(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
     assert found.effects == ("backlash",)
     text, page = written(tmp_path / "report.html", found, [recording])
     effect = catalogue()["backlash"]
-    first, last = (found.ladder[i].trial.held_out_rmse_deg for i in (0, -1))
+    first, last = (found.ladder[i].held_out_rmse_deg for i in (0, -1))
     for words in (
         "What was missing: backlash",
         degrees(first),
@@ -177,7 +173,9 @@ def test_a_diagnosis_tells_the_whole_story(
         "+ backlash",
         "coulomb friction",
         "What could be missing",
-        "Of every 3 blocks of 1 s, the last is held out",
+        "The parts are blocks of 1 s",
+        found.headline,
+        found.summary,
     ):
         assert " ".join(words.split()) in page.text, words
     order = [
@@ -244,19 +242,22 @@ def test_a_comparison_leaves_out_what_it_did_not_try(
 
 
 def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
-    one = found.ladder[:1]
-    ranked = replace(found, verdict="unexplained", effects=(), ladder=one)
-    _, page = written(tmp_path / "ranked.html", ranked, [recording])
-    assert "backlash alone would help most" in page.text
-    nothing = replace(found, verdict="no_effect_missing", effects=(), ladder=one)
-    _, page = written(tmp_path / "nothing.html", nothing, [recording])
-    assert "No effect is missing" in page.text
-    part = replace(found, verdict="unexplained", floor_deg=0.5 * found.floor_deg)
-    _, page = written(tmp_path / "part.html", part, [recording])
-    assert "Not fully explained" in page.text
-    assert "something remains that no known effect accounts for" in page.text
-    assert "What the remaining error shows: " in page.text
-    rivals = tuple(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
+    one, levels = found.ladder[:1], Levels(noise_deg=0.02, tolerance_deg=0.015, floor_deg=0.025)
+    ranked = verdict_words(Verdict.UNEXPLAINED, one, found.candidates, None, levels)
+    assert "backlash alone would help most" in ranked[1]
+    assert "the floor of 0.0250° (noise 0.0200° and tolerance 0.0150° together)" in ranked[1]
+    nothing = verdict_words(Verdict.NO_EFFECT_MISSING, one, found.candidates, None, levels)
+    assert nothing[0] == "No effect is missing"
+    close = replace(levels, floor_deg=0.5 * found.ladder[-1].held_out_rmse_deg)
+    part = verdict_words(Verdict.UNEXPLAINED, found.ladder, found.candidates, None, close)
+    assert part[0] == "Not fully explained"
+    assert "something remains that no known effect accounts for" in part[1]
+    result = replace(found, verdict=Verdict.UNEXPLAINED, headline=part[0], summary=part[1])
+    _, page = written(tmp_path / "part.html", result, [recording])
+    assert part[0] in page.text
+    assert " ".join(part[1].split()) in page.text
+    assert "do not use them. What the remaining error shows: " in page.text
+    rivals = Table(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
     assert "cannot tell backlash from dead zone; presliding" in page.text
@@ -270,25 +271,28 @@ def test_findings_are_told_as_they_are(
     assert found.findings
     for name, result in (("one", found), ("two", compared)):
         _, page = written(tmp_path / f"{name}.html", result, [recording])
-        for one, entry in zip(result.findings, result.to_json()["findings"], strict=True):
+        for one, entry in zip(result.findings, result.to_dict()["findings"], strict=True):
             assert " ".join(one.sentence.split()) in page.text
             assert set(entry) == {"test", "sentence", "size_deg", "share", "p"}
-    assert compared.to_json()["sentences"][1:] == [one.sentence for one in compared.findings]
+    assert compared.to_dict()["sentences"][1:] == [one.sentence for one in compared.findings]
 
 
 def test_the_proposed_experiment_is_drawn(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
     made = design("triangle", Limits(15.0, None, 8.0))
-    pair = Separation("backlash", "dead_zone", 4.0, 0.012)
-    other = Separation("backlash", "coulomb_friction", 40.0, 0.1)
-    proposal = Proposal(made, Limits(15.0, None, 8.0), (pair, other), 0.02, 0.01)
+    limits = Limits(15.0, None, 8.0)
+    pair = Separation(between=("backlash", "dead_zone"), log_likelihood=4.0, difference_deg=0.012)
+    other = Separation(
+        between=("backlash", "coulomb_friction"), log_likelihood=40.0, difference_deg=0.1
+    )
+    proposal = Proposal.of(made, limits, (pair, other), 0.02, 0.01)
     _, page = written(tmp_path / "report.html", replace(found, proposal=proposal), [recording])
     assert "experiment" in page.ids
     assert made.words in page.text
     assert "backlash or dead zone" in page.text
     assert "No command within these limits decides for sure" in page.text
-    undecided = replace(proposal, separations=(pair,))
+    undecided = Proposal.of(made, limits, (pair,), 0.02, 0.01)
     for without in (None, undecided):
         _, page = written(tmp_path / "without.html", replace(found, proposal=without), [recording])
         assert "experiment" not in page.ids
@@ -296,22 +300,23 @@ def test_the_proposed_experiment_is_drawn(
 
 def test_a_model_without_any_error(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
     """Nothing divides by an error or a floor of zero."""
-    last = found.ladder[-1]
-    judged = tuple(replace(one, predicted_deg=one.recording.angle_deg) for one in last.trial.judged)
-    exact = replace(last, rung=replace(last.rung, trial=replace(last.trial, judged=judged)))
-    perfect = replace(
-        found, noise_deg=0.0, floor_deg=0.0, tolerance_deg=0.0, ladder=(found.ladder[0], exact)
+    (judged,) = predictions(found, [recording])
+    simulated = replace(recording, angle_deg=judged.predicted_deg)
+    exact = replace(
+        found.ladder[-1], train_rmse_deg=0.0, validation_rmse_deg=0.0, held_out_rmse_deg=0.0
     )
-    _, page = written(tmp_path / "report.html", perfect, [recording])
+    ladder = Table((found.ladder[0], exact))
+    perfect = replace(found, noise_deg=0.0, floor_deg=0.0, tolerance_deg=0.0, ladder=ladder)
+    _, page = written(tmp_path / "report.html", perfect, [simulated])
     assert "0°" in page.text
 
 
 def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
-    (one,) = compared.judged
-    calm = replace(one, predicted_deg=one.recording.angle_deg)
-    twice = replace(compared, judged=(calm, one))
-    assert Story.of(twice, [recording, recording]).worst == 1
-    _, page = written(tmp_path / "report.html", twice, [recording, recording])
+    (one,) = judge(compared.actuator, [recording])
+    calm = replace(recording, angle_deg=one.predicted_deg)
+    twice = compare(compared.actuator, [calm, recording])
+    assert Story.of(twice, [calm, recording], catalogue()).worst == 1
+    _, page = written(tmp_path / "report.html", twice, [calm, recording])
     assert {"angle-0-figure_1", "angle-1-figure_1", "angle-1-close-figure_1"} <= set(page.ids)
 
 
@@ -319,10 +324,9 @@ def test_the_frame_shows_where_the_model_is_off(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
     film = filmed(recording, tmp_path)
-    result = with_recording(found, film)
-    text, page = written(tmp_path / "report.html", result, [film])
+    text, page = written(tmp_path / "report.html", found, [film])
     assert "picture" in page.ids
-    error = found.ladder[0].trial.judged[0].error_deg
+    error = predictions(found, [film], 0)[0].error_deg
     worst = int(np.argmax(np.abs(error)))
     assert f"frame {worst} of" in page.text
     assert f"off by {degrees(abs(error[worst]))}" in page.text

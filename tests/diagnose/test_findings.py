@@ -11,7 +11,10 @@ import pytest
 from scipy.signal import freqz, lfilter
 
 from servosight.diagnose.residuals import (
+    FIT,
+    TEST,
     Finding,
+    Judged,
     findings,
     held_out_samples,
     independence,
@@ -25,8 +28,7 @@ from servosight.diagnose.residuals import (
     whiteness,
 )
 from servosight.diagnose.residuals._events import rests, turning_points
-from servosight.diagnose.selection import Judged
-from servosight.diagnose.selection._trial import training_masks
+from servosight.diagnose.selection import Split
 from servosight.models.core import Array, Recording
 from servosight.models.excitation import Excitation, Limits, chirp, design
 
@@ -65,7 +67,7 @@ def case(
     noise = np.random.default_rng(seed).normal(0.0, noise_deg, time_s.size)
     measured = angle + error(time_s, angle) + noise
     recording = Recording("made", excitation.time_s, excitation.command_deg, time_s, measured)
-    return Judged(recording, angle, training_masks(recording)[0])
+    return Judged(recording, angle, Split.of([recording]).uses[0])
 
 
 def direction(t: Array, y: Array) -> Array:
@@ -123,7 +125,7 @@ def test_the_autocorrelation_is_the_process_own() -> None:
     one = replace(
         judged,
         recording=replace(recording, angle_deg=coloured),
-        training=np.zeros(recording.time_s.size, dtype=bool),
+        uses=np.full(recording.time_s.size, TEST, dtype=np.int8),
     )
     found = whiteness(held_out_samples([one]))
     # Bartlett: the standard error of these is below sqrt((1 + 0.64) / (1 - 0.64) / 2400) = 0.044.
@@ -141,7 +143,7 @@ def test_the_band_of_independence_holds_what_it_says() -> None:
         one = replace(
             judged,
             recording=replace(recording, angle_deg=coloured),
-            training=np.zeros(recording.time_s.size, dtype=bool),
+            uses=np.full(recording.time_s.size, TEST, dtype=np.int8),
         )
         found = independence(held_out_samples([one]))
         inside.append(np.mean(np.abs(found.value) < quantile(0.95) * found.sigma))
@@ -166,11 +168,11 @@ def test_a_late_answer_to_a_chirp_is_linear() -> None:
     assert "linearity" not in found_in(judged)
 
 
-def test_friction_trails_at_any_speed() -> None:
+def test_friction_lags_at_any_speed() -> None:
     """Behind by 0.3 deg whichever way it moves: share and size come from the error itself."""
     judged = case(lambda t, y: -0.3 * direction(t, y))
     found = found_in(judged)
-    assert "trails the model by 0.3 deg, at any speed" in found["speed"].sentence
+    assert "lags the model by 0.3 deg, at any speed" in found["speed"].sentence
     assert found["speed"].size_deg == pytest.approx(0.3, abs=0.05)
     assert "linearity" in found
     assert found["speed"].p < 1e-6
@@ -178,7 +180,7 @@ def test_friction_trails_at_any_speed() -> None:
 
 def test_lag_that_grows_with_speed() -> None:
     found = found_in(case(lambda t, y: -0.01 * np.gradient(y, t)))
-    assert "moving fast, it trails" in found["speed"].sentence
+    assert "moving fast, it lags" in found["speed"].sentence
     assert "grows with speed" in found["motion"].sentence
 
 
@@ -238,8 +240,8 @@ def test_reversals_are_picked_out() -> None:
     assert found is not None
     assert found.after_deg == pytest.approx(-0.4, abs=4.0 * NOISE_DEG)
     said = found_in(judged)
-    assert "hangs back" in said["reversal"].sentence or "beyond" in said["reversal"].sentence
-    assert "turns round" in said["motion"].sentence
+    assert "lags" in said["reversal"].sentence or "beyond" in said["reversal"].sentence
+    assert "at reversals" in said["motion"].sentence
     assert (
         "does not grow with speed" in said["motion"].sentence
         or "low speed" in said["motion"].sentence
@@ -318,21 +320,21 @@ def test_uneven_and_missing_samples() -> None:
     times = np.arange(0.0, 20.0, 1.0 / RATE_HZ) + rng.uniform(-0.002, 0.002, 2400)
     times = times[(rng.uniform(size=2400) > 0.2) & ((times < 11.0) | (times > 14.0))]
     found = found_in(case(lambda t, y: -0.3 * direction(t, y), times=times))
-    assert "trails the model by 0.3 deg" in found["speed"].sentence
+    assert "lags the model by 0.3 deg" in found["speed"].sentence
     assert findings([case(times=times)], NOISE_DEG, NOISE_DEG) == ()
 
 
 def test_only_held_out_samples_are_judged() -> None:
     judged = case()
-    spoilt = judged.recording.angle_deg + 5.0 * judged.training
+    spoilt = judged.recording.angle_deg + 5.0 * judged.fitted
     recording = replace(judged.recording, angle_deg=spoilt)
     (one,) = held_out_samples([replace(judged, recording=recording)])
-    assert np.array_equal(one.scored, ~judged.training)
+    assert np.array_equal(one.scored, ~judged.fitted)
     assert linear_share([one]) < 0.05
     assert whiteness([one]).p > 1e-3
     # A recording that was fitted as a whole does not count beside one that was not.
-    seen = replace(judged, training=np.ones_like(judged.training))
-    fresh = replace(judged, training=np.zeros_like(judged.training))
+    seen = replace(judged, uses=np.full_like(judged.uses, FIT))
+    fresh = replace(judged, uses=np.full_like(judged.uses, TEST))
     assert len(held_out_samples([seen, fresh])) == 1
 
 

@@ -26,13 +26,11 @@ SAME = {"cogging": "sensor_nonlinearity", "sensor_nonlinearity": "cogging"}
 def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float]) -> None:
     """Named exactly, at the floor, with the twin's parameters."""
     last = found.ladder[-1]
-    print(
-        f"{found.effects}: held out {last.trial.held_out_rmse_deg:.4f}, floor {found.floor_deg:.4f}"
-    )
+    print(f"{found.effects}: held out {last.held_out_rmse_deg:.4f}, floor {found.floor_deg:.4f}")
     assert set(found.effects) == effects
     assert len(found.effects) == len(effects)
     assert found.verdict == "explained"
-    assert 0.9 * NOISE_DEG < last.trial.held_out_rmse_deg <= 1.10 * found.floor_deg
+    assert 0.9 * NOISE_DEG < last.held_out_rmse_deg <= 1.10 * found.floor_deg
     for name, value in truth.items():
         if name == "bias":
             continue
@@ -46,7 +44,7 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
 def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
     recording, truth = twin(name)
     found = diagnose([recording], catalogue=catalogue(), auto=True)
-    linear = found.ladder[0].trial.held_out_rmse_deg
+    linear = found.ladder[0].held_out_rmse_deg
     assert linear > 5.0 * found.floor_deg, "the effect does not show"
     best = found.candidates[0]
     # First in the ranking too, and the model that comes out carries it.
@@ -57,7 +55,7 @@ def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
         assert_explained(found, {name}, truth)
     if best.confounded_with:
         assert found.proposal is not None
-    json.dumps(found.to_json(), allow_nan=False)
+    json.dumps(found.to_dict(), allow_nan=False)
 
 
 @pytest.mark.parametrize("name", ["backlash", "torque_saturation", "coulomb_friction"])
@@ -95,6 +93,6 @@ def test_two_effects_are_both_named(twin: Any) -> None:
     recording, truth = twin("backlash", "torque_saturation")
     found = diagnose([recording], catalogue=catalogue(), auto=True)
     assert len(found.ladder) >= 3
-    errors = [step.trial.held_out_rmse_deg for step in found.ladder]
+    errors = [step.held_out_rmse_deg for step in found.ladder]
     assert errors == sorted(errors, reverse=True)
     assert_explained(found, {"backlash", "torque_saturation"}, truth)

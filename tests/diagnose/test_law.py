@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.discrepancy import Law, find_law
-from servosight.diagnose.discrepancy._disturbance import Loop
-from servosight.diagnose.discrepancy._matching_pursuit import FORMS
-from servosight.diagnose.selection import Bar, Laboratory
+from servosight.diagnose.discrepancy._disturbance import DisturbanceEstimator
+from servosight.diagnose.discrepancy._matching_pursuit import TERMS
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.core import Camera, Recording
@@ -40,10 +40,11 @@ def recorded(truth: str, name: str, *values: tuple[str, float]) -> Recording:
 
 def law_of(recording: Recording) -> Law | None:
     """The law on top of the linear model, as if the catalogue were empty."""
-    laboratory = Laboratory((recording,), (), catalogue())
+    models = ModelSelection(Split.of([recording]), catalogue())
     tolerance = TOLERANCE_SHARE * recording.moved_range_deg
-    bar = Bar(floor_deg([recording], NOISE_DEG, tolerance), tolerance)
-    return find_law(laboratory, [laboratory.linear()], bar, NOISE_DEG)
+    criterion = AcceptanceCriterion(floor_deg([recording], NOISE_DEG, tolerance), tolerance)
+    found = find_law(models, [models.linear()], criterion, NOISE_DEG)
+    return None if found is None else Law.of(found, criterion.floor_deg, NOISE_DEG)
 
 
 @pytest.mark.parametrize(
@@ -65,10 +66,10 @@ def test_names_the_form_of_what_was_hidden(
     """On physics that is neither the fitted equation nor its numerics; held out."""
     law = law_of(recorded(truth, name, *values.items()))
     assert law is not None
-    assert form in [term.effect.id for term in law.terms]
+    assert form in [term.form for term in law.terms]
     assert len(law.terms) <= 2
     assert law.closed >= CLOSED
-    assert FORMS[form].words in law.sentence
+    assert TERMS[form].words in law.sentence
 
 
 def test_numbers_of_the_law_are_those_of_the_truth() -> None:
@@ -89,11 +90,11 @@ def test_no_law_where_there_is_none() -> None:
 def test_missing_torque_is_the_one_that_was_applied() -> None:
     """Read along the motion, within four of its own standard deviations and rms within 1.5."""
     recording = recorded("fixed steps", "vibration", ("amplitude", 1.0), ("frequency", 2.7))
-    laboratory = Laboratory((recording,), (), catalogue())
-    loop = Loop.of(laboratory.linear(), 0, NOISE_DEG)
-    torque, sigma = loop.torque()
+    models = ModelSelection(Split.of([recording]), catalogue())
+    estimator = DisturbanceEstimator.of(models.linear(), 0, NOISE_DEG)
+    torque, sigma = estimator.torque()
     # hidden_plant starts its tone with the first instant of the command.
-    time_s = recording.time_s[0] + loop.motion.time_s
+    time_s = recording.time_s[0] + estimator.motion.time_s
     truth = np.sin(2.0 * np.pi * 2.7 * time_s)
     # What k, T, xi and bias took of the tone in the linear fit is gone from the residual.
     error = torque - truth
@@ -107,9 +108,9 @@ def test_draft_is_an_effect_that_fits(tmp_path: Path) -> None:
     law = law_of(recorded("fixed steps", "vibration", ("amplitude", 1.0), ("frequency", 2.7)))
     assert law is not None
     path = tmp_path / "found.py"
-    path.write_text(law.draft(), encoding="utf-8")
+    path.write_text(law.draft, encoding="utf-8")
     effects = catalogue([path])
-    drafted, form = effects["found_time_wave"], FORMS["time_wave"].effect
+    drafted, form = effects["found_time_wave"], TERMS["time_wave"].effect
     assert drafted.parameters[0] == form.parameters[0]
     assert drafted.equation == form.equation
     assert drafted.term is not None
@@ -118,15 +119,15 @@ def test_draft_is_an_effect_that_fits(tmp_path: Path) -> None:
     assert drafted.term(*point) == form.term(*point)
 
 
-@pytest.mark.parametrize("name", FORMS)
+@pytest.mark.parametrize("name", TERMS)
 def test_every_form_can_be_drafted(name: str, tmp_path: Path) -> None:
     """Whatever a law consists of, its file loads, and a fit can start from it."""
-    from servosight.diagnose.discrepancy._plugin_codegen import draft
+    from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 
-    effect = FORMS[name].effect
+    effect = TERMS[name].effect
     values = {f"{name}.{parameter.name}": 0.5 for parameter in effect.parameters}
     path = tmp_path / "found.py"
-    path.write_text(draft([effect], values, "A law."), encoding="utf-8")
+    path.write_text(plugin_source([effect], values, "A law."), encoding="utf-8")
     drafted = catalogue([path])[f"found_{name}"]
     assert drafted.place is effect.place
     assert [q.name for q in drafted.parameters] == [q.name for q in effect.parameters]

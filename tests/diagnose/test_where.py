@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose.residuals import shares, worst_windows
+from servosight.diagnose.residuals import Judged, shares, worst_windows
 from servosight.diagnose.residuals._where import Motion, classify, command_at
-from servosight.diagnose.selection import Judged
 from servosight.models.core import Array, Recording
 
 Shape = Callable[[Array], Array]
@@ -24,7 +23,7 @@ def case(command: Shape, error: Shape, duration_s: float = 6.0) -> Judged:
     time_s = np.arange(0.0, duration_s, 1 / RATE_HZ)
     predicted = command(time_s)
     recording = Recording("case", rows, command(rows), time_s, predicted + error(time_s))
-    return Judged(recording, predicted, np.ones(time_s.size, dtype=bool))
+    return Judged(recording, predicted, np.zeros(time_s.size, dtype=np.int8))
 
 
 def triangle(t: Array) -> Array:

@@ -330,5 +330,5 @@ def test_it_is_named_when_left_out(name: str, reference: Any) -> None:
     assert found.effects == (name,)
     assert found.verdict == "explained"
     last = found.ladder[-1]
-    assert last.trial.held_out_rmse_deg <= 1.10 * found.floor_deg
+    assert last.held_out_rmse_deg <= 1.10 * found.floor_deg
     assert_recovered(name, dict(last.parameters))

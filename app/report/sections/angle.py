@@ -21,6 +21,7 @@ from servosight.app.report.figure import (
 )
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
+from servosight.diagnose.residuals import TEST
 from servosight.models.core import Array, degrees
 
 MOST_RECORDINGS = 4
@@ -65,8 +66,9 @@ def section(story: Story) -> Section:
 
 def _held_out(story: Story, number: int) -> NDArray[np.bool_]:
     """The samples held out; none where that would be all of them."""
-    training = story.before.judged[number].training
-    return np.asarray(~training if training.any() else np.zeros_like(training))
+    one = story.before.judged[number]
+    split = np.unique(one.uses).size > 1
+    return np.asarray(one.uses == TEST if split else np.zeros(one.uses.size, dtype=bool))
 
 
 def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Markup:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story, catalogue_of, listed
-from servosight.diagnose import Candidate, Diagnosis
-from servosight.diagnose.selection import MIN_EVIDENCE
+from servosight.app.report.story import Story
+from servosight.diagnose import Candidate, Diagnosis, listed
+from servosight.diagnose.selection import SelectionPolicy
 
+LEAST_EVIDENCE = SelectionPolicy().min_evidence
 FEWEST_SHOWN = 4
 """So many are shown even where they gain nothing."""
 
@@ -18,14 +19,14 @@ def section(story: Story) -> Section | None:
     result = story.result
     if not isinstance(result, Diagnosis) or not result.candidates:
         return None
-    linear = result.ladder[0].trial.held_out_rmse_deg
+    linear = result.ladder[0].held_out_rmse_deg
     largest = max([1e-300, linear, *(one.held_out_rmse_deg for one in result.candidates)])
     strongest = max([1e-9, *(one.evidence for one in result.candidates)])
-    catalogue = catalogue_of(result)
+    catalogue = story.catalogue
     shown = [
         one
         for place, one in enumerate(result.candidates)
-        if place < FEWEST_SHOWN or one.evidence > MIN_EVIDENCE or one.effect in result.effects
+        if place < FEWEST_SHOWN or one.evidence > LEAST_EVIDENCE or one.effect in result.effects
     ]
     return Section(
         "candidates",
@@ -49,7 +50,7 @@ def section(story: Story) -> Section | None:
             "alternatives": [listed(effects) for effects in result.alternatives],
             "chosen": listed(result.effects or (result.candidates[0].effect,)),
             "groups": [listed(group) for group in groups(result.candidates)],
-            "any_helps": strongest > MIN_EVIDENCE,
+            "any_helps": strongest > LEAST_EVIDENCE,
         },
     )
 

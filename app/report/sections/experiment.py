@@ -9,8 +9,7 @@ from servosight.app.report.figure import AFTER, drawn_twice, thinned
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, spoken
 from servosight.diagnose import Diagnosis
-from servosight.diagnose.experiment import Proposal
-from servosight.diagnose.selection import TIE
+from servosight.diagnose.experiment import DECIDES, Proposal
 
 
 def section(story: Story) -> Section | None:
@@ -25,16 +24,16 @@ def section(story: Story) -> Section | None:
         "experiment",
         "The next experiment",
         {
-            "command": proposal.design.words,
-            "notes": proposal.design.notes,
-            "limits": proposal.limits.words,
+            "command": proposal.command,
+            "notes": proposal.notes,
+            "limits": proposal.limits,
             "decides": proposal.decides,
             "figure": _figure(proposal),
-            "needed": TIE,
+            "needed": DECIDES,
             "tolerance_deg": proposal.tolerance_deg,
             "rows": [
                 {
-                    "pair": " or ".join(map(spoken, (one.first, one.second))),
+                    "pair": " or ".join(map(spoken, one.between)),
                     "difference_deg": one.difference_deg,
                     "noises": one.difference_deg / max(proposal.noise_deg, 1e-12),
                     "log_likelihood": one.log_likelihood,
@@ -57,4 +56,4 @@ def _figure(proposal: Proposal) -> Markup:
         axes.set_xlabel("time [s]")
         axes.set_ylabel("command [deg]")
 
-    return drawn_twice("experiment", 2.2, f"The command: {proposal.design.words}.", paint)
+    return drawn_twice("experiment", 2.2, f"The command: {proposal.command}.", paint)

@@ -12,8 +12,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
-from servosight.diagnose import Diagnosis, Step
-from servosight.diagnose.selection import EXPLAINED
+from servosight.diagnose import Diagnosis, LadderStep
+from servosight.diagnose.residuals import EXPLAINED
 from servosight.models.core import degrees, rounded
 
 LEAST_STEP = 1.2
@@ -33,9 +33,10 @@ def section(story: Story) -> Section | None:
             "rungs": [
                 {
                     "name": named(step),
-                    "train_deg": step.trial.train_rmse_deg,
-                    "held_out_deg": step.trial.held_out_rmse_deg,
-                    "floors": step.trial.held_out_rmse_deg / result.floor_deg,
+                    "train_deg": step.train_rmse_deg,
+                    "validation_deg": step.validation_rmse_deg,
+                    "held_out_deg": step.held_out_rmse_deg,
+                    "floors": step.held_out_rmse_deg / story.floor_deg,
                     "explained": step.explained,
                 }
                 for step in result.ladder
@@ -46,9 +47,9 @@ def section(story: Story) -> Section | None:
     )
 
 
-def named(step: Step) -> str:
+def named(step: LadderStep) -> str:
     """What a rung changed, in words."""
-    added, removed = step.rung.added, step.rung.removed
+    added, removed = step.added, step.removed
     if added is None and removed is None:
         return "linear model"
     if added is None:
@@ -56,8 +57,8 @@ def named(step: Step) -> str:
     return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")
 
 
-def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
-    errors = [max(step.trial.held_out_rmse_deg, LEAST_DEG) for step in ladder]
+def _figure(ladder: Sequence[LadderStep], floor_deg: float) -> Markup:
+    errors = [max(step.held_out_rmse_deg, LEAST_DEG) for step in ladder]
     edges = np.arange(len(errors) + 1) - 0.5
 
     def paint(figure: Figure) -> None:
@@ -93,12 +94,12 @@ def _figure(ladder: Sequence[Step], floor_deg: float) -> Markup:
             )
         axes.set_xticks([])
         axes.grid(axis="x", visible=False)
-        axes.set_ylabel("held-out error, rms [deg]")
+        axes.set_ylabel("error on test data, rms [deg]")
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
         axes.yaxis.set_minor_formatter(NullFormatter())
 
-    alt = "Held-out error on a logarithmic scale: " + ", then ".join(
+    alt = "Error on test data on a logarithmic scale: " + ", then ".join(
         f"{named(step)} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
     )
     return drawn_twice("ladder", 3.4, f"{alt}. The floor is {degrees(floor_deg)}.", paint)

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story, tolerance_deg
+from servosight.app.report.story import Story
 from servosight.diagnose import Diagnosis
-from servosight.diagnose.selection import BLOCK_S, EXPLAINED, HELD_OUT_EVERY, MIN_GAIN, Judged
+from servosight.diagnose.residuals import EXPLAINED, TEST, VALIDATION, Judged
+from servosight.diagnose.selection import BLOCK_S, SelectionPolicy
 from servosight.identify.problem import TOLERANCE_SHARE, noise_deg
 
 
@@ -22,16 +23,13 @@ def section(story: Story) -> Section:
         {
             "rows": [_row(one) for one in story.before.judged],
             "fitted": isinstance(result, Diagnosis),
-            "whole": all(
-                one.training.all() or not one.training.any() for one in story.before.judged
-            ),
+            "whole": all(np.unique(one.uses).size == 1 for one in story.before.judged),
             "noise_deg": story.noise_deg,
             "floor_deg": story.floor_deg,
-            "tolerance_deg": tolerance_deg(story.noise_deg, story.floor_deg),
+            "tolerance_deg": result.tolerance_deg,
             "block_s": BLOCK_S,
-            "every": HELD_OUT_EVERY,
             "allowed": EXPLAINED,
-            "gain": MIN_GAIN,
+            "gain": SelectionPolicy().min_gain,
             "share": TOLERANCE_SHARE,
         },
     )
@@ -48,7 +46,8 @@ def _row(one: Judged) -> dict[str, Any]:
         "range_deg": recording.moved_range_deg,
         "noise_deg": noise_deg(recording),
         "told": recording.sigma_deg is not None,
-        "held_out": float(np.mean(~one.training)),
+        "validation": float(np.mean(one.uses == VALIDATION)),
+        "test": float(np.mean(one.uses == TEST)),
     }
 
 

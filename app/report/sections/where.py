@@ -14,6 +14,8 @@ from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.residuals import (
+    EXPLAINED,
+    Judged,
     Quantity,
     Samples,
     all_samples,
@@ -24,15 +26,14 @@ from servosight.diagnose.residuals import (
     swings,
     turns,
 )
-from servosight.diagnose.selection import EXPLAINED, Judged
 from servosight.models.core import rounded
 
 DOING = {
-    "reversal": "turning round",
-    "standstill": "standing still",
-    "slew": "on its way",
+    "reversal": "reversing",
+    "standstill": "at rest",
+    "slew": "moving steadily",
     "step": "just after a step of the command",
-    "high_frequency": "swinging fast",
+    "high_frequency": "oscillating fast",
 }
 """What the servo was doing, in words."""
 LOOKS = ((BEFORE, "o--"), (AFTER, "s-"))

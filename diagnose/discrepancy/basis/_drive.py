@@ -13,8 +13,8 @@ import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, nameless
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisTerm,
     Extent,
-    Form,
     Motion,
     Point,
     alone,
@@ -96,7 +96,7 @@ def _whole(coefficients: Array, at: Point) -> Point | None:
     return at if coefficients[0] > 0.3 else None
 
 
-COMMAND_LAG = Form(
+COMMAND_LAG = BasisTerm(
     _drive(
         "command_lag",
         "drive = e - share (m - s), time ds/dt = m - s, m = e + a, da/dt = w",
@@ -113,7 +113,7 @@ COMMAND_LAG = Form(
     _late,
     as_found,
 )
-COMMAND_AVERAGE = Form(
+COMMAND_AVERAGE = BasisTerm(
     _drive(
         "command_average",
         "drive = m - a, m + window/2 dm/dt + window^2/12 d2m/dt2 = e + a, da/dt = w",
@@ -172,7 +172,7 @@ def _wound(coefficients: Array, at: Point) -> Point | None:
     return (rate, rate * at[0]) if rate > 0.0 else None
 
 
-DRIVE_INTEGRAL = Form(
+DRIVE_INTEGRAL = BasisTerm(
     _drive(
         "drive_integral",
         "drive = e + s, ds/dt = rate e, |s| <= limit",
@@ -189,7 +189,7 @@ DRIVE_INTEGRAL = Form(
     _integral,
     _wound,
 )
-DRIVE_LAG = Form(
+DRIVE_LAG = BasisTerm(
     _drive(
         "drive_lag",
         "drive = e - share (e - s), time ds/dt = e - s",
@@ -232,7 +232,7 @@ def curve_term(drive: float, w: float, square: float, cube: float) -> float:
     return drive + square * drive * abs(drive) + cube * drive * drive * drive
 
 
-GAIN_DRIFT = Form(
+GAIN_DRIFT = BasisTerm(
     _drive(
         "gain_drift",
         "drive = e - share s (e + a), time ds/dt = 1 - s, da/dt = w",
@@ -246,7 +246,7 @@ GAIN_DRIFT = Form(
     lambda motion, time: (warmth(motion, time) * (motion.force_deg - motion.force_deg[0]))[None, :],
     as_found,
 )
-DRIVE_DRIFT = Form(
+DRIVE_DRIFT = BasisTerm(
     _drive(
         "drive_drift",
         "drive = e (1 - share s), time ds/dt = 1 - s",
@@ -260,7 +260,7 @@ DRIVE_DRIFT = Form(
     lambda motion, time: (warmth(motion, time) * motion.drive_deg)[None, :],
     as_found,
 )
-DRIVE_CURVE = Form(
+DRIVE_CURVE = BasisTerm(
     _drive(
         "drive_curve",
         "drive = e + square e |e| + cube e^3",

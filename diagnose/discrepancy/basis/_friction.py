@@ -10,8 +10,8 @@ import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, nameless
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisTerm,
     Extent,
-    Form,
     Motion,
     Point,
     alone,
@@ -64,7 +64,7 @@ def pressed_term(rate: float, drive: float, load: float, ratio: float) -> float:
     return ratio * abs(drive)
 
 
-LEVEL = Form(
+LEVEL = BasisTerm(
     _friction(
         "dry_friction",
         "friction = level sign(w)",
@@ -76,7 +76,7 @@ LEVEL = Form(
     lambda motion: motion.sign[None, :],
     if_positive,
 )
-REST = Form(
+REST = BasisTerm(
     _friction(
         "rest_friction",
         "friction = excess exp(-(w / speed)^2) sign(w)",
@@ -92,7 +92,7 @@ REST = Form(
     lambda motion, speed: (motion.sign * np.exp(-((motion.speed_deg_s / speed) ** 2)))[None, :],
     if_positive,
 )
-DRAG = Form(
+DRAG = BasisTerm(
     _friction(
         "speed_drag",
         "friction = square w^2 sign(w)",
@@ -105,7 +105,7 @@ DRAG = Form(
     lambda motion: (motion.speed_deg_s * np.abs(motion.speed_deg_s))[None, :],
     if_positive,
 )
-PRESSED = Form(
+PRESSED = BasisTerm(
     _friction(
         "drive_friction",
         "friction = ratio |drive| sign(w)",
@@ -207,7 +207,7 @@ def _leaning(motion: Motion) -> Array:
     return np.array([np.ones_like(angle), angle, angle**2]) * motion.sign
 
 
-TURN = Form(
+TURN = BasisTerm(
     nameless(
         Place.BRISTLE,
         "wavy_friction",
@@ -227,7 +227,7 @@ TURN = Form(
     _rubbing,
     if_positive,
 )
-SLOPE = Form(
+SLOPE = BasisTerm(
     nameless(
         Place.BRISTLE,
         "angle_friction",

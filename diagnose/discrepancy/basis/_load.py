@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisTerm,
     Extent,
-    Form,
     Motion,
     Point,
     alone,
@@ -39,7 +39,7 @@ def nameless(
     states: int = 0,
     **hooks: Any,
 ) -> Effect:
-    """An effect of a form that nobody has named."""
+    """An effect without a name of its own."""
     return Effect(name, place, parameters, equation, states=states, **_WORDS, **hooks)
 
 
@@ -75,7 +75,7 @@ def cube_resolution(T: float, theta: float, cube: float) -> float:
     return max(0.4 * T / math.sqrt(1.0 + 3.0 * abs(cube) * theta * theta), 0.01 * T)
 
 
-ANGLE_SQUARE = Form(
+ANGLE_SQUARE = BasisTerm(
     load(
         "angle_square",
         "load = square theta^2",
@@ -87,7 +87,7 @@ ANGLE_SQUARE = Form(
     lambda motion: motion.angle_deg[None, :] ** 2,
     as_found,
 )
-ANGLE_CUBE = Form(
+ANGLE_CUBE = BasisTerm(
     load(
         "angle_cube",
         "load = cube theta^3",
@@ -179,14 +179,14 @@ def _beyond(motion: Motion, side: float, angle: float) -> Array:
     return np.array([deep * touching, motion.speed_deg_s * touching])
 
 
-UPPER_STOP = Form(
+UPPER_STOP = BasisTerm(
     _stop("upper_stop", "above", upper_term, upper_resolution),
     "beyond an angle, on the positive side",
     _stops,
     lambda motion, angle: _beyond(motion, 1.0, angle),
     _touched,
 )
-LOWER_STOP = Form(
+LOWER_STOP = BasisTerm(
     _stop("lower_stop", "below", lower_term, lower_resolution),
     "beyond an angle, on the negative side",
     _stops,
@@ -226,7 +226,7 @@ def _angle_waves(motion: Motion, period: float) -> Array:
     return np.array([np.sin(turn) * slow, np.cos(turn) * slow])
 
 
-ANGLE_WAVE = Form(
+ANGLE_WAVE = BasisTerm(
     load(
         "angle_wave",
         "load = sine sin(2 pi theta / period) + cosine cos(2 pi theta / period)",
@@ -256,7 +256,7 @@ def bent_term(theta: float, w: float, slope: float, square: float) -> float:
     return (slope * theta + square * theta * theta) * w
 
 
-SPEED_SQUARE = Form(
+SPEED_SQUARE = BasisTerm(
     load(
         "speed_square",
         "load = square w^2",
@@ -268,7 +268,7 @@ SPEED_SQUARE = Form(
     lambda motion: motion.speed_deg_s[None, :] ** 2,
     as_found,
 )
-ANGLE_DAMPING = Form(
+ANGLE_DAMPING = BasisTerm(
     load(
         "angle_damping",
         "load = (slope theta + square theta^2) w",

@@ -69,7 +69,7 @@ class Extent:
 
 
 @dataclass(frozen=True)
-class Form:
+class BasisTerm:
     """A term of a law.
 
     ``shapes(motion, *at)`` are the torques [deg], (coefficients, instants), that oppose positive
@@ -86,7 +86,7 @@ class Form:
 
 
 def alone(extent: Extent) -> Sequence[Point]:
-    """The grid of a form that is linear in all its parameters."""
+    """The grid of a term that is linear in all its parameters."""
     return ((),)
 
 
@@ -106,5 +106,5 @@ def times(low: float, high: float, count: int = 10) -> list[Point]:
 
 
 def unread(cues: Cues) -> tuple[Point, ...]:
-    """A form has no guesses of its own: it starts where its coefficients were found."""
+    """A term has no guesses of its own: it starts where its coefficients were found."""
     return ()

@@ -8,7 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, load
-from servosight.diagnose.discrepancy.basis._term import Extent, Form, Motion, Point, as_found, times
+from servosight.diagnose.discrepancy.basis._term import (
+    BasisTerm,
+    Extent,
+    Motion,
+    Point,
+    as_found,
+    times,
+)
 from servosight.models.core import Array, Parameter
 
 # Waves
@@ -38,7 +45,7 @@ def _time_waves(motion: Motion, frequency: float) -> Array:
     return np.array([np.sin(turn), np.cos(turn)])
 
 
-TIME_WAVE = Form(
+TIME_WAVE = BasisTerm(
     load(
         "time_wave",
         "load = sine sin(2 pi frequency t) + cosine cos(2 pi frequency t), dt/dt = 1",
@@ -97,7 +104,7 @@ def warmth(motion: Motion, time_s: float) -> Array:
 
 TIME = Parameter("time", "s", 0.02, 1000.0, None, "time in which it comes")
 
-TIME_DRIFT = Form(
+TIME_DRIFT = BasisTerm(
     load(
         "time_drift",
         "load = size s, time ds/dt = 1 - s",
@@ -111,7 +118,7 @@ TIME_DRIFT = Form(
     lambda motion, time: warmth(motion, time)[None, :],
     as_found,
 )
-ANGLE_DRIFT = Form(
+ANGLE_DRIFT = BasisTerm(
     load(
         "angle_drift",
         "load = share s theta, time ds/dt = 1 - s",

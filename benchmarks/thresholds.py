@@ -1,0 +1,188 @@
+"""How each threshold of the selection moves names, false alarms and error.
+
+    python benchmarks/thresholds.py --facts out/hidden/results.jsonl --trials 12
+
+Trials of the hidden-effect benchmark whose facts a results file holds are diagnosed with the
+thresholds of docs/diagnosis.md, then with one of them changed at a time. What was fitted once is
+not fitted again: only decisions change. Prints a table; docs/measured/thresholds.md keeps one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from servosight.diagnose.residuals import held_out_rms
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    ModelSelection,
+    SelectionPolicy,
+    Split,
+    StepwiseSelector,
+    Trial,
+)
+from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+from servosight.scenarios.hidden_draw import propose
+
+ROWS = ("single", "weak", "nothing", "pair")
+CHANGES: Mapping[str, tuple[float, ...]] = {
+    "min_gain": (0.01, 0.15),
+    "min_share": (0.1, 0.6),
+    "min_removed": (0.3, 1.0),
+    "min_evidence": (3.0, 30.0),
+    "explained": (1.03, 1.3),
+    "chance": (0.001, 0.1),
+    "nested": (0.0, 10.0),
+    "visible": (0.0, 1.0),
+    "worse": (1.0, 1.2),
+    "far": (1.5, 6.0),
+    "most": (0.7, 0.98),
+    "max_steps": (2, 10),
+}
+"""Values on either side of each threshold; ``tie`` and ``undecided`` decide no model."""
+
+
+@dataclass(frozen=True)
+class Remembered(ModelSelection):
+    """Fits each model once, whatever asks for it."""
+
+    known: dict[tuple[Any, ...], Trial] = field(default_factory=dict, compare=False)
+    kept: list[tuple[Any, ...]] = field(default_factory=list, compare=False)
+
+    def _once(self, make: Callable[..., Trial], *asked: Any) -> Trial:
+        key = (make.__name__, *(id(one) if isinstance(one, Trial) else one for one in asked))
+        if key not in self.known:
+            self.known[key] = make(*asked)
+            self.kept.append(asked)  # their identities are keys: none may be freed
+        return self.known[key]
+
+    def sketched(self, base: Trial, name: str) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().sketched, base, name)
+
+    def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().extended, base, name, sketch)
+
+    def finished(self, trial: Trial) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().finished, trial)
+
+    def searched(self, base: Trial, trial: Trial, name: str) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().searched, base, trial, name)
+
+    def reduced(self, base: Trial, without: str) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().reduced, base, without)
+
+    def swapped(self, base: Trial, name: str, other: str) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().swapped, base, name, other)
+
+    def without(self, base: Trial, name: str) -> Trial:
+        """See ModelSelection."""
+        return self._once(super().without, base, name)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a diagnosis of one trial came to."""
+
+    right: bool
+    false_alarm: bool
+    over_floor: float
+
+
+@dataclass(frozen=True)
+class Case:
+    """A trial's recording, what is hidden in it, and its fits."""
+
+    row: str
+    hidden: frozenset[str]
+    floor_deg: float
+    tolerance_deg: float
+    splits: tuple[Remembered, Remembered]
+
+    @classmethod
+    def of(cls, row: str, hidden: Sequence[str], recording: Recording) -> Case:
+        """A trial before any fit."""
+        tolerance = TOLERANCE_SHARE * recording.moved_range_deg
+        floor = math.hypot(joint_noise_deg((recording,)), tolerance)
+        splits = (
+            Remembered(Split.of((recording,)), catalogue()),
+            Remembered(Split.of((recording,), choice=1), catalogue()),
+        )
+        return cls(row, frozenset(hidden), floor, tolerance, splits)
+
+    def outcome(self, policy: SelectionPolicy) -> Outcome:
+        """Select with ``policy``, as ``diagnose --auto`` does."""
+        criterion = AcceptanceCriterion(self.floor_deg, self.tolerance_deg, policy)
+        models, other = self.splits
+        score = models.linear().score
+        if criterion.settled(score) and not criterion.explained(score):
+            models = other
+        last = StepwiseSelector(models, criterion).select().steps[-1].trial
+        error = held_out_rms(models.tested(last))
+        named = frozenset(last.effects)
+        return Outcome(named == self.hidden, bool(named - self.hidden), error / self.floor_deg)
+
+
+def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[Case]:
+    """The first trials of each row in a results file that these sources would draw again."""
+    left = dict.fromkeys(rows, trials)
+    for text in facts.read_text(encoding="utf-8").splitlines():
+        line = json.loads(text)
+        row, seed, known = line["row"], line["seed"], line["facts"]
+        if not left.get(row):
+            continue
+        setup = propose(row, seed, known["attempt"])
+        if list(setup.effects) != list(known["hidden"]):
+            continue
+        left[row] -= 1
+        yield Case.of(row, list(setup.effects), setup.record(known["noise_deg"]))
+
+
+def described(outcomes: Sequence[Outcome]) -> str:
+    """Named, false alarms, and rms of the test error over the floor."""
+    count = len(outcomes)
+    over = math.sqrt(sum(one.over_floor**2 for one in outcomes) / count)
+    named = sum(one.right for one in outcomes)
+    alarms = sum(one.false_alarm for one in outcomes)
+    return f"{named} of {count} | {alarms} of {count} | {over:.3f}"
+
+
+def main() -> None:
+    """Print the table, a line for each change."""
+    parser = argparse.ArgumentParser(description="Move each threshold of the selection.")
+    parser.add_argument("--facts", type=Path, required=True, help="a results file of make hidden")
+    parser.add_argument("--rows", default=",".join(ROWS))
+    parser.add_argument("--trials", type=int, default=12, help="trials a row")
+    args = parser.parse_args()
+    found = list(cases(args.facts, args.rows.split(","), args.trials))
+    usual = SelectionPolicy()
+    policies = {"as documented": usual} | {
+        f"{name} = {value:g} (not {getattr(usual, name):.3g})": replace(usual, **{name: value})
+        for name, values in CHANGES.items()
+        for value in values
+    }
+    outcomes: dict[str, list[Outcome]] = {name: [] for name in policies}
+    for place, case in enumerate(found):
+        for name, policy in policies.items():
+            outcomes[name].append(case.outcome(policy))
+        print(f"<!-- {place + 1} of {len(found)} -->", flush=True)
+    print("| thresholds | exactly what is hidden | something that is not | test error / floor |")
+    print("| --- | --- | --- | --- |")
+    for name, some in outcomes.items():
+        print(f"| {name} | {described(some)} |")
+
+
+if __name__ == "__main__":
+    main()

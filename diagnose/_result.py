@@ -1,0 +1,128 @@
+"""What a diagnosis finds, as plain values: the JSON, and all that terminal and report show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import ClassVar
+
+from servosight.diagnose.discrepancy import Law
+from servosight.diagnose.experiment import Proposal
+from servosight.diagnose.residuals import Finding, Window
+from servosight.diagnose.selection import OwnValues
+from servosight.models.core import Actuator, Estimate, Result, Table
+
+
+class Verdict(StrEnum):
+    """What a diagnosis concludes.
+
+    ``NO_EFFECT_MISSING``: the linear model is at the floor. ``EXPLAINED``: with the effects named
+    the model is. ``UNEXPLAINED``: something remains that no catalogued effect accounts for.
+    """
+
+    NO_EFFECT_MISSING = "no_effect_missing"
+    EXPLAINED = "explained"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LadderStep:
+    """One model of the ladder.
+
+    Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
+    chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
+    error is at most 1.10 times the floor. ``own`` has a line for each recording.
+    """
+
+    added: str | None
+    removed: str | None
+    effects: tuple[str, ...]
+    train_rmse_deg: float
+    validation_rmse_deg: float
+    held_out_rmse_deg: float
+    explained: bool
+    parameters: Mapping[str, Estimate | tuple[Estimate, ...]]
+    own: tuple[OwnValues, ...]
+    warnings: tuple[str, ...] = ()
+
+    def value(self, name: str) -> float:
+        """A parameter's value; the first recording's where each has its own. KeyError if none."""
+        found = self.parameters[name]
+        return found.value if isinstance(found, Estimate) else found[0].value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One effect tried alone on the linear model; ``evidence`` is its gain in log-likelihood."""
+
+    effect: str
+    validation_rmse_deg: float
+    held_out_rmse_deg: float
+    evidence: float
+    confounded_with: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingUse:
+    """A recording of the diagnosis and the times [s] of its held-out samples.
+
+    ``role`` is "fit", "validation" or "test" where all samples are for that, else "split";
+    ``validation_s`` and ``test_s`` list first and last sample of each stretch.
+    """
+
+    name: str
+    role: str
+    path: Path | None
+    validation_s: tuple[tuple[float, float], ...]
+    test_s: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Diagnosis(Result):
+    """What is missing, how sure that is, where the linear model fails and what adding gains.
+
+    ``floor_deg`` is the smallest error that counts: hypot(``noise_deg``, ``tolerance_deg``).
+    ``findings`` describe the error of the linear model, ``remaining`` that of the last one.
+    """
+
+    TYPE: ClassVar[str] = "diagnosis"
+
+    noise_deg: float
+    tolerance_deg: float
+    floor_deg: float
+    verdict: Verdict
+    headline: str
+    summary: str
+    effects: tuple[str, ...]
+    ladder: Table[LadderStep]
+    candidates: Table[Candidate]
+    where: Table[Window]
+    findings: Table[Finding]
+    remaining: Table[Finding]
+    alternatives: tuple[tuple[str, ...], ...]
+    next_experiment: str
+    proposal: Proposal | None
+    law: Law | None
+    recordings: Table[RecordingUse]
+    warnings: tuple[str, ...]
+    seconds: float
+
+    @property
+    def actuator(self) -> Actuator:
+        """The last model of the ladder."""
+        last = self.ladder[-1]
+        bias = last.parameters["bias"]
+        shown = {n: one for n, one in last.parameters.items() if isinstance(one, Estimate)}
+        first = bias if isinstance(bias, Estimate) else bias[0]
+        fitted = [one.name for one in self.recordings if one.role in ("fit", "split")]
+        return Actuator(
+            {**shown, "bias": first},
+            last.effects,
+            {
+                "fitted_on": fitted,
+                "held_out_rmse_deg": last.held_out_rmse_deg,
+                "method": "diagnose",
+            },
+        )

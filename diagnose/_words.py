@@ -1,0 +1,143 @@
+"""The verdict and what to do next, in words: one place for terminal, report and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from servosight.diagnose._result import Candidate, LadderStep, Verdict
+from servosight.diagnose.discrepancy import Law
+from servosight.diagnose.experiment import Proposal
+from servosight.diagnose.residuals import EXPLAINED
+from servosight.models.core import degrees, times
+
+FAR_BELOW = 0.5
+"""An error below this share of the floor is far below it."""
+HELPS = 0.05
+"""A candidate that lowers the error by less is not worth a word."""
+
+NOTHING_MISSING = "Nothing is missing here; to look further, use a larger and faster command."
+AT_FLOOR = "The model reached the floor: confirm it on a recording with another command."
+TRY_PAIRS = "No single effect earns its place: use --auto, which tries pairs."
+REPEAT = (
+    "Something remains that no catalogued effect accounts for: repeat the recording to see what "
+    "repeats, at half and at double the amplitude to see what scales, and more slowly to see what "
+    "depends on speed."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Levels:
+    """The noise of the measurement, the tolerance, and both together: the floor [deg]."""
+
+    noise_deg: float
+    tolerance_deg: float
+    floor_deg: float
+
+    def words(self, error_deg: float) -> str:
+        """How an error compares with noise, tolerance and floor; the floor is said what it is."""
+        tolerance, noise = degrees(self.tolerance_deg), degrees(self.noise_deg)
+        if error_deg > EXPLAINED * self.floor_deg:
+            return (
+                f"{times(error_deg / max(self.floor_deg, 1e-12))} times the floor of "
+                f"{degrees(self.floor_deg)} (noise {noise} and tolerance {tolerance} together)"
+            )
+        if self.tolerance_deg <= self.noise_deg:
+            return f"no more than the noise of the measurement, {noise}, accounts for"
+        below = "far below" if error_deg < FAR_BELOW * self.floor_deg else "within"
+        return (
+            f"{below} the tolerance of {tolerance} at which the search ends; the noise of the "
+            f"measurement is {noise}"
+        )
+
+
+def listed(effects: Sequence[str]) -> str:
+    """``a``, ``a and b`` or ``a, b and c``, with spaces for underscores.
+
+    >>> listed(["dead_zone", "backlash"])
+    'dead zone and backlash'
+    """
+    words = [effect.replace("_", " ") for effect in effects]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def verdict_words(
+    verdict: Verdict,
+    ladder: Sequence[LadderStep],
+    candidates: Sequence[Candidate],
+    law: Law | None,
+    levels: Levels,
+) -> tuple[str, str]:
+    """Headline, and one sentence or two."""
+    first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
+    effects = ladder[-1].effects
+    named = listed(effects)
+    if verdict is Verdict.NO_EFFECT_MISSING:
+        return (
+            "No effect is missing",
+            f"The linear model predicts the test data to {degrees(first)} rms, "
+            f"{levels.words(first)}.",
+        )
+    fell = f"its rms error on test data falls from {degrees(first)} to {degrees(last)}"
+    if verdict is Verdict.EXPLAINED:
+        return (
+            f"What was missing: {named}",
+            f"The linear model of this servo lacks {named}. With {named} in the model, {fell}, "
+            f"{levels.words(last)}.",
+        )
+    if law is not None:
+        return "Not explained by any known effect, but by a law", _lawful(law, effects, levels)
+    if effects:
+        return (
+            "Not fully explained",
+            f"With {named} added to the linear model, {fell}, still {levels.words(last)}: "
+            f"something remains that no known effect accounts for.",
+        )
+    error = f"The rms error of the linear model on test data is {degrees(first)}"
+    helps = "no single known effect accounts for it"
+    best = candidates[0] if candidates else None
+    if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * first:
+        helps = (
+            f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
+            f"{degrees(best.held_out_rmse_deg)}"
+        )
+    return "The linear model misses something", f"{error}, {levels.words(first)}; {helps}."
+
+
+def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
+    """What was found for what no effect of the catalogue accounts for."""
+    named = f" with {listed(effects)}" if effects else ""
+    terms = ", and ".join(term.words for term in law.terms)
+    return (
+        f"Something remains that no known effect accounts for: a torque that goes {terms}. With "
+        f"this law the error of the model{named} on test data falls from "
+        f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
+        f"{100.0 * min(law.closed, 1.0):.0f} % of the gap to the floor of "
+        f"{degrees(levels.floor_deg)}."
+    )
+
+
+def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple[str, str]:
+    """Headline and one sentence for a given model on recordings."""
+    return (
+        "The model holds" if explained else "The model misses something",
+        f"On these recordings the rms error of the model is {degrees(error_deg)}, "
+        f"{levels.words(error_deg)}.",
+    )
+
+
+def next_experiment(
+    verdict: Verdict, proposal: Proposal | None, candidate: str | None, auto: bool
+) -> str:
+    """What to do next; ``candidate``: the best effect, where it earns its place alone."""
+    if verdict is Verdict.NO_EFFECT_MISSING:
+        return NOTHING_MISSING
+    if proposal is not None:
+        return proposal.sentence
+    if verdict is Verdict.EXPLAINED:
+        return AT_FLOOR
+    if auto:
+        return REPEAT
+    if candidate is None:
+        return TRY_PAIRS
+    return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."

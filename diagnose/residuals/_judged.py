@@ -1,0 +1,77 @@
+"""A model's prediction beside a recording, and what each sample is used for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Mask, Recording
+
+FIT, VALIDATION, TEST = 0, 1, 2
+"""Uses of a sample: the parameters are fitted to it, the effects are chosen by it, or neither."""
+
+Uses = NDArray[np.int8]
+
+EXPLAINED = 1.10
+"""A model explains data where its rms error is within this factor of the floor.
+
+The floor, hypot(noise, tolerance), is the smallest error that counts.
+"""
+
+
+def rms(parts: Sequence[Array]) -> float:
+    """Root mean square of all values; 0 where there are none.
+
+    >>> rms([np.array([3.0]), np.array([4.0])]) == 12.5**0.5
+    True
+    """
+    joined = np.concatenate([np.empty(0), *parts])
+    return float(np.sqrt(np.mean(joined**2))) if joined.size else 0.0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A recording, its prediction by a model [deg] and the samples' uses, (samples,) each."""
+
+    recording: Recording
+    predicted_deg: Array
+    uses: Uses
+
+    @cached_property
+    def error_deg(self) -> Array:
+        """Measured minus predicted angle [deg], (samples,)."""
+        return self.recording.angle_deg - self.predicted_deg
+
+    @property
+    def fitted(self) -> Mask:
+        """True for the samples that the parameters were fitted to, (samples,)."""
+        return np.asarray(self.uses == FIT)
+
+    def errors_of(self, use: int) -> Array:
+        """The errors [deg] of the samples of one use."""
+        return np.asarray(self.error_deg[self.uses == use])
+
+
+def held_out_rms(judged: Sequence[Judged]) -> float:
+    """Rms error [deg] of the test samples; of the validation samples where there is no test.
+
+    Without either, of the fitted ones.
+    """
+    for use in (TEST, VALIDATION):
+        errors = [one.errors_of(use) for one in judged]
+        if sum(part.size for part in errors):
+            return rms(errors)
+    return rms([one.error_deg for one in judged])
+
+
+def held_out_samples_of(judged: Sequence[Judged]) -> int:
+    """How many samples :func:`held_out_rms` is over."""
+    for use in (TEST, VALIDATION):
+        count = sum(int(np.sum(one.uses == use)) for one in judged)
+        if count:
+            return count
+    return sum(one.uses.size for one in judged)

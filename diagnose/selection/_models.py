@@ -1,0 +1,224 @@
+"""Models of some effects, fitted to recordings: the trials that a selection decides between."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.selection._prediction import OwnValues, carried_over, own_point, own_values
+from servosight.diagnose.selection._screen import Screen
+from servosight.diagnose.selection._split import Split
+from servosight.diagnose.selection._trial import Trial
+from servosight.identify.fit import (
+    Fit,
+    first_look,
+    fit_effects,
+    polish,
+    search_effects,
+    sketch_effects,
+)
+from servosight.identify.problem import Problem, linear_start
+from servosight.identify.search import Outcome, half_squares
+from servosight.models.core import CORE, Array, Mask, Recording
+from servosight.models.effects import Effect
+
+LEAST_GAIN = 0.2
+"""No model's k is less than this share of the gain that the recordings show."""
+TRIAL_BUDGET = 150
+"""Simulations after which a fit is looked at; those that lead go on to the end."""
+
+
+@dataclass(frozen=True)
+class ModelSelection:
+    """Recordings, divided for fit, validation and test, and the catalogue to choose from.
+
+    ``trials`` keeps the best trial of each set of effects that was tried, ``wholes`` their fits to
+    the validation samples as well, ``screens`` what was screened behind each fit. No fit and no
+    score sees a test sample.
+    """
+
+    split: Split
+    catalogue: Mapping[str, Effect]
+    trials: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
+    wholes: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
+    screens: dict[tuple[tuple[str, ...], float], Screen] = field(
+        default_factory=dict, compare=False
+    )
+
+    def with_catalogue(self, catalogue: Mapping[str, Effect]) -> ModelSelection:
+        """The same recordings with other effects, and nothing tried."""
+        return replace(self, catalogue=catalogue, trials={}, wholes={}, screens={})
+
+    def with_split(self, split: Split) -> ModelSelection:
+        """The same with the recordings divided otherwise, and nothing tried."""
+        return replace(self, split=split, trials={}, wholes={}, screens={})
+
+    @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """The recordings that are fitted."""
+        return self.split.recordings
+
+    @cached_property
+    def k_bounds(self) -> tuple[float, float]:
+        """Bounds of k for models with effects.
+
+        A weight that falls over, or detents as steep, can cancel the loop's stiffness: k and T then
+        go towards zero together, the gain stays, and what is left bends as no servo does.
+        """
+        fit = self.linear().fit
+        k = fit.problem.values(fit.outcome.point)["k"]
+        moved = np.sqrt(sum(np.var(recording.angle_deg) for recording in self.recordings))
+        asked = np.sqrt(sum(np.var(recording.command_deg) for recording in self.recordings))
+        least = LEAST_GAIN * min(abs(k), float(moved / max(asked, 1e-12)))
+        _, most = CORE[0].search_bounds
+        return (least, most) if k >= 0.0 else (-most, -least)
+
+    def problem(self, effects: Sequence[str]) -> Problem:
+        """The fit of some effects to the training samples."""
+        return self._problem(effects, self.split.masks)
+
+    def _problem(self, effects: Sequence[str], masks: Sequence[Mask] | None) -> Problem:
+        ordered = [name for name in self.catalogue if name in set(effects)]
+        bounds = self.k_bounds if ordered else None
+        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds)
+
+    def linear(self) -> Trial:
+        """The linear model, from which every selection starts."""
+        if () not in self.trials:
+            problem = self.problem(())
+            self.judge(polish(problem, [linear_start(problem)]))
+        return self.trials[()]
+
+    def candidates(self, base: Trial) -> list[str]:
+        """The effects that ``base`` lacks, and that are no special case of one that it has."""
+        covered = {name for own in base.effects for name in self.catalogue[own].contains}
+        return [n for n in self.catalogue if n not in base.effects and n not in covered]
+
+    def with_effect(self, base: Trial, name: str) -> Problem:
+        """The fit of ``base`` and one effect more, which takes the place of what it contains."""
+        kept = [own for own in base.effects if own not in self.catalogue[name].contains]
+        return self.problem((*kept, name))
+
+    def sketched(self, base: Trial, name: str) -> Trial:
+        """``base`` with one effect more, fitted roughly: enough to see where it leads.
+
+        It is judged on the recordings that it was fitted to alone.
+        """
+        fit = sketch_effects(self.with_effect(base, name), base.fit)
+        return Trial(fit.problem.effects, fit, self._seen(fit))
+
+    def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
+        """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
+        fit = None if sketch is None else sketch.fit
+        return self.judge(fit_effects(self.with_effect(base, name), base.fit, fit, TRIAL_BUDGET))
+
+    def finished(self, trial: Trial) -> Trial:
+        """A trial whose budget was spent, fitted to the end."""
+        if not trial.fit.spent:
+            return trial
+        return self.judge(polish(trial.fit.problem, [trial.fit.outcome.point]))
+
+    def searched(self, base: Trial, trial: Trial, name: str) -> Trial:
+        """``trial``, which adds an effect to ``base``, or what many more starts find if better."""
+        fit = search_effects(self.with_effect(base, name), base.fit)
+        return self.judge(fit) if fit.outcome.cost < trial.fit.outcome.cost else trial
+
+    def screen(self, base: Trial) -> Screen:
+        """What each candidate behind ``base`` would change in its error, to first order."""
+        fit = base.fit
+        seen = (base.effects, fit.outcome.cost)
+        if seen not in self.screens:
+            owners: list[str] = []
+            changes = []
+            for name in self.candidates(base):
+                problem = self.with_effect(base, name)
+                changes.append(first_look(problem, fit))
+                owners += [name] * len(changes[-1])
+            joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
+            self.screens[seen] = Screen.of(tuple(owners), joined, fit.residual, fit.jacobian)
+        return self.screens[seen]
+
+    def without(self, base: Trial, name: str) -> Trial:
+        """``base`` less one effect, all else unchanged: not fitted."""
+        problem = self.problem([own for own in base.effects if own != name])
+        known = {
+            (c.name, c.recording): x
+            for c, x in zip(base.fit.problem.coordinates, base.fit.outcome.point, strict=True)
+        }
+        point = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
+        cost = float(half_squares(problem.residuals(point[None, :]))[0])
+        fit = Fit(problem, Outcome(point, cost, 1, "not fitted", np.array([cost]), point[None, :]))
+        return Trial(problem.effects, fit, self._seen(fit))
+
+    def reduced(self, base: Trial, without: str) -> Trial:
+        """``base`` with one effect fewer, fitted anew from the rest's values."""
+        start = self.without(base, without).fit
+        return self.judge(polish(start.problem, [start.outcome.point]))
+
+    def swapped(self, base: Trial, name: str, other: str) -> Trial:
+        """``base`` with one effect in another's place, fitted anew from the rest's values."""
+        left = self.without(base, name)
+        return self.judge(fit_effects(self.with_effect(left, other), left.fit))
+
+    def whole(self, trial: Trial) -> Trial:
+        """A model fitted anew to the fitted and the validation samples of its recordings."""
+        if self.split.carried:
+            return trial
+        known = self.wholes.get(trial.effects)
+        if known is None:
+            problem = self._problem(trial.effects, self.split.untested)
+            fit = polish(problem, [trial.fit.outcome.point])
+            known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
+        return known
+
+    def judge(self, fit: Fit) -> Trial:
+        """Simulate the recordings that fit or validate at the fitted point."""
+        carried = [
+            Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
+            for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
+        ]
+        trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
+        known = self.trials.get(trial.effects)
+        if known is None or trial.fit.outcome.cost < known.fit.outcome.cost:
+            self.trials[trial.effects] = trial
+        return trial
+
+    def tested(self, trial: Trial) -> tuple[Judged, ...]:
+        """A trial's recordings and those for the test alone: for the report, once."""
+        alone = [
+            Judged(recording, self._carried(recording, trial.fit), _every(recording, TEST))
+            for recording in self.split.tested
+        ]
+        return (*trial.judged, *alone)
+
+    def own(self, trial: Trial) -> tuple[OwnValues, ...]:
+        """What each recording of ``tested`` has for itself, in that order."""
+        fit = trial.fit
+        physical = fit.outcome.point[: fit.problem.physical]
+        found = list(own_values(fit.problem, fit.outcome.point))
+        masks = [use == VALIDATION for use in self.split.carried_uses]
+        masks += [np.ones(one.time_s.size, dtype=bool) for one in self.split.tested]
+        for recording, mask in zip((*self.split.carried, *self.split.tested), masks, strict=True):
+            problem = Problem.of([recording], self.catalogue, trial.effects, [mask])
+            found += own_values(problem, own_point(recording, problem, physical))
+        return tuple(found)
+
+    def _carried(self, recording: Recording, fit: Fit, mask: Mask | None = None) -> Array:
+        return carried_over(recording, self.catalogue, fit.problem.effects, fit, mask)
+
+    def _seen(self, fit: Fit) -> tuple[Judged, ...]:
+        angles = fit.problem.predict(fit.outcome.point)
+        return tuple(
+            Judged(recording, predicted[0], uses)
+            for recording, predicted, uses in zip(
+                self.recordings, angles, self.split.uses, strict=True
+            )
+        )
+
+
+def _every(recording: Recording, use: int) -> Uses:
+    return np.full(recording.time_s.size, use, dtype=np.int8)

@@ -1,0 +1,227 @@
+"""Decisions of the model selection: from the scores of fitted models to what is added or removed.
+
+Nothing here fits or simulates. A :class:`Score` is what a fitted model amounts to in numbers; the
+functions of :class:`AcceptanceCriterion` compare scores. All thresholds are in
+:class:`SelectionPolicy`. Test data take no part: no score holds an error on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from scipy.special import chdtri
+
+from servosight.diagnose.residuals import EXPLAINED
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelectionPolicy:
+    """Thresholds of the selection, each with what it is compared with.
+
+    ``min_gain``: an effect must lower the validation rmse by this share. ``min_share``: of the
+    squared validation error above the floor it must remove this share. ``min_removed``: what it
+    removes, as an rms, must be this share of the floor. ``min_evidence``: its gain in
+    log-likelihood, parameters counted, must be this plus the logarithm of how many were tried.
+
+    ``explained``: a model explains data where its rmse is within this factor of the floor.
+    ``chance``: of few samples the rmse may exceed that where noise alone does so in this share of
+    cases. ``tie``: models whose log-likelihoods differ by less cannot be told apart. ``undecided``:
+    models whose evidence differs by less are fitted to validation data too before that is said.
+
+    An effect that contains another must be better by ``nested`` in log-likelihood, remove
+    ``visible`` times the tolerance as an rms, and may raise the validation rmse by the factor
+    ``worse`` at most. Pairs are tried where the rmse exceeds ``far`` times the floor and a model
+    accounts for less than ``most`` of the squared error. ``max_steps`` ends the selection.
+    """
+
+    min_gain: float = 0.05
+    min_share: float = 0.35
+    min_removed: float = 0.6
+    min_evidence: float = 10.0
+    explained: float = EXPLAINED
+    chance: float = 0.01
+    tie: float = 10.0
+    undecided: float = 50.0
+    nested: float = 3.0
+    visible: float = 1.0 / 3.0
+    worse: float = 1.03
+    far: float = 3.0
+    most: float = 0.9
+    max_steps: int = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """A fitted model in numbers.
+
+    ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
+    ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
+    ``parameters`` counts the physical ones.
+    """
+
+    effects: tuple[str, ...]
+    parameters: int
+    samples: int
+    mean_square_deg2: float
+    train_rmse_deg: float
+    validation_rmse_deg: float
+    validation_samples: int
+
+
+@dataclass(frozen=True)
+class AcceptanceCriterion:
+    """What a model must meet on the data at hand.
+
+    ``floor_deg`` is the smallest error that counts, the measurement's noise and the tolerance
+    together; ``tolerance_deg`` is the part of it that no model is asked to be right within.
+
+    >>> criterion = AcceptanceCriterion(0.03, 0.01)
+    >>> small = Score(
+    ...     effects=(), parameters=3, samples=900, mean_square_deg2=0.25, train_rmse_deg=0.5,
+    ...     validation_rmse_deg=0.5, validation_samples=150)
+    >>> large = Score(
+    ...     effects=("backlash",), parameters=4, samples=900, mean_square_deg2=0.0009,
+    ...     train_rmse_deg=0.03, validation_rmse_deg=0.03, validation_samples=150)
+    >>> criterion.earns(large, small, tried=21)
+    True
+    """
+
+    floor_deg: float
+    tolerance_deg: float
+    policy: SelectionPolicy = field(default_factory=SelectionPolicy)
+
+    def value(self, score: Score) -> float:
+        """Log-likelihood with parameters counted (half the negative BIC, Schwarz 1978).
+
+        Errors below the tolerance count for nothing: the tolerance adds to the mean square.
+        """
+        count = score.samples
+        variance = score.mean_square_deg2 + self.tolerance_deg**2
+        size = -0.5 * count * float(np.log(max(variance, 1e-300)))
+        return size - 0.5 * score.parameters * float(np.log(count))
+
+    def evidence(self, score: Score, base: Score) -> float:
+        """How much ``score`` gains on ``base`` in log-likelihood; positive is better."""
+        return self.value(score) - self.value(base)
+
+    def at_floor(self, rmse_deg: float, samples: int) -> bool:
+        """True where an error is within 10 % of the floor, or of few samples within chance.
+
+        The mean square of n samples of noise exceeds chi2(n, 1 - chance) / n floor² by chance only.
+        """
+        chance = float(np.sqrt(chdtri(max(samples, 1), self.policy.chance) / max(samples, 1)))
+        return rmse_deg <= max(self.policy.explained, chance) * self.floor_deg
+
+    def explained(self, score: Score) -> bool:
+        """True where the validation error is at the floor."""
+        return self.at_floor(score.validation_rmse_deg, score.validation_samples)
+
+    def settled(self, score: Score) -> bool:
+        """True where the error of the fitted samples is at the floor."""
+        return score.train_rmse_deg <= self.policy.explained * self.floor_deg
+
+    def done(self, score: Score) -> bool:
+        """True where a model is at the floor on fitted and on validation samples.
+
+        What is missing may show in a few seconds only, all of which were fitted.
+        """
+        return self.explained(score) and self.settled(score)
+
+    def closed(self, score: Score, base: Score) -> float:
+        """Share of the squared validation error above the floor that ``score`` takes off."""
+        before, after = base.validation_rmse_deg**2, score.validation_rmse_deg**2
+        return (before - after) / max(before - self.floor_deg**2, 1e-300)
+
+    def earns(self, score: Score, base: Score, tried: int) -> bool:
+        """True where the gain shows on validation data, in degrees and in evidence.
+
+        A real servo differs from every model a little everywhere, and with thousands of samples
+        any effect then gains significantly: so it must also account for a fair share of what is
+        unexplained. Where the validation samples show nothing amiss, all samples are compared, and
+        the validation error must not grow. ``tried``: among how many it was the best.
+        """
+        after, before = score.validation_rmse_deg, base.validation_rmse_deg
+        if self.explained(base):
+            if after > before:
+                return False
+            after, before = score.mean_square_deg2**0.5, base.mean_square_deg2**0.5
+        gone = before**2 - after**2
+        needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
+        return (
+            after <= (1.0 - self.policy.min_gain) * before
+            and gone >= self.policy.min_share * (before**2 - self.floor_deg**2)
+            and gone >= (self.policy.min_removed * self.floor_deg) ** 2
+            and self.evidence(score, base) >= needed
+        )
+
+    def earns_as_pair(self, both: Score, rivals: Sequence[Score], tried: int) -> bool:
+        """True where two effects together earn their place beside each of ``rivals``.
+
+        These are the model at hand, that with the pair's first effect, and the best single one.
+        """
+        return all(self.earns(both, rival, tried**2) for rival in rivals)
+
+    def beats(self, score: Score, rival: Score) -> bool:
+        """True where a model is better than one built otherwise, also on validation data."""
+        lower = score.validation_rmse_deg < rival.validation_rmse_deg
+        return lower and self.evidence(score, rival) > 0.0
+
+    def worth_its_parameters(self, score: Score, simple: Score) -> bool:
+        """True where an effect that contains another is clearly better than that one.
+
+        On all samples: what parts the two may show in a few of them only.
+        """
+        gone = simple.mean_square_deg2 - score.mean_square_deg2
+        return (
+            self.evidence(score, simple) >= self.policy.nested
+            and gone >= (self.policy.visible * self.tolerance_deg) ** 2
+            and score.validation_rmse_deg <= self.policy.worse * simple.validation_rmse_deg
+        )
+
+    def leaves_much(self, score: Score, linear: Score) -> bool:
+        """True where a model leaves so much that its first effect may be the wrong one."""
+        beyond = score.validation_rmse_deg > self.policy.far * self.floor_deg
+        return beyond and self.closed(score, linear) < self.policy.most
+
+    def wants_pairs(self, reached: Score) -> bool:
+        """True where no effect was found on its own, and something is missing."""
+        return not reached.effects and not self.explained(reached)
+
+    def tied(self, log_likelihood: float) -> bool:
+        """True where a difference in log-likelihood tells no two models apart."""
+        return log_likelihood < self.policy.tie
+
+    def undecided(self, score: Score, rival: Score) -> bool:
+        """True where two models' evidence is close enough to compare them on all samples."""
+        return abs(self.evidence(score, rival)) < self.policy.undecided
+
+    def ranked(self, models: Sequence[T], score: Callable[[T], Score]) -> list[T]:
+        """Best first; of equals the one with fewer parameters."""
+        return sorted(models, key=lambda one: (-self.value(score(one)), score(one).parameters))
+
+    def ordered(
+        self,
+        models: Sequence[T],
+        score: Callable[[T], Score],
+        contains: Callable[[T], Collection[str]],
+        name: Callable[[T], str],
+    ) -> list[T]:
+        """Best first; an effect goes behind one that it contains unless it is clearly better.
+
+        ``name`` gives the effect that a model adds, ``contains`` its special cases.
+        """
+        found = self.ranked(models, score)
+        for model in tuple(found):
+            for simple in tuple(found):
+                ahead = found.index(model) < found.index(simple)
+                if name(simple) not in contains(model) or not ahead:
+                    continue
+                if not self.worth_its_parameters(score(model), score(simple)):
+                    found.remove(model)
+                    found.insert(found.index(simple) + 1, model)
+        return found

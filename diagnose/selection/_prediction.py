@@ -1,0 +1,94 @@
+"""Predictions of recordings that a model was not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.identify.fit import Fit
+from servosight.identify.problem import Problem
+from servosight.identify.search import GaussNewton, drive
+from servosight.models.core import Array, Mask, Recording
+from servosight.models.effects import Effect
+
+OWN_GENERATIONS = 8
+OWN_BUDGET = 600
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnValues:
+    """What a recording has for itself: bias and initial state, found on it."""
+
+    recording: str
+    bias_deg: float
+    initial_angle_deg: float
+    initial_speed_deg_s: float
+
+    @property
+    def values(self) -> tuple[float, float, float]:
+        """In the order of a search point."""
+        return self.bias_deg, self.initial_angle_deg, self.initial_speed_deg_s
+
+
+def own_values(problem: Problem, point: Array) -> tuple[OwnValues, ...]:
+    """Those of a fitted point, one for each recording of its problem."""
+    own = np.reshape(point[problem.physical :], (len(problem.recordings), -1))
+    return tuple(
+        OwnValues(
+            recording=recording.name,
+            bias_deg=float(bias),
+            initial_angle_deg=float(angle),
+            initial_speed_deg_s=float(speed),
+        )
+        for recording, (bias, angle, speed) in zip(problem.recordings, own, strict=True)
+    )
+
+
+def carried_over(
+    recording: Recording,
+    catalogue: Mapping[str, Effect],
+    effects: Sequence[str],
+    fit: Fit,
+    mask: Mask | None = None,
+) -> Array:
+    """Prediction [deg] for another recording with the physical parameters fixed, (samples,).
+
+    Only what each recording has for itself (bias, initial angle and speed) is found on it, on the
+    samples under ``mask``, or on all of them.
+    """
+    values = fit.outcome.point[: fit.problem.physical]
+    masks = None if mask is None else [mask]
+    return predict_fixed(recording, Problem.of([recording], catalogue, effects, masks), values)
+
+
+def predict_fixed(recording: Recording, problem: Problem, physical: Array) -> Array:
+    """Prediction [deg] at fixed physical coordinates, with the recording's own numbers fitted."""
+    return np.asarray(problem.predict(own_point(recording, problem, physical))[0][0])
+
+
+def own_point(recording: Recording, problem: Problem, physical: Array) -> Array:
+    """The problem's point with ``physical`` coordinates and the own ones fitted behind them.
+
+    Own are bias [deg], initial angle [deg] and initial speed [deg/s].
+    """
+    low, high = problem.bounds
+    fixed = problem.physical
+    values = problem.values(np.concatenate([physical, np.zeros(3)]))
+    (mask,) = problem.masks
+    angle, first = recording.angle_deg, recording.angle_deg[mask][:3]
+    own = np.array(
+        [
+            float(np.median(angle[mask]) - values["k"] * np.median(recording.command_deg)),
+            float(first.mean()),
+            0.0,
+        ]
+    )
+
+    def residuals(points: Array) -> Array:
+        return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))
+
+    bounds = low[fixed:], high[fixed:]
+    descent = GaussNewton(own, *bounds, np.ones(3), generations=OWN_GENERATIONS)
+    return np.concatenate([physical, drive(descent, residuals, OWN_BUDGET).point])

@@ -1,0 +1,139 @@
+"""Fit, validation and test: which samples the parameters, the selection and the report see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Uses
+from servosight.models.core import Mask, Recording
+
+BLOCK_S = 1.0
+HELD_OUT_EVERY = 3
+"""Every third block is held out; of these, every second one is for the test."""
+SHORTEST_TEST_S = 0.5
+"""Less time than this makes no test."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """Recordings and the uses of their samples, fitted recordings first.
+
+    ``recordings`` have samples to fit on, ``carried`` samples to validate on and none to fit on,
+    ``tested`` are for the test alone. ``uses`` and ``carried_uses`` (samples,) each.
+    """
+
+    recordings: tuple[Recording, ...]
+    uses: tuple[Uses, ...]
+    carried: tuple[Recording, ...] = ()
+    carried_uses: tuple[Uses, ...] = ()
+    tested: tuple[Recording, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        recordings: Sequence[Recording],
+        validate: Sequence[Recording] = (),
+        test: Sequence[Recording] = (),
+        choice: int = 0,
+    ) -> Split:
+        """Divide recordings as docs/diagnosis.md says.
+
+        ``choice`` takes another of the thirds that may be held out, best first. A recording too
+        short for a test has none, with a warning.
+        """
+        apart = not test
+        if validate:
+            uses = [np.full(one.time_s.size, FIT, dtype=np.int8) for one in recordings]
+            carried = [_alternating(one) if apart else _all(one, VALIDATION) for one in validate]
+            divided = list(zip(validate, carried, strict=True))
+        else:
+            uses = [_blocks(one, choice, apart) for one in recordings]
+            carried = []
+            divided = list(zip(recordings, uses, strict=True))
+        short = [one.name for one, use in divided if apart and not np.any(use == TEST)]
+        return cls(
+            tuple(recordings),
+            tuple(uses),
+            tuple(validate),
+            tuple(carried),
+            tuple(test),
+            tuple(_too_short(name) for name in short),
+        )
+
+    @property
+    def masks(self) -> tuple[Mask, ...]:
+        """For each fitted recording, the samples to fit on."""
+        return tuple(np.asarray(use == FIT) for use in self.uses)
+
+    @property
+    def untested(self) -> tuple[Mask, ...]:
+        """For each fitted recording, the samples that are not for the test."""
+        return tuple(np.asarray(use != TEST) for use in self.uses)
+
+
+def _too_short(name: str) -> str:
+    return (
+        f"{name}: too short for blocks of one second to fit, to validate and to test on; its "
+        f"validation error is reported, on data that chose the effects"
+    )
+
+
+def _all(recording: Recording, use: int) -> Uses:
+    return np.full(recording.time_s.size, use, dtype=np.int8)
+
+
+def _numbers(recording: Recording) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """The number of each sample's block of one second, (samples,)."""
+    since = recording.time_s - recording.time_s[0]
+    return np.asarray(np.floor(since / BLOCK_S).astype(np.int64))
+
+
+def _alternating(recording: Recording) -> Uses:
+    """Blocks for validation and for the test in turn, beginning with validation."""
+    odd = _numbers(recording) % 2 == 1
+    return _with_test(recording, ~odd, odd)
+
+
+def _blocks(recording: Recording, choice: int, apart: bool) -> Uses:
+    """Of every six blocks four to fit on, one to validate on and, if ``apart``, one to test on.
+
+    Which ones is decided by the motion alone: the first choice is that without whose held-out
+    samples the fitted ones lose least of the range, so that a model is judged within what it has
+    seen. The first block is always fitted: without it the initial state is not determined.
+    """
+    number = _numbers(recording)
+    found = []
+    for first in reversed(range(1, HELD_OUT_EVERY)):
+        held = number % HELD_OUT_EVERY == first
+        odd = (number // HELD_OUT_EVERY) % 2 == 1
+        if apart:
+            found.append(_with_test(recording, held & ~odd, held & odd))
+        else:
+            found.append(_with_test(recording, held, np.zeros_like(held)))
+    usable = [uses for uses in found if np.any(uses != FIT)] or found[:1]
+    tested = [uses for uses in usable if np.any(uses == TEST)] or usable
+    ranked = sorted(tested, key=lambda uses: _unseen(recording, uses == FIT))
+    return ranked[min(choice, len(ranked) - 1)]
+
+
+def _with_test(recording: Recording, validation: Mask, test: Mask) -> Uses:
+    """Uses of the samples; where the test would be too short it validates as well."""
+    uses = np.full(recording.time_s.size, FIT, dtype=np.int8)
+    uses[validation] = VALIDATION
+    step_s = float(np.median(np.diff(recording.time_s)))
+    enough = test.sum() * step_s >= SHORTEST_TEST_S
+    uses[test] = TEST if enough else VALIDATION
+    return uses
+
+
+def _unseen(recording: Recording, fitted: Mask) -> float:
+    """How far angle, speed and acceleration go beyond those of the fitted samples."""
+    speed = np.gradient(recording.angle_deg, recording.time_s)
+    away = recording.angle_deg - np.median(recording.angle_deg)
+    motion = np.abs(np.stack([away, speed, np.gradient(speed, recording.time_s)]))
+    largest = motion.max(axis=1)
+    return float(np.sum(1.0 - motion[:, fitted].max(axis=1) / np.maximum(largest, 1e-12)))

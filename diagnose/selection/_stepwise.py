@@ -1,0 +1,302 @@
+"""The ladder: add the best effect, fit all anew, repeat until the floor, or until nothing earns it.
+
+Here the models are fitted in the order that the decisions of ``_policy.py`` ask for.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from servosight.diagnose.selection._models import ModelSelection
+from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
+from servosight.diagnose.selection._trial import Trial
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchEffort:
+    """How many models are fitted; none of these decides what is added.
+
+    At the first step all candidates are sketched and ``fitted`` of them fitted: half of them for
+    their promise, the others for how their sketches did. Later, ``sketched`` times as many are
+    sketched as are fitted. The best ``leaders`` are fitted to the end. In place of an effect,
+    ``swapped`` others are fitted. Pairs: each of the best ``finalists`` single candidates with the
+    ``partners`` that promise most behind it, and the ``pairs`` that promise most behind the model;
+    ``finalists`` of them are fitted.
+    """
+
+    sketched: int = 2
+    fitted: int = 6
+    leaders: int = 3
+    swapped: int = 3
+    partners: int = 3
+    pairs: int = 12
+    finalists: int = 6
+
+
+Progress = Callable[[str, int, int], None]
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """No progress shown."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the ladder: a trial, and what was added and removed to get there."""
+
+    trial: Trial
+    added: str | None = None
+    removed: str | None = None
+
+
+@dataclass(frozen=True)
+class Selected:
+    """The steps, and each single candidate of the first one."""
+
+    steps: tuple[Step, ...]
+    singles: tuple[Trial, ...]
+
+
+def _score(trial: Trial) -> Score:
+    return trial.score
+
+
+@dataclass(frozen=True)
+class StepwiseSelector:
+    """Models to fit, the criterion that decides, how much is tried, and who is told."""
+
+    models: ModelSelection
+    criterion: AcceptanceCriterion
+    progress: Progress = silent
+    effort: SearchEffort = field(default_factory=SearchEffort)
+
+    def first_step(self) -> Selected:
+        """The linear model and all candidates for the first addition, none of them added."""
+        fitted = self.effort.fitted
+        linear = self.models.linear()
+        sketches = self._sketches(linear, "first effect", self._promising(linear), fitted)
+        trials = self._fitted(linear, "first effect", sketches[:fitted])
+        trials += [self.models.judge(sketch.fit) for sketch in sketches[fitted:]]
+        return Selected((Step(linear),), tuple(self._searched(trials, linear)))
+
+    def select(self) -> Selected:
+        """From the linear model up."""
+        first = self.first_step()
+        linear = first.steps[0].trial
+        steps = self._extended(list(first.steps), first.singles)
+        last = steps[-1].trial
+        open_ = last.effects and not self.criterion.explained(last.score)
+        if open_ and not self._tried_pairs_first(first):
+            pair = self._pair(linear, first.singles)
+            if pair and self.criterion.beats(pair[-1].trial.score, last.score):
+                steps = self._extended([*first.steps, *pair, *self._settled(pair[-1].trial)])
+        return Selected(tuple(steps), first.singles)
+
+    def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
+        """More steps while something earns its place; ``ranked``: known single candidates."""
+        most = self.criterion.policy.max_steps
+        while len(steps) < most and not self.criterion.done(steps[-1].trial.score):
+            base = steps[-1].trial
+            if ranked is None:
+                ranked = self._ranked(base, f"effect {len(base.effects) + 1}")
+            added = self._single(base, ranked) or []
+            reached = added[-1].trial if added else base
+            if self._leaves_much(reached, steps[0].trial) or self.criterion.wants_pairs(
+                reached.score
+            ):
+                added = self._pair(base, ranked) or added
+            if not added:
+                break
+            steps += added
+            steps += self._settled(steps[-1].trial)
+            ranked = None
+        return steps
+
+    def _tried_pairs_first(self, first: Selected) -> bool:
+        """True where the first step had to try pairs as well."""
+        linear = first.steps[0].trial
+        single = self._single(linear, first.singles)
+        return single is None or self._leaves_much(single[-1].trial, linear)
+
+    def _ranked(self, base: Trial, label: str) -> list[Trial]:
+        """The candidates that promise most behind ``base``, best first."""
+        return self._searched(self._tried_behind(base, label, self.effort.fitted), base)
+
+    def _tried_behind(self, base: Trial, label: str, fitted: int) -> list[Trial]:
+        """The candidates that promise most behind ``base``, ``fitted`` of them."""
+        names = self._promising(base)[: self.effort.sketched * fitted]
+        return self._fitted(base, label, self._sketches(base, label, names, fitted)[:fitted])
+
+    def _sketches(self, base: Trial, label: str, names: Sequence[str], fitted: int) -> list[Trial]:
+        """Each of ``names``, in order of promise, added to ``base`` alone, roughly.
+
+        First come those that are to be ``fitted``. A sketch can end short of what its effect gains,
+        so half of them are there for their promise, the other half for how they did.
+        """
+        sketches = []
+        for i, name in enumerate(names):
+            self.progress(f"{label}: trying {name}", i, len(names))
+            sketches.append(self.models.sketched(base, name))
+        sketches = self.criterion.ranked(sketches, _score)
+        foreseen = names[: fitted // 2]
+        return sorted(sketches, key=lambda sketch: _new(sketch, base) not in foreseen)
+
+    def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
+        """The sketches, fitted."""
+        trials = []
+        for i, sketch in enumerate(sketches):
+            name = _new(sketch, base)
+            self.progress(f"{label}: fitting {name}", i, len(sketches))
+            trials.append(self.models.extended(base, name, sketch))
+        self.progress(f"{label}: tried all", len(sketches), len(sketches))
+        return trials
+
+    def _led(self, trials: Sequence[Trial], leaders: int) -> list[Trial]:
+        """Best first, with those that lead fitted to the end."""
+        ranked = self.criterion.ranked(trials, _score)
+        ranked[:leaders] = [self.models.finished(trial) for trial in ranked[:leaders]]
+        return self.criterion.ranked(ranked, _score)
+
+    def _searched(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first; where the first does not reach the floor it is fitted from many starts."""
+        ranked = self._led(trials, self.effort.leaders)
+        if ranked and not self.criterion.settled(ranked[0].score):
+            ranked[0] = self.models.searched(base, ranked[0], _new(ranked[0], base))
+        return self.criterion.ordered(
+            ranked,
+            _score,
+            lambda trial: self.models.catalogue[_new(trial, base)].contains,
+            lambda trial: _new(trial, base),
+        )
+
+    def _leaves_much(self, trial: Trial, linear: Trial) -> bool:
+        """True where a model leaves much, and would if it were fitted to validation data too."""
+        if not self.criterion.leaves_much(trial.score, linear.score):
+            return False
+        return self._unexplained_whole(trial)
+
+    def _unexplained_whole(self, trial: Trial) -> bool:
+        """True where a model does not explain the data even when fitted to the validation's too."""
+        if self.models.split.carried:
+            return True
+        rmse = self.models.whole(trial).fit.rmse_deg
+        return rmse > self.criterion.policy.explained * self.criterion.floor_deg
+
+    def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
+        """A step for the best single candidate if it earns its place."""
+        if not ranked or not self.criterion.earns(ranked[0].score, base.score, self._tried(base)):
+            return None
+        return [_step(ranked[0], base)]
+
+    def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
+        """Two steps for the best pair, if it earns its place beside the best single candidate.
+
+        Two effects can each gain little alone and much together, and a single one that gains a
+        little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
+        """
+        by_name = {_new(trial, base): trial for trial in ranked}
+        pairs = self._promising_pairs(base, by_name)
+        if not pairs:
+            return None
+        sketches: list[tuple[Trial, Trial]] = []
+        for i, (first, second) in enumerate(pairs):
+            self.progress(f"trying {first} with {second}", i, len(pairs))
+            alone = by_name[first]
+            sketches.append((self.models.sketched(alone, second), alone))
+        sketches = self.criterion.ranked(sketches, _score_of_pair)
+        trials = [
+            (self.models.extended(alone, _new(both, alone), both), alone)
+            for both, alone in sketches[: self.effort.finalists]
+        ]
+        self.progress("tried pairs", len(pairs), len(pairs))
+        trials = self.criterion.ranked(trials, _score_of_pair)[: self.effort.leaders]
+        trials = [(self.models.finished(both), alone) for both, alone in trials]
+        trial, alone = self.criterion.ranked(trials, _score_of_pair)[0]
+        rivals = [base.score, alone.score, ranked[0].score]
+        if not self.criterion.earns_as_pair(trial.score, rivals, self._tried(base)):
+            return None
+        return [_step(alone, base), _step(trial, alone)]
+
+    def _promising_pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
+        """Pairs worth a sketch; the first of each has been fitted alone."""
+        effort, models = self.effort, self.models
+        found = models.screen(base).best_pairs(effort.pairs, by_name)
+        for name, alone in itertools.islice(by_name.items(), effort.finalists):
+            found += [(name, partner) for partner in models.screen(alone).best(effort.partners)]
+        apart = [pair for pair in found if not self._nested(*pair)]
+        return list({frozenset(pair): pair for pair in reversed(apart)}.values())
+
+    def _nested(self, first: str, second: str) -> bool:
+        catalogue = self.models.catalogue
+        return first in catalogue[second].contains or second in catalogue[first].contains
+
+    def _promising(self, base: Trial) -> list[str]:
+        """All candidates behind ``base``, those first that promise most."""
+        screen = self.models.screen(base)
+        return screen.best(len(screen.names))
+
+    def _tried(self, base: Trial) -> int:
+        return len(self.models.candidates(base))
+
+    def _settled(self, trial: Trial) -> Iterator[Step]:
+        """Try simpler forms, to do without each earlier effect, then to swap each for another."""
+        simpler = self._simpler(trial)
+        if simpler is not None:
+            yield simpler
+            yield from self._settled(simpler.trial)
+            return
+        for name in trial.effects if len(trial.effects) > 1 else ():
+            self.progress(f"trying without {name}", 0, 1)
+            smaller = self.models.reduced(trial, name)
+            if not self._needed(trial, smaller):
+                yield Step(smaller, removed=name)
+                yield from self._settled(smaller)
+                return
+            left = self.models.without(trial, name)
+            swaps = self._led(
+                self._tried_behind(left, f"in place of {name}", self.effort.swapped), 1
+            )
+            other = _new(swaps[0], left) if swaps else name
+            if other != name and self.criterion.beats(swaps[0].score, trial.score):
+                yield Step(swaps[0], other, name)
+                simpler = self._simpler(swaps[0])
+                if simpler is not None:
+                    yield simpler
+                return
+
+    def _simpler(self, trial: Trial) -> Step | None:
+        """The step to a special case of an effect that does as well as the whole of it."""
+        for name in trial.effects:
+            for simple in self.models.catalogue[name].contains:
+                special = self.models.swapped(trial, name, simple)
+                if not self.criterion.worth_its_parameters(trial.score, special.score):
+                    return Step(special, simple, name)
+        return None
+
+    def _needed(self, trial: Trial, smaller: Trial) -> bool:
+        """True where ``trial`` earns its place, and the smaller model cannot do as well.
+
+        Where the validation samples hold what the fitted ones do not show, a model fitted without
+        them fails there for want of data only: so it may see them before it is given up.
+        """
+        if not self.criterion.earns(trial.score, smaller.score, 1):
+            return False
+        return self.criterion.explained(smaller.score) or self._unexplained_whole(smaller)
+
+
+def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:
+    return pair[0].score
+
+
+def _step(trial: Trial, base: Trial) -> Step:
+    """The step from ``base`` to ``trial``, with what the new effect took the place of."""
+    gone = set(base.effects) - set(trial.effects)
+    return Step(trial, _new(trial, base), next(iter(gone), None))
+
+
+def _new(trial: Trial, base: Trial) -> str:
+    """The one effect that ``trial`` has and ``base`` lacks."""
+    (name,) = set(trial.effects) - set(base.effects)
+    return name
