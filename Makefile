@@ -4,7 +4,7 @@ WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check docs bare benchmarks hidden paper kill-test clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz kill-test clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -64,6 +64,11 @@ hidden: setup
 paper: setup
 	$(PEERS)
 	$(BIN)/python benchmarks/paper $(ARGS)
+
+# Damaged inputs through the command line, each failure with its smallest reproducer: INPUTS=20000
+INPUTS ?= 20000
+fuzz: setup
+	$(BIN)/python tests/fuzz/run.py --count $(INPUTS) --workers $(WORKERS) $(ARGS)
 
 # Commands killed at random moments, and what they leave behind: KILLS=200
 KILLS ?= 200

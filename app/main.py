@@ -8,6 +8,7 @@ imported, and heavy modules are imported inside the commands, so that help comes
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -103,7 +104,8 @@ def _complain(sentence: str, code: int, debug: bool) -> int:
         import traceback
 
         traceback.print_exc()
-    print(f"servosight: {' '.join(sentence.splitlines())}", file=sys.stderr)
+    sentence = re.sub(r"(\S{80})\S{80,}(\S{40})", r"\1...\2", " ".join(sentence.splitlines()))
+    print(f"servosight: {sentence}", file=sys.stderr)
     return code
 
 

@@ -1,0 +1,42 @@
+"""Damaged inputs end in exit code 0 or 2, soon, in little memory and with one sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fuzz.inputs import Case, cases, write_inputs
+from fuzz.run import Worker, fuzz, shrunk
+
+INPUTS, PARTS = 2_000, 4
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("valid")
+    write_inputs(place)
+    return place
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(PARTS))
+def test_damaged_inputs_end_well(seed: int, valid: Path) -> None:
+    tally = fuzz(cases(INPUTS // PARTS, seed, valid), valid, workers=1)
+    assert [f"{failure.why}: {failure.case}" for failure in tally.failures] == []
+    assert sum(tally.ends.values()) == INPUTS // PARTS
+    assert min(tally.ends["exit 0"], tally.ends["exit 2"]) > INPUTS // PARTS // 50
+
+
+def test_a_failure_is_found_and_made_small(valid: Path) -> None:
+    """An effect's file that ends the process: everything but that line goes."""
+    worker = Worker(valid)
+    try:
+        bad = b"import os\n" + b"x = 1\n" * 3 + b"os._exit(9)\n" + b"y = 2\n" * 3
+        case = Case(("effects", "--plugin", "plugin.py", "--json", "r.json"), "plugin.py", bad)
+        end, why, _ = worker.run(case)
+        assert (end, why) == ("died", "the process ended with 9")
+        smallest = shrunk(worker, case, end)
+        assert smallest.data == b"import os\nos._exit(9)\n"
+        assert smallest.line == ("effects", "--plugin", "plugin.py")
+    finally:
+        worker.close()
