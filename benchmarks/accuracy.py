@@ -16,9 +16,9 @@ import numpy as np
 from scipy import signal
 
 from servosight.identify.discrete._discrete import METHODS, Linear, to_linear
-from servosight.identify.fit import coordinate_scale, difference_quotient, fit_effects
-from servosight.identify.problem import Problem, noise_deg
-from servosight.identify.uncertainty._uncertainty import Uncertainty
+from servosight.identify.fit import fit_effects
+from servosight.identify.problem import Problem, coordinate_scale, difference_quotient, noise_deg
+from servosight.identify.uncertainty import Uncertainty
 from servosight.models.core import Array, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.excitation import multisine, sine, standard, steps, triangle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.identify.fit import Identification, identify
+from servosight.identify.fit import Fit, identify
 from servosight.models.core import Actuator, InputError, Recording
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
@@ -16,7 +16,7 @@ def add(
     recordings: Sequence[Recording],
     *,
     catalogue: Mapping[str, Effect] | None = None,
-) -> Identification:
+) -> Fit:
     """The model with one more effect, all parameters fitted to the recordings jointly.
 
     Raises InputError where the model has that effect already.

@@ -44,9 +44,8 @@ from servosight.diagnose.selection import (
     confounded,
     silent,
 )
-from servosight.identify.fit import floor_deg
+from servosight.identify.fit import floor_deg, parameter_table
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned
-from servosight.identify.uncertainty import estimates, own_estimates
 from servosight.models.core import Mask, Recording, Table, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
@@ -145,9 +144,7 @@ def _models(
 
 def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) -> LadderStep:
     fit, score = step.trial.fit, step.trial.score
-    arguments = (fit.problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
-    table, warnings = estimates(*arguments)
-    biases = own_estimates(*arguments, "bias")
+    table, warnings = fit.uncertainty.shared_estimates()
     held_out = held_out_rms(models.tested(step.trial))
     return LadderStep(
         added=step.added,
@@ -157,7 +154,7 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         validation_rmse_deg=score.validation_rmse_deg,
         held_out_rmse_deg=held_out,
         explained=held_out <= EXPLAINED * criterion.floor_deg,
-        parameters={**table, "bias": biases[0] if len(biases) == 1 else tuple(biases)},
+        parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
         own=models.own(step.trial),
         warnings=tuple(warnings),
     )

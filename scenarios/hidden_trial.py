@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from servosight.diagnose import Diagnosis, diagnose
-from servosight.identify.fit import Fit, fit_effects, polish, sketch_effects
+from servosight.identify.fit import Solution, fit_effects, polish, sketch_effects
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import catalogue
@@ -101,8 +101,8 @@ class Fits:
 
     def __init__(self, recording: Recording) -> None:
         self.recording = replace(recording, sigma_deg=None)
-        self._sketches: dict[tuple[str, ...], Fit] = {}
-        self._fits: dict[tuple[str, ...], Fit] = {}
+        self._sketches: dict[tuple[str, ...], Solution] = {}
+        self._fits: dict[tuple[str, ...], Solution] = {}
 
     @property
     def known(self) -> dict[str, float]:
@@ -118,7 +118,7 @@ class Fits:
         """Rms error of a rough fit [deg], to see whether a better one is worth its time."""
         return self._sketch(_ordered(effects)).rmse_deg
 
-    def fit(self, effects: tuple[str, ...]) -> Fit:
+    def fit(self, effects: tuple[str, ...]) -> Solution:
         """Starts stand behind the best fit that lacks one of the effects."""
         if effects not in self._fits:
             problem = self._problem(effects)
@@ -129,13 +129,13 @@ class Fits:
             )
         return self._fits[effects]
 
-    def _sketch(self, effects: tuple[str, ...]) -> Fit:
+    def _sketch(self, effects: tuple[str, ...]) -> Solution:
         if effects not in self._sketches:
             problem = self._problem(effects)
             self._sketches[effects] = sketch_effects(problem, self._behind(effects))
         return self._sketches[effects]
 
-    def _behind(self, effects: tuple[str, ...]) -> Fit:
+    def _behind(self, effects: tuple[str, ...]) -> Solution:
         smaller = itertools.combinations(effects, len(effects) - 1)
         fitted = [self._fits[each] for each in smaller if each in self._fits] or [self.fit(())]
         return min(fitted, key=lambda fit: fit.outcome.cost)

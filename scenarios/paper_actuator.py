@@ -12,16 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.discrete import Difference
-from servosight.identify.fit import coordinate_scale
-from servosight.identify.problem import Problem, linear_start
-from servosight.identify.search import GaussNewton, drive
+from servosight.identify.problem import Problem, coordinate_scale, linear_start
+from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.scenario import Motion, Response, Scenario
 
 TRUE = Response(1.027, 0.0078, 0.55, 0.0)
-PRINTED = Difference(-0.56, 0.33, 0.198, 0.34, 0.198, 0.01)
+PRINTED = Difference(0.01, -0.56, 0.33, 0.198, 0.34, 0.198)
 """Eq. 2 as printed; the sample time is what makes it agree with k, T and xi."""
 
 SINE = Motion("sine", 20.0, rate_hz=1000.0, frequency_hz=1.0)
@@ -95,7 +94,7 @@ def with_T_held(recording: Recording, times_s: Sequence[float]) -> list[Held]:
         start, lowest, highest, scale = (
             np.delete(part, 1) for part in (begin, low, high, coordinate_scale(problem, begin))
         )
-        outcome = drive(GaussNewton(start, lowest, highest, scale), residuals, 2_000)
+        outcome = drive(LevenbergMarquardt(start, lowest, highest, scale), residuals, 2_000)
         rms = np.sqrt(2.0 * outcome.cost / recording.time_s.size)
         found.append(Held(T, float(np.exp(outcome.point[1])), float(outcome.point[0]), float(rms)))
     return found

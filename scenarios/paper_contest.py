@@ -8,7 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.search import OPERATORS, GaussNewton, Polished, Population, Settings, drive
+from servosight.identify.search import (
+    OPERATORS,
+    LevenbergMarquardt,
+    MemeticSearch,
+    Population,
+    PopulationOptions,
+    drive,
+)
 from servosight.scenarios.paper_trials import Trial
 
 POPULATION = 40
@@ -62,12 +69,12 @@ def wilson(successes: int, runs: int, z: float = 1.959964) -> tuple[float, float
     return (low if successes else 0.0), (high if successes < runs else 1.0)
 
 
-def population(name: str, settings: Settings | None = None) -> Search:
+def population(name: str, options: PopulationOptions | None = None) -> Search:
     """One of the three algorithms, as long as the budget lasts: it does not stop by itself."""
-    endless = settings or Settings(population=POPULATION, patience=10**9)
+    endless = options or PopulationOptions(population=POPULATION, patience=10**9)
 
     def search(trial: Trial, seed: int, budget: int) -> int | None:
-        estimator = Population(OPERATORS[name], trial.low, trial.high, seed, settings=endless)
+        estimator = Population(OPERATORS[name], trial.low, trial.high, seed, options=endless)
         outcome = drive(estimator, trial.residuals, budget, trial.goal)
         return outcome.evaluations if outcome.cost < trial.goal else None
 
@@ -79,7 +86,7 @@ def polished(name: str) -> Search:
 
     def search(trial: Trial, seed: int, budget: int) -> int | None:
         swarm = Population(OPERATORS[name], trial.low, trial.high, seed)
-        outcome = drive(Polished(swarm, trial.scale), trial.residuals, budget, trial.goal)
+        outcome = drive(MemeticSearch(swarm, trial.scale), trial.residuals, budget, trial.goal)
         return outcome.evaluations if outcome.cost < trial.goal else None
 
     return search
@@ -88,17 +95,17 @@ def polished(name: str) -> Search:
 def whole_polished(trial: Trial, seed: int, budget: int) -> int | None:
     """The polished combination until it stops by itself, as `servosight identify` would see it."""
     swarm = Population(OPERATORS["combination"], trial.low, trial.high, seed)
-    outcome = drive(Polished(swarm, trial.scale), trial.residuals, budget)
+    outcome = drive(MemeticSearch(swarm, trial.scale), trial.residuals, budget)
     return outcome.evaluations if outcome.cost < trial.goal else None
 
 
 def descents(trial: Trial, seed: int, budget: int) -> int | None:
-    """Gauss-Newton from one point in the box after another."""
+    """Levenberg-Marquardt from one point in the box after another."""
     rng = np.random.default_rng(seed)
     spent = 0
     while spent < budget:
         start = rng.uniform(trial.low, trial.high)
-        one = GaussNewton(start, trial.low, trial.high, trial.scale)
+        one = LevenbergMarquardt(start, trial.low, trial.high, trial.scale)
         outcome = drive(one, trial.residuals, budget - spent, trial.goal)
         spent += outcome.evaluations
         if outcome.cost < trial.goal:

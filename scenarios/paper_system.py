@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.search import OPERATORS, Population, Settings, drive
+from servosight.identify.search import OPERATORS, Population, PopulationOptions, drive
 from servosight.models.core import Array
 
 TRUE = np.array([1.0, -0.4, 1.5, 0.2])
@@ -50,8 +50,8 @@ def record(seed: int) -> Record:
 def paths(name: str, seed: int, noise: Record) -> Array:
     """Best point after each of the generations, (generations, 4), within +-2."""
     edge = np.full(4, EDGE)
-    endless = Settings(population=POPULATION, patience=10**9)
-    swarm = Population(OPERATORS[name], -edge, edge, seed, settings=endless)
+    endless = PopulationOptions(population=POPULATION, patience=10**9)
+    swarm = Population(OPERATORS[name], -edge, edge, seed, options=endless)
     return drive(swarm, noise.residuals, GENERATIONS * POPULATION).path
 
 

@@ -12,9 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.identify.fit import coordinate_scale
-from servosight.identify.problem import Problem
-from servosight.identify.search import GaussNewton, Residuals, drive
+from servosight.identify.problem import Problem, coordinate_scale
+from servosight.identify.search import LevenbergMarquardt, Residuals, drive
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
@@ -160,6 +159,6 @@ class Traps:
 
 def _arrived(trial: Trial, truth: Array, within: float = WITHIN) -> Trial:
     """The trial with its goal: ``within`` times the cost at the bottom of the truth's own basin."""
-    descent = GaussNewton(truth, trial.low, trial.high, trial.scale)
+    descent = LevenbergMarquardt(truth, trial.low, trial.high, trial.scale)
     best = drive(descent, trial.residuals, 2_000)
     return replace(trial, goal=within * best.cost)

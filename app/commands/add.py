@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> None:
         result = add(actuator, args.effect, recordings, catalogue=effects)
     if args.output is not None:
         result.actuator.save(args.output)
-    values = result.to_json()
+    values = result.to_dict()
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)

@@ -165,12 +165,12 @@ def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str
         noise_deg=_positive(args.noise, "--noise"),
         seed=args.seed,
     )
-    return found.design, found.information.to_json()
+    return found.design, found.information.to_dict()
 
 
 def _check(args: argparse.Namespace) -> None:
     from servosight.app.inputs import load
-    from servosight.identify.design import assess, better_command, rehearsal
+    from servosight.identify.design import assess, better_command, predicted_experiment
     from servosight.identify.problem import noise_deg
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
@@ -180,13 +180,13 @@ def _check(args: argparse.Namespace) -> None:
     actuator = Actuator.load(_model(args), effects)
     if _is_command(args.check):
         rows = Excitation.load(args.check)
-        recording = rehearsal(rows, _positive(args.frame_rate, "--frame-rate"))
+        recording = predicted_experiment(rows, _positive(args.frame_rate, "--frame-rate"))
         noise = _positive(args.noise, "--noise")
     else:
         recording = load([args.check], args)[0]  # a horn's view comes behind its surface's
         noise = noise_deg(recording)
     told = assess(actuator, [recording], noise, catalogue=effects)
-    values = {"schema": 1, **told.to_json()}
+    values = {"schema": 1, **told.to_dict()}
     out = console(args)
     out.print(told.sentence)
     if not told.sufficient:

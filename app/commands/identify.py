@@ -42,9 +42,7 @@ def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
     from servosight.app.inputs import load
     from servosight.app.present import show_identification
-    from servosight.identify.design import assess, better_command
-    from servosight.identify.discrete import as_sampled
-    from servosight.identify.fit import METHODS, identify
+    from servosight.identify.fit import METHODS, identify, with_information
     from servosight.models.base import InputError
     from servosight.models.effects import catalogue, select
 
@@ -58,21 +56,8 @@ def run(args: argparse.Namespace) -> None:
         result = identify(recordings, chosen, catalogue=effects, method=args.method, seed=args.seed)
     if args.output is not None:
         result.actuator.save(args.output)
-    told = assess(
-        result.actuator,
-        recordings,
-        result.noise_deg,
-        catalogue=effects,
-        biases_deg=[bias.value for bias in result.biases],
-    )
-    values = {
-        **result.to_json(),
-        "information": told.to_json(),
-        "discrete": as_sampled(result.actuator, recordings[0]).to_json(),
-    }
-    if not told.sufficient:
-        better = better_command(result.actuator, recordings[0], result.noise_deg, catalogue=effects)
-        values["warnings"] += [told.sentence, *([better.sentence(told)] if better else [])]
+    result = with_information(result, recordings, effects)
+    values = result.to_dict()
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)

@@ -12,7 +12,7 @@ from page import picture, table
 from servosight.app.report.figure import AFTER, BEFORE, FAINT
 from servosight.identify.discrete import Difference
 from servosight.identify.discrete._discrete import Linear, to_difference, to_linear
-from servosight.identify.fit import Identification, identify
+from servosight.identify.fit import Solution, identify
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.scenarios.paper_actuator import (
@@ -40,7 +40,7 @@ def conversion() -> str:
     """The printed numbers against each other, under three transforms."""
     head = ["", "a1", "a2", "b0", "b1", "b2", "k", "T [ms]", "xi"]
     true = Linear(TRUE.k, TRUE.T, TRUE.xi)
-    mended = Difference(PRINTED.a1, PRINTED.a2, PRINTED.b0, 0.395, PRINTED.b2, 0.01)
+    mended = Difference(0.01, PRINTED.a1, PRINTED.a2, PRINTED.b0, 0.395, PRINTED.b2)
     rows = [
         line("printed, by Tustin's rule at 10 ms", PRINTED, to_linear(PRINTED)),
         line("b1 = 0.395 instead", mended, to_linear(mended)),
@@ -76,7 +76,7 @@ def filmed(motion: Motion, duration_s: float) -> Recording:
         return read(folder)
 
 
-def fitted(recording: Recording) -> Identification:
+def fitted(recording: Recording) -> Solution:
     """The linear model."""
     return identify([recording], [], catalogue=catalogue(), method="gradient")
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from page import share, table
 from peers import PEERS
 
-from servosight.identify.search import Settings
+from servosight.identify.search import PopulationOptions
 from servosight.scenarios.paper_contest import (
     ALGORITHMS,
     GENERATIONS,
@@ -74,15 +74,16 @@ def as_printed() -> str:
     return beside_the_paper([row(name, one, per_generation) for name, one in found.items()])
 
 
-AS_PRINTED = Settings(
+AS_PRINTED = PopulationOptions(
     population=20,
     inertia=0.4,
-    pull=1.2,
-    speed=0.02,
-    overreach=0.25,
+    c1=1.2,
+    c2=1.2,
+    highest_speed=0.02,
+    recombination_distance=0.25,
     mutations=2.0,
-    reach=0.5,
-    octaves=4.0,
+    mutation_range=0.5,
+    mutation_precision=4.0,
     patience=10**9,
 )
 AS_PRINTED_EDGE, AS_PRINTED_GOAL = 5.0, 1e-2

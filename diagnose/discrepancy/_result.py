@@ -14,7 +14,6 @@ from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 from servosight.diagnose.discrepancy.basis import BasisTerm
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import OwnValues, Trial
-from servosight.identify.uncertainty import estimates
 from servosight.models.core import Array, Estimate
 from servosight.models.effects import Effect
 
@@ -76,8 +75,7 @@ class Law:
     def of(cls, found: Found, floor_deg: float, noise_deg: float) -> Law:
         """The values of a law that was found."""
         fit = found.after.fit
-        outcome = fit.outcome
-        parameters, _ = estimates(fit.problem, outcome.point, fit.jacobian, outcome.cost)
+        parameters, _ = fit.uncertainty.shared_estimates()
         terms = [TERMS[name] for name in found.after.effects if name in TERMS]
         names = {term.effect.id for term in terms}
         own = {n: one for n, one in parameters.items() if n.split(".")[0] in names}

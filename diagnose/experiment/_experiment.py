@@ -19,7 +19,7 @@ import numpy as np
 from servosight.diagnose.experiment._proposal import Proposal, Separation
 from servosight.diagnose.experiment._rivals import PredictedExperiment, Rival, cost, refitted
 from servosight.diagnose.selection import ModelSelection, Trial
-from servosight.identify.design import rehearsal
+from servosight.identify.design import predicted_experiment
 from servosight.models.core import InputError, Recording
 from servosight.models.excitation import Design, Form, Limits, design
 
@@ -95,7 +95,10 @@ def propose(
     experiments = [
         (
             made,
-            tuple(one.predict(rehearsal(made.excitation, like=like), models) for one in rivals),
+            tuple(
+                one.predict(predicted_experiment(made.excitation, like=like), models)
+                for one in rivals
+            ),
         )
         for made in _designs(allowed)
     ]

@@ -8,8 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.selection import ModelSelection, Trial
-from servosight.identify.fit import coordinate_scale, difference_quotient, polish
-from servosight.identify.problem import Problem, projected_out
+from servosight.identify.fit import polish
+from servosight.identify.problem import (
+    Problem,
+    coordinate_scale,
+    difference_quotient,
+    projected_out,
+)
 from servosight.models.core import Array, Recording
 
 REFIT_BUDGET = 120

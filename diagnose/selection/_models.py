@@ -14,15 +14,15 @@ from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection._trial import Trial
 from servosight.identify.fit import (
-    Fit,
-    first_look,
+    Solution,
     fit_effects,
+    initial_changes,
     polish,
     search_effects,
     sketch_effects,
 )
 from servosight.identify.problem import Problem, linear_start
-from servosight.identify.search import Outcome, half_squares
+from servosight.identify.search import NOT_FITTED, Outcome, half_squares
 from servosight.models.core import CORE, Array, Mask, Recording
 from servosight.models.effects import Effect
 
@@ -118,7 +118,7 @@ class ModelSelection:
 
     def finished(self, trial: Trial) -> Trial:
         """A trial whose budget was spent, fitted to the end."""
-        if not trial.fit.spent:
+        if not trial.fit.out_of_budget:
             return trial
         return self.judge(polish(trial.fit.problem, [trial.fit.outcome.point]))
 
@@ -136,7 +136,7 @@ class ModelSelection:
             changes = []
             for name in self.candidates(base):
                 problem = self.with_effect(base, name)
-                changes.append(first_look(problem, fit))
+                changes.append(initial_changes(problem, fit))
                 owners += [name] * len(changes[-1])
             joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
             self.screens[seen] = Screen.of(tuple(owners), joined, fit.residual, fit.jacobian)
@@ -151,7 +151,9 @@ class ModelSelection:
         }
         point = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
         cost = float(half_squares(problem.residuals(point[None, :]))[0])
-        fit = Fit(problem, Outcome(point, cost, 1, "not fitted", np.array([cost]), point[None, :]))
+        fit = Solution(
+            problem, Outcome(point, cost, 1, NOT_FITTED, np.array([cost]), point[None, :])
+        )
         return Trial(problem.effects, fit, self._seen(fit))
 
     def reduced(self, base: Trial, without: str) -> Trial:
@@ -175,7 +177,7 @@ class ModelSelection:
             known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
         return known
 
-    def judge(self, fit: Fit) -> Trial:
+    def judge(self, fit: Solution) -> Trial:
         """Simulate the recordings that fit or validate at the fitted point."""
         carried = [
             Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
@@ -207,10 +209,10 @@ class ModelSelection:
             found += own_values(problem, own_point(recording, problem, physical))
         return tuple(found)
 
-    def _carried(self, recording: Recording, fit: Fit, mask: Mask | None = None) -> Array:
+    def _carried(self, recording: Recording, fit: Solution, mask: Mask | None = None) -> Array:
         return carried_over(recording, self.catalogue, fit.problem.effects, fit, mask)
 
-    def _seen(self, fit: Fit) -> tuple[Judged, ...]:
+    def _seen(self, fit: Solution) -> tuple[Judged, ...]:
         angles = fit.problem.predict(fit.outcome.point)
         return tuple(
             Judged(recording, predicted[0], uses)

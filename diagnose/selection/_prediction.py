@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.fit import Fit
+from servosight.identify.fit import Solution
 from servosight.identify.problem import Problem
-from servosight.identify.search import GaussNewton, drive
+from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
 
-OWN_GENERATIONS = 8
+OWN_DESCENT = DescentOptions(generations=8)
 OWN_BUDGET = 600
 
 
@@ -50,7 +50,7 @@ def carried_over(
     recording: Recording,
     catalogue: Mapping[str, Effect],
     effects: Sequence[str],
-    fit: Fit,
+    fit: Solution,
     mask: Mask | None = None,
 ) -> Array:
     """Prediction [deg] for another recording with the physical parameters fixed, (samples,).
@@ -90,5 +90,5 @@ def own_point(recording: Recording, problem: Problem, physical: Array) -> Array:
         return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))
 
     bounds = low[fixed:], high[fixed:]
-    descent = GaussNewton(own, *bounds, np.ones(3), generations=OWN_GENERATIONS)
+    descent = LevenbergMarquardt(own, *bounds, np.ones(3), OWN_DESCENT)
     return np.concatenate([physical, drive(descent, residuals, OWN_BUDGET).point])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.problem import directions
+from servosight.identify.problem import score_directions
 from servosight.models.core import Array
 
 
@@ -32,7 +32,7 @@ class Screen:
         ``changes`` (changes, samples) are the residual with an effect at one of its starting points
         minus the residual without it.
         """
-        unit, agree = directions(changes, residual, jacobian)
+        unit, agree = score_directions(changes, residual, jacobian)
         return cls(names, np.maximum(agree, 0.0) ** 2, _pair_gains(agree, unit @ unit.T))
 
     def best(self, count: int) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.selection._policy import Score
-from servosight.identify.fit import Fit
+from servosight.identify.fit import Solution
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Trial:
     """
 
     effects: tuple[str, ...]
-    fit: Fit
+    fit: Solution
     judged: tuple[Judged, ...]
 
     @cached_property

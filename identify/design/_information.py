@@ -1,4 +1,4 @@
-"""Is the excitation enough? What a command tells about a model's parameters, before or after a fit.
+"""Fisher information: which parameters a command determines, before or after a fit.
 
 Fisher information of white noise: F = J'J / noise^2 with J the change of the angle for relative
 changes of the parameters; each recording's own numbers (bias, initial state) are projected out
@@ -14,14 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from servosight.identify.fit import coordinate_scale, difference_quotient
-from servosight.identify.problem import TOLERANCE_SHARE, Problem, projected_out
-from servosight.models.core import Array
+from servosight.identify.problem import (
+    TOLERANCE_SHARE,
+    Problem,
+    coordinate_scale,
+    difference_quotient,
+    projected_out,
+)
+from servosight.models.core import Array, plain
 
 ENOUGH = 0.05
 """A parameter counts as determined where its predicted sigma is at most this share of it."""
 MOVE = 0.10
-"""The worst-determined direction is spoken of at this relative change."""
+"""The worst-determined direction is described at this relative change."""
 NAMED = 0.25
 """Parameters with less than this share of a direction's largest part are not named."""
 COHERENT = 0.25
@@ -41,7 +46,7 @@ class Direction:
     difference_deg: float
 
     def words(self, noise_deg: float, blur_deg: float) -> str:
-        """That T and xi trade off, say; ``blur_deg`` is what no model is right to."""
+        """The direction in words; a model may be wrong by ``blur_deg``."""
         largest = max(abs(part) for part in self.change.values())
         named = {n: p for n, p in self.change.items() if abs(p) >= NAMED * largest}
         moves = [
@@ -61,11 +66,38 @@ class Direction:
 
 
 @dataclass(frozen=True)
-class Information:
-    """What a command tells about the parameters ``names``, in relative changes.
+class WorstDirection:
+    """Joint relative change of parameters, and the rms change of the angle that it makes [deg]."""
 
-    ``fisher`` (names, names) over all of ``duration_s``; what changes the angle by less than
-    ``blur_deg`` is not determined however long the recording: no model is right to that.
+    relative_change: Mapping[str, float]
+    difference_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class InformationSummary:
+    """Whether a command determines the parameters, as plain values: the keys of its JSON.
+
+    ``per_second`` (parameters, parameters) is the Fisher information for relative changes.
+    """
+
+    sufficient: bool
+    unsure: tuple[str, ...]
+    sentence: str
+    parameters: tuple[str, ...]
+    per_second: Array
+    relative_sigma: Mapping[str, float | None]
+    condition: float | None
+    worst_direction: WorstDirection
+    noise_deg: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Information:
+    """Information of a command about the parameters ``names``, for relative changes.
+
+    ``fisher`` (names, names) over all of ``duration_s``. A change of the angle below ``blur_deg``
+    determines nothing, however long the recording: no model is accurate to that.
     """
 
     names: tuple[str, ...]
@@ -111,7 +143,7 @@ class Information:
 
     @property
     def unsure(self) -> tuple[str, ...]:
-        """Parameters that this command does not pin, most uncertain first.
+        """Parameters that this command does not determine, most uncertain first.
 
         Their sigma exceeds five percent, or they have a large part in a direction whose effect
         stays below the blur.
@@ -125,7 +157,7 @@ class Information:
 
     @property
     def sufficient(self) -> bool:
-        """True where every parameter is pinned."""
+        """True where every parameter is determined."""
         return not self.unsure
 
     @property
@@ -140,32 +172,34 @@ class Information:
             )
         return f"The command does not pin {_and(list(self.unsure))}: {words}."
 
-    def to_json(self) -> dict[str, Any]:
-        """Information for relative changes; null where it is infinite."""
+    def to_dict(self) -> dict[str, Any]:
+        """The summary's JSON."""
+        found: dict[str, Any] = plain(self.summary())
+        return found
+
+    def summary(self) -> InformationSummary:
+        """The same as plain values; None where infinite."""
         worst = self.worst
-        return {
-            "sufficient": self.sufficient,
-            "unsure": list(self.unsure),
-            "sentence": self.sentence,
-            "parameters": list(self.names),
-            "per_second": self.per_second.tolist(),
-            "relative_sigma": {
+        return InformationSummary(
+            sufficient=self.sufficient,
+            unsure=self.unsure,
+            sentence=self.sentence,
+            parameters=self.names,
+            per_second=self.per_second,
+            relative_sigma={
                 name: spread if np.isfinite(spread) else None for name, spread in self.sigma.items()
             },
-            "condition": self.condition if np.isfinite(self.condition) else None,
-            "worst_direction": {
-                "relative_change": dict(worst.change),
-                "difference_deg": worst.difference_deg,
-            },
-            "noise_deg": self.noise_deg,
-            "duration_s": self.duration_s,
-        }
+            condition=self.condition if np.isfinite(self.condition) else None,
+            worst_direction=WorstDirection(dict(worst.change), worst.difference_deg),
+            noise_deg=self.noise_deg,
+            duration_s=self.duration_s,
+        )
 
 
 def information(
     problem: Problem, point: Array, noise_deg: float, jacobian: Array | None = None
 ) -> Information:
-    """What ``problem``'s commands tell about the shared parameters at a search point.
+    """Information of ``problem``'s commands about the shared parameters at a search point.
 
     ``jacobian`` (scored, coordinates) is a fit's, found anew where it is not given. Parameters
     that stand at zero have no relative change: they are projected out with the recordings' own.

@@ -1,7 +1,7 @@
-"""A command that determines chosen parameters as well as limits allow.
+"""A command that determines chosen parameters as accurately as limits allow.
 
-The time is divided into slots; a library of short pieces is tried for each. What a piece tells is
-its Fisher information, which adds up over pieces. Pieces are exchanged as long as the determinant
+The time is divided into slots; a library of short pieces is tried for each. Fisher information adds
+up over pieces. Pieces are exchanged as long as the determinant
 of the chosen parameters' part grows (D_s-optimal design: Fedorov, Theory of Optimal Experiments,
 1972; Goodwin and Payne, Dynamic System Identification, 1977, chapter 6).
 """
@@ -15,11 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.design._information import Information, relative_scale
-from servosight.identify.design._predicted_experiment import assess, rehearsal, resting_point
-from servosight.identify.fit import coordinate_scale, difference_quotient
-from servosight.identify.problem import Problem
+from servosight.identify.design._predicted_experiment import (
+    assess,
+    predicted_experiment,
+    resting_point,
+)
+from servosight.identify.problem import Problem, coordinate_scale, difference_quotient
 from servosight.models.core import Actuator, Array, InputError
 from servosight.models.effects import Effect
+from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import SHAPES, Design, Excitation, Form, Limits, design, slewed
 
 SLOT_S = 1.5
@@ -43,7 +47,7 @@ _PIECES: tuple[tuple[str, float, Form], ...] = (
 
 @dataclass(frozen=True)
 class Optimal:
-    """The command, and what it will tell about the model it was designed for."""
+    """The command, and its information about the model for which it was designed."""
 
     design: Design
     information: Information
@@ -61,7 +65,7 @@ class _Aim:
 
     def fisher(self, excitation: Excitation) -> tuple[Array, int]:
         """Information about the wanted, then all others and the bias; how many are wanted."""
-        recording = rehearsal(excitation, self.frame_rate_hz)
+        recording = predicted_experiment(excitation, self.frame_rate_hz)
         problem = Problem.of([recording], self.catalogue, self.actuator.effects)
         point = resting_point(problem, self.actuator, [self.actuator.value("bias")])
         jacobian = difference_quotient(problem, point, coordinate_scale(problem, point))
@@ -74,9 +78,9 @@ class _Aim:
         columns = jacobian[:, order] * scale[order]
         return columns.T @ columns / self.noise_deg**2, len(first)
 
-    def told(self, made: Design) -> Information:
-        """What a whole command tells."""
-        recording = rehearsal(made.excitation, self.frame_rate_hz)
+    def information(self, made: Design) -> Information:
+        """Information of a whole command."""
+        recording = predicted_experiment(made.excitation, self.frame_rate_hz)
         return assess(self.actuator, [recording], self.noise_deg, catalogue=self.catalogue)
 
 
@@ -85,23 +89,23 @@ def optimal(
     wanted: Sequence[str],
     limits: Limits,
     *,
-    catalogue: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect] | None = None,
     frame_rate_hz: float = 120.0,
     noise_deg: float = 0.03,
     seed: int = 0,
 ) -> Optimal:
     """The command within ``limits`` with the most information about the ``wanted`` parameters.
 
-    Where one of the plain shapes tells more than the mix, it is taken. Raises InputError for
+    Where one of the plain shapes gives more than the mix, it is taken. Raises InputError for
     parameters that the model does not have or that stand at zero.
     """
     _check(actuator, wanted)
-    aim = _Aim(actuator, tuple(wanted), catalogue, frame_rate_hz, noise_deg)
+    aim = _Aim(actuator, tuple(wanted), catalogue or built_in(), frame_rate_hz, noise_deg)
     still = replace(limits, centre_deg=0.0)
     designs = [_mix(aim, still, seed), *_possible(still, SHAPES, seed)]
     moved = [_about(made, limits.centre_deg) for made in designs]
     best = max(moved, key=lambda made: _criterion(*aim.fisher(made.excitation)))
-    return Optimal(best, aim.told(best))
+    return Optimal(best, aim.information(best))
 
 
 def _mix(aim: _Aim, limits: Limits, seed: int) -> Design:
@@ -109,9 +113,9 @@ def _mix(aim: _Aim, limits: Limits, seed: int) -> Design:
     slots = int(np.clip(limits.duration_s / SLOT_S, *SLOTS))
     slot = replace(limits, duration_s=limits.duration_s / slots)
     pieces = list(_pieces(slot, seed))
-    told = [aim.fisher(piece.excitation) for piece in pieces]
-    count = told[0][1]
-    fishers = np.array([fisher for fisher, _ in told])
+    results = [aim.fisher(piece.excitation) for piece in pieces]
+    count = results[0][1]
+    fishers = np.array([fisher for fisher, _ in results])
     chosen: list[int] = []
     total = _RIDGE * np.diag(np.diag(fishers.sum(axis=0)) + 1e-12)
     for _ in range(slots):
@@ -143,7 +147,7 @@ def _possible(
     seed: int,
     form: Form | None = None,
 ) -> Iterator[Design]:
-    """The designs that the limits leave room for."""
+    """The designs that fit into the limits."""
     for shape in shapes:
         try:
             yield design(shape, limits, form, seed)

@@ -1,4 +1,4 @@
-"""What a command would tell, before it is run; and which one would tell more."""
+"""The information of a command before it is run, and which command would give more."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from servosight.identify.design._information import Information, information, pe
 from servosight.identify.problem import Problem, thinned
 from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect
+from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import SHAPES, Excitation, Limits, design
 
 GAIN = 0.7
@@ -22,16 +23,18 @@ def assess(
     recordings: Sequence[Recording],
     noise_deg: float,
     *,
-    catalogue: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect] | None = None,
     biases_deg: Sequence[float] | None = None,
 ) -> Information:
-    """What ``recordings`` tell about an actuator's parameters. Only their commands and times count.
+    """Information of ``recordings`` about an actuator's parameters, from their commands and times.
 
     Each is taken to start at rest where its first command and its bias (default: the actuator's)
     put it.
     """
     recordings, _ = thinned(recordings)
-    problem = Problem.of(recordings, catalogue, actuator.effects)
+    problem = Problem.of(
+        recordings, built_in() if catalogue is None else catalogue, actuator.effects
+    )
     own = biases_deg or [actuator.value("bias")] * len(recordings)
     return information(problem, resting_point(problem, actuator, own), noise_deg)
 
@@ -51,15 +54,15 @@ def resting_point(problem: Problem, actuator: Actuator, biases_deg: Sequence[flo
     return np.asarray(np.clip(np.array([*shared, *own]), low, high))
 
 
-def rehearsal(
+def predicted_experiment(
     excitation: Excitation,
     frame_rate_hz: float = 120.0,
     exposure_s: float = 0.0,
     like: Recording | None = None,
 ) -> Recording:
-    """A recording that has not been made: the command, frame times, and no angle yet (zeros).
+    """A recording that has not been made: the command, frame times, and an angle of zeros.
 
-    ``like`` is a recording of the same bench, whose frame rate, exposure and settings it has.
+    ``like`` is a recording of the same bench, whose frame rate, exposure and settings it takes.
     """
     if like is not None:
         frame_rate_hz = 1.0 / float(np.median(np.diff(like.time_s)))
@@ -68,7 +71,7 @@ def rehearsal(
     frames = int((excitation.duration_s - exposure_s) * frame_rate_hz)
     time_s = start + 0.5 * exposure_s + np.arange(frames) / frame_rate_hz
     fresh = Recording(
-        "rehearsal",
+        "predicted",
         excitation.time_s,
         excitation.command_deg,
         time_s,
@@ -116,11 +119,11 @@ def better_command(
     like: Recording,
     noise_deg: float,
     *,
-    catalogue: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect] | None = None,
 ) -> Better | None:
     """The shape with the smallest worst sigma within the limits that ``like``'s command has kept.
 
-    None where they leave room for no shape, or for none that tells more.
+    None where no shape fits into them, or none gives more information.
     """
     (like,), _ = thinned([like])
     limits = Limits.of(like.command_time_s, like.command_deg)
@@ -131,13 +134,16 @@ def better_command(
             made = design(shape, limits)
         except InputError:  # too short for this shape
             continue
-        told = assess(
-            actuator, [rehearsal(made.excitation, like=like)], noise_deg, catalogue=catalogue
+        known = assess(
+            actuator,
+            [predicted_experiment(made.excitation, like=like)],
+            noise_deg,
+            catalogue=catalogue,
         )
-        found.append(Better(shape, limits, told))
+        found.append(Better(shape, limits, known))
     best = min(found, key=lambda one: _worst(one.information), default=None)
     return best if best is not None and _worst(best.information) < GAIN * _worst(now) else None
 
 
-def _worst(told: Information) -> float:
-    return max(told.sigma.values())
+def _worst(known: Information) -> float:
+    return max(known.sigma.values())

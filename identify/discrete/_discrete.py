@@ -12,11 +12,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Actuator, Array, InputError, Recording
+from servosight.models.core import Array, InputError
 
 TRANSFORMS = ("tustin", "zoh", "matched")
 """Bilinear (Tustin), zero-order hold, and poles matched by z = exp(s times sample time)."""
@@ -33,36 +32,23 @@ class Linear:
 
 @dataclass(frozen=True)
 class Difference:
-    """The coefficients of eq. 2, and the time from one sample to the next [s]."""
+    """The time from one sample to the next [s], and the coefficients of eq. 2.
 
+    >>> to_difference(Linear(k=1.0, T=0.02, xi=0.6), 0.01).gain
+    1.0
+    """
+
+    sample_time_s: float
     a1: float
     a2: float
     b0: float
     b1: float
     b2: float
-    sample_time_s: float
 
     @property
     def gain(self) -> float:
         """Static gain k [-]."""
         return (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
-
-    def to_json(self) -> dict[str, Any]:
-        """The coefficients and their sample time, by their names."""
-        return {
-            "sample_time_s": self.sample_time_s,
-            "a1": self.a1,
-            "a2": self.a2,
-            "b0": self.b0,
-            "b1": self.b1,
-            "b2": self.b2,
-        }
-
-
-def as_sampled(actuator: Actuator, recording: Recording) -> Difference:
-    """The linear core as eq. 2, by Tustin at the recording's median time between samples."""
-    linear = Linear(*(actuator.value(name) for name in ("k", "T", "xi")))
-    return to_difference(linear, float(np.median(np.diff(recording.time_s))))
 
 
 def to_difference(linear: Linear, sample_time_s: float, transform: str = "tustin") -> Difference:
@@ -112,7 +98,7 @@ def _bilinear(linear: Linear, h: float) -> Difference:
     first = inertia + damping + 1.0
     b = linear.k / first
     return Difference(
-        (2.0 - 2.0 * inertia) / first, (inertia - damping + 1.0) / first, b, 2.0 * b, b, h
+        h, (2.0 - 2.0 * inertia) / first, (inertia - damping + 1.0) / first, b, 2.0 * b, b
     )
 
 
@@ -209,4 +195,4 @@ def _regressors(command: Array, angle: Array) -> Array:
 
 def _difference(found: Array, sample_time_s: float) -> Difference:
     a1, a2, b0, b1, b2 = map(float, found)
-    return Difference(a1, a2, b0, b1, b2, sample_time_s)
+    return Difference(sample_time_s, a1, a2, b0, b1, b2)

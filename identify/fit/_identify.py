@@ -1,75 +1,107 @@
-"""From recordings to a model with its uncertainty: the search methods, and what they return."""
+"""From recordings to a fitted model with its uncertainty: the verb."""
 
 from __future__ import annotations
 
-import functools
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.fit._fit import Fit, coordinate_scale, fit_effects, polish
+from servosight.identify.design import assess, better_command
+from servosight.identify.discrete import Linear, to_difference
+from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._result import Fit, parameter_table
+from servosight.identify.fit._solution import Solution, polish
 from servosight.identify.problem import (
     TOLERANCE_SHARE,
+    BaseModel,
     Problem,
-    Standpoint,
+    coordinate_scale,
     effect_starts,
     joint_noise_deg,
     linear_start,
     search_box,
     thinned,
 )
-from servosight.identify.search import OPERATORS, Polished, Population, drive
-from servosight.identify.uncertainty import estimates, own_estimates
-from servosight.models.core import Actuator, Array, Estimate, Recording, views
-from servosight.models.effects import Effect
+from servosight.identify.search import ESTIMATORS, SearchSpace, drive
+from servosight.models.core import Array, InputError, Recording, views
+from servosight.models.effects import Effect, select
+from servosight.models.effects import catalogue as built_in
 
 SEARCH_BUDGET = 6_000
+METHODS = tuple(ESTIMATORS)
+"""Names of the search methods."""
 
 
-@dataclass(frozen=True)
-class Identification:
-    """What ``identify`` returns and JSON carries."""
+def identify(
+    recordings: Recording | Sequence[Recording],
+    effects: Sequence[str] = (),
+    *,
+    catalogue: Mapping[str, Effect] | None = None,
+    method: str = "combination",
+    seed: int = 0,
+    tolerance: float | None = None,
+) -> Fit:
+    """Fit the linear core and ``effects`` to recordings jointly, a horn's angle among them.
 
-    actuator: Actuator
-    biases: tuple[Estimate, ...]
-    rmse_deg: float
-    noise_deg: float
-    floor_deg: float
-    samples: int
-    method: str
-    seconds: float
-    stopped: str
-    warnings: tuple[str, ...] = ()
-    evaluations: int = 0
-    history: Array = field(default_factory=lambda: np.empty(0))
+    ``catalogue`` holds the effects to choose from (default: the built-in ones), ``method`` is one
+    of :data:`METHODS`, and ``tolerance`` [deg] is the error that no model need go below (default
+    0.05 % of the moved range). Every method ends with Levenberg-Marquardt descents. InputError for
+    an unknown effect or method. :class:`Fit` has an example.
+    """
+    began = time.perf_counter()
+    if method not in ESTIMATORS:
+        raise InputError(f"method {method}: expected one of {', '.join(METHODS)}")
+    known = built_in() if catalogue is None else catalogue
+    chosen = tuple(select(known, effects))
+    whole = views([recordings] if isinstance(recordings, Recording) else recordings)
+    scored, notes = thinned(whole)
+    problem = Problem.of(scored, known, chosen)
+    solution, history = _solved(problem, method, seed)
+    shared, warnings = solution.uncertainty.shared_estimates()
+    biases = solution.uncertainty.own_estimates("bias")
+    linear = Linear(*(shared[name].value for name in ("k", "T", "xi")))
+    sample_time_s = float(np.median(np.diff(whole[0].time_s)))
+    noise = joint_noise_deg(tuple(whole))
+    return Fit(
+        parameters=parameter_table(shared, biases),
+        covariance=solution.uncertainty.matrix(shared),
+        rmse_deg=solution.rmse_deg,
+        noise_deg=noise,
+        floor_deg=floor_deg(whole, noise, tolerance),
+        samples=int(sum(mask.sum() for mask in problem.masks)),
+        method=method,
+        seconds=time.perf_counter() - began,
+        stopped=str(solution.outcome.stopped),
+        warnings=(*notes, *warnings),
+        effects=chosen,
+        recordings=tuple(recording.name for recording in whole),
+        evaluations=solution.outcome.evaluations,
+        history=history,
+        discrete=to_difference(linear, sample_time_s),
+    )
 
-    def to_json(self) -> dict[str, Any]:
-        """Its JSON (docs/json.md); ``bias`` is a list where there are several recordings."""
-        return {
-            "schema": 1,
-            "parameters": parameters_json(self.actuator.parameters, self.biases),
-            "rmse_deg": self.rmse_deg,
-            "noise_deg": self.noise_deg,
-            "floor_deg": self.floor_deg,
-            "samples": self.samples,
-            "method": self.method,
-            "seconds": self.seconds,
-            "stopped": self.stopped,
-            "warnings": list(self.warnings),
-        }
 
+def with_information(
+    fit: Fit,
+    recordings: Recording | Sequence[Recording],
+    catalogue: Mapping[str, Effect] | None = None,
+) -> Fit:
+    """``fit`` with what the commands of its ``recordings`` tell about its parameters.
 
-def parameters_json(
-    parameters: Mapping[str, Estimate], biases: Sequence[Estimate]
-) -> dict[str, Any]:
-    """Parameters as JSON, ``bias`` as one estimate or, for several recordings, as a list."""
-    table: dict[str, Any] = {name: one.to_json() for name, one in parameters.items()}
-    listed = [bias.to_json() for bias in biases]
-    table["bias"] = listed[0] if len(listed) == 1 else listed
-    return table
+    Where they do not suffice, two warnings say so and which command would do better.
+    """
+    whole = views([recordings] if isinstance(recordings, Recording) else recordings)
+    actuator, biases = fit.actuator, [bias.value for bias in fit.biases]
+    known = assess(actuator, whole, fit.noise_deg, catalogue=catalogue, biases_deg=biases)
+    warnings = list(fit.warnings)
+    if not known.sufficient:
+        warnings.append(known.sentence)
+        better = better_command(actuator, whole[0], fit.noise_deg, catalogue=catalogue)
+        if better is not None:
+            warnings.append(better.sentence(known))
+    return replace(fit, information=known.summary(), warnings=tuple(warnings))
 
 
 def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | None) -> float:
@@ -79,66 +111,15 @@ def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | 
     return float(np.hypot(noise, tolerance))
 
 
-def identify(
-    recordings: Sequence[Recording],
-    effects: Sequence[str],
-    *,
-    catalogue: Mapping[str, Effect],
-    method: str = "combination",
-    seed: int = 0,
-    tolerance: float | None = None,
-) -> Identification:
-    """Fit the linear core and ``effects`` to recordings jointly, a horn's angle among them.
-
-    ``method`` is a key of :data:`METHODS`. Every method is polished by Gauss-Newton.
-    """
-    began = time.perf_counter()
-    whole = views(recordings)
-    scored, notes = thinned(whole)
-    problem = Problem.of(scored, catalogue, effects)
-    fit, history = METHODS[method](problem, seed)
-    table, warnings = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
-    biases = own_estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost, "bias")
-    noise = joint_noise_deg(tuple(whole))
-    return Identification(
-        Actuator(
-            {**table, "bias": biases[0]},
-            tuple(effects),
-            {"fitted_on": [recording.name for recording in recordings], "method": method},
-        ),
-        biases,
-        fit.rmse_deg,
-        noise,
-        floor_deg(recordings, noise, tolerance),
-        int(sum(mask.sum() for mask in problem.masks)),
-        method,
-        time.perf_counter() - began,
-        fit.outcome.stopped,
-        (*notes, *warnings),
-        fit.outcome.evaluations,
-        history,
-    )
-
-
-def _by_gradient(problem: Problem, seed: int) -> tuple[Fit, Array]:
-    fit = fit_effects(problem)
-    return fit, fit.outcome.history
-
-
-def _by_population(name: str, problem: Problem, seed: int) -> tuple[Fit, Array]:
-    """A population and its descents search the box around the linear fit; the best is polished."""
+def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
+    """The solution, and the history of the search for it."""
+    if method == "gradient":  # local: from the effects' guesses, which extend a linear fit
+        solution = fit_effects(problem)
+        return solution, solution.outcome.history
     linear = Problem(problem.recordings, problem.plant, (), problem.masks)
-    start = Standpoint(linear, linear_start(linear))
+    start = BaseModel(linear, linear_start(linear))
     low, high = search_box(problem, start)
-    seeds = np.array(effect_starts(problem, start))
-    population = Population(OPERATORS[name], low, high, seed, seeds)
-    estimator = Polished(population, coordinate_scale(problem, seeds[0]))
-    search = drive(estimator, problem.residuals, SEARCH_BUDGET)
+    guesses = np.array(effect_starts(problem, start))
+    space = SearchSpace(low, high, coordinate_scale(problem, guesses[0]), seed, guesses)
+    search = drive(ESTIMATORS[method](space), problem.residuals, SEARCH_BUDGET)
     return polish(problem, [search.point]), search.history
-
-
-METHODS: dict[str, Callable[[Problem, int], tuple[Fit, Array]]] = {
-    **{name: functools.partial(_by_population, name) for name in OPERATORS},
-    "gradient": _by_gradient,
-}
-"""Search methods by name."""

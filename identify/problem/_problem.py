@@ -23,7 +23,7 @@ TOLERANCE_SHARE = 5e-4
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One free number of the search: where it stands in a row, and how it is mapped.
+    """One free number of the search: its column in a row of plant parameters, and its mapping.
 
     ``recording`` is None for a physical parameter that all recordings share.
     """
@@ -124,7 +124,7 @@ class Problem:
 
     @cached_property
     def stimuli(self) -> tuple[Stimulus, ...]:
-        """What each recording asks of the plant."""
+        """Command and sample times of each recording, as the plant takes them."""
         return tuple(Stimulus.of(recording) for recording in self.recordings)
 
     @cached_property
@@ -132,8 +132,8 @@ class Problem:
         """For each recording its samples' weights: ones where no sigma is known.
 
         A sample counts by rms(sigma) / sigma within its recording, and recordings among themselves
-        by their rms sigma, with the tolerance that no model need reach: a horn seen less sharply
-        than the surface must not blur what the surface tells.
+        by their rms sigma together with the tolerance: a horn that is measured less accurately than
+        the surface must not make the parameters that the surface determines less accurate.
         """
         within = tuple(_weights(recording) for recording in self.recordings)
         sizes = np.array([_size_deg(recording) for recording in self.recordings])
@@ -144,8 +144,8 @@ class Problem:
 
     @cached_property
     def shared(self) -> Array:
-        """What one sigma of each error that a recording's samples share makes of the weighted
-        residuals, (scored, errors); an error belongs to one recording."""
+        """Change of the weighted residuals by one sigma of each error that a recording's samples
+        share, (scored, errors); an error belongs to one recording."""
         scored = sum(int(mask.sum()) for mask in self.masks)
         columns, begin = [np.zeros((scored, 0))], 0
         for recording, weight, mask in zip(self.recordings, self.weights, self.masks, strict=True):
@@ -182,7 +182,7 @@ class Problem:
         return [self._simulated(self.rows(points, r), r) for r in range(len(self.recordings))]
 
     def _simulated(self, rows: Array, recording: int) -> Array:
-        """Each different row once: what belongs to one recording leaves the others as they were."""
+        """Each different row once: a parameter of one recording does not change others' rows."""
         stimulus = self.stimuli[recording]
         if len(self.recordings) == 1:
             return self.plant.simulate(rows, stimulus)

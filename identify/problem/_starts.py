@@ -1,4 +1,4 @@
-"""Where a search begins: a linear fit by projection, and physical guesses for each effect."""
+"""Where a search begins: a linear fit by projection, and physical initial guesses of effects."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def linear_start(problem: Problem) -> Array:
 
 
 def cues(problem: Problem, point: Array) -> Cues:
-    """What the recordings and a fit (a search point of ``problem``) say about sizes."""
+    """Initial-guess features: sizes, from the recordings and a fit (a search point)."""
     residual = problem.residuals(point[None, :])[0]
     speeds, drives, ranges = [], [], []
     values = problem.values(point)
@@ -78,7 +78,7 @@ def cues(problem: Problem, point: Array) -> Cues:
 
 
 def traces(problem: Problem, point: Array) -> Traces:
-    """The recordings and a fit (a search point of ``problem``), sample by sample, end to end."""
+    """Residual features: recordings and a fit (a search point), sample by sample, joined."""
     values = problem.values(point)
     k, T, xi = values["k"], values["T"], values["xi"]
     columns: list[tuple[Array, ...]] = []
@@ -114,16 +114,16 @@ def traces(problem: Problem, point: Array) -> Traces:
 
 
 @dataclass(frozen=True)
-class Standpoint:
-    """A fitted model behind which others start: what it shows is worked out once.
+class BaseModel:
+    """A fitted model from which models with more effects start; what they need of it is cached.
 
-    ``looks`` keeps, for each set of effects, masks, starts and what these promise on them;
-    ``ordered`` masks and the starts that were put in order on them.
+    For each set of effects ``changes`` caches masks, starts and the costs of these under the masks,
+    and ``ordered`` masks and the starts ordered under them.
     """
 
     problem: Problem
     point: Array
-    looks: dict[tuple[str, ...], tuple[Masks, Array, Array]] = field(
+    changes: dict[tuple[str, ...], tuple[Masks, Array, Array]] = field(
         default_factory=dict, compare=False
     )
     ordered: dict[tuple[str, ...], tuple[Masks, Array]] = field(default_factory=dict, compare=False)
@@ -131,7 +131,7 @@ class Standpoint:
 
     @functools.cached_property
     def cues(self) -> Cues:
-        """What the model leaves, in sizes and traces."""
+        """Initial-guess features of what the model leaves."""
         return cues(self.problem, self.point)
 
     def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
@@ -141,7 +141,7 @@ class Standpoint:
         return self._guesses[effect.id]
 
 
-def effect_guesses(problem: Problem, base: Standpoint) -> list[Array]:
+def effect_guesses(problem: Problem, base: BaseModel) -> list[Array]:
     """Search points of ``problem``: the base's point, with guesses for effects it lacks.
 
     All combinations of the new effects' guesses.
@@ -170,11 +170,11 @@ def effect_guesses(problem: Problem, base: Standpoint) -> list[Array]:
     return found
 
 
-def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
+def effect_starts(problem: Problem, base: BaseModel) -> list[Array]:
     """The guesses, each with the lag 2 xi T as it is and shorter.
 
-    A model that lacks a limit or friction takes what they hold up for lag. An overdamped core is
-    not kept so: it would have a time constant shorter than any servo's.
+    A model that lacks a limit or friction fits their delay by a longer lag. A shorter lag is not
+    kept overdamped: its time constant would be shorter than any servo's.
     """
     return [
         np.clip(point, *problem.bounds)
@@ -184,15 +184,15 @@ def effect_starts(problem: Problem, base: Standpoint) -> list[Array]:
 
 
 def _shorter(point: Array, share: float) -> Array:
-    """A search point with ``share`` of its lag, damped critically at most."""
+    """A search point with ``share`` of its lag, critically damped at most."""
     found = point.copy()
     found[2] = min(point[2], 0.0)
     found[1] += np.log(share) + point[2] - found[2]
     return found
 
 
-def idle_start(problem: Problem, base: Standpoint) -> Array:
-    """The search point of ``problem`` at which the effects that the base lacks do nothing."""
+def neutral_start(problem: Problem, base: BaseModel) -> Array:
+    """The search point of ``problem`` at which the effects that the base lacks are neutral."""
     start = effect_guesses(problem, base)[0].copy()
     owned = {coordinate.name for coordinate in base.problem.coordinates}
     for j, coordinate in enumerate(problem.coordinates):
@@ -202,7 +202,7 @@ def idle_start(problem: Problem, base: Standpoint) -> Array:
     return start
 
 
-def search_box(problem: Problem, linear: Standpoint) -> tuple[Array, Array]:
+def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:
     """Bounds for a population about a linear start: wide, but finite and physical."""
     low, high = (bound.copy() for bound in problem.bounds)
     coordinates = linear.problem.coordinates

@@ -1,13 +1,14 @@
-"""Estimators that are asked for points and told how they fared, and the driver that runs them.
+"""Estimators with an ask-and-tell interface, and the driver that runs them.
 
-An estimator knows nothing of servos: it proposes search points and hears their residuals. The
-driver owns bounds, budget and stopping, and returns an :class:`Outcome` that says why it stopped.
+An estimator knows nothing of servos: it proposes search points and receives their residuals. The
+driver owns budget and stopping, and returns an :class:`Outcome` that says why it stopped.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
@@ -17,10 +18,51 @@ from servosight.models.core import Array
 Residuals = Callable[[Array], Array]
 
 
-class Estimator(Protocol):
-    """Ask / tell. ``stopped`` is empty while the estimator wants to go on, else the reason."""
+class StopReason(StrEnum):
+    """Why a search ended."""
 
-    stopped: str
+    CONVERGED = "converged"
+    GENERATIONS = "generations"
+    BUDGET = "budget"
+    GOAL = "goal"
+    NOT_FITTED = "not fitted"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The reason for the end of a search, and a sentence with the numbers that belong to it."""
+
+    reason: StopReason
+    sentence: str
+
+    def __str__(self) -> str:
+        """The sentence."""
+        return self.sentence
+
+
+NOT_FITTED = Stop(StopReason.NOT_FITTED, "not fitted: the point was evaluated as given")
+
+
+@dataclass(frozen=True)
+class SearchSpace:
+    """Where to search: bounds ``low`` and ``high`` (coordinates,), and what is known beforehand.
+
+    ``scale`` (coordinates,) is the size of a meaningful change of each coordinate; ``guesses``
+    (points, coordinates) join the first generation of a population; ``seed`` makes a random search
+    reproducible.
+    """
+
+    low: Array
+    high: Array
+    scale: Array
+    seed: int = 0
+    guesses: Array | None = None
+
+
+class Estimator(Protocol):
+    """Ask and tell. ``stopped`` is None while the estimator goes on, else why it ended."""
+
+    stopped: Stop | None
 
     def ask(self) -> Array:
         """Points to try, (batch, coordinates), within the bounds."""
@@ -35,15 +77,15 @@ class Estimator(Protocol):
 class Outcome:
     """The best point of a run. ``cost`` is half the sum of squares.
 
-    ``stopped`` says why the run ended and, where it ran out of budget, what to raise; ``history``
-    (generations,) holds the best cost after each generation and ``path`` (generations,
-    coordinates) where it was found.
+    ``stopped`` says why the run ended and, where its budget was used up, what to raise;
+    ``history`` (generations,) holds the best cost after each generation and ``path``
+    (generations, coordinates) the point that has it.
     """
 
     point: Array
     cost: float
     evaluations: int
-    stopped: str
+    stopped: Stop
     history: Array
     path: Array
 
@@ -53,15 +95,22 @@ def drive(
 ) -> Outcome:
     """Run an estimator until it stops, its cost falls below ``goal``, or the budget is spent.
 
-    No batch is run that would pass ``budget`` evaluations, but at least one is. The estimator may
-    be driven on from where it was left.
+    No batch is run that would exceed ``budget`` evaluations, but at least one batch is. A later
+    call with the same estimator continues the search.
+
+    >>> import numpy as np
+    >>> from servosight.identify.search import ESTIMATORS, SearchSpace
+    >>> space = SearchSpace(np.array([-5.0]), np.array([5.0]), np.array([1.0]), seed=1)
+    >>> outcome = drive(ESTIMATORS["gradient"](space), lambda points: points - 2.0, budget=100)
+    >>> round(float(outcome.point[0]), 6), outcome.stopped.reason.value
+    (2.0, 'converged')
     """
     best: Array | None = None
     best_cost = np.inf
     spent = 0
     history: list[float] = []
     path: list[Array] = []
-    while not estimator.stopped and best_cost >= goal:
+    while estimator.stopped is None and best_cost >= goal:
         points = estimator.ask()
         if best is not None and spent + len(points) > budget:
             break
@@ -76,9 +125,11 @@ def drive(
         estimator.tell(points, answers)
     if best is None:
         raise ValueError(f"the estimator had stopped before it began: {estimator.stopped}")
-    reason = estimator.stopped or f"budget of {budget} evaluations spent; raise it to go on"
+    reason = estimator.stopped or Stop(
+        StopReason.BUDGET, f"budget of {budget} evaluations spent; raise it to go on"
+    )
     if best_cost < goal:
-        reason = f"goal reached: a cost below {goal:g}"
+        reason = Stop(StopReason.GOAL, f"goal reached: a cost below {goal:g}")
     return Outcome(best, best_cost, spent, reason, np.array(history), np.array(path))
 
 

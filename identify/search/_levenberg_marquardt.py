@@ -1,4 +1,4 @@
-"""Gauss-Newton with Levenberg and Marquardt's damping and box bounds, as an estimator.
+"""Levenberg-Marquardt descent within box bounds, as an estimator.
 
 Each generation is a batch: the columns of a difference quotient, or one trial point for each of
 several dampings. Nocedal and Wright, Numerical Optimization (2006), section 10.3; coordinates at a
@@ -7,18 +7,37 @@ bound are frozen while the gradient points outward (projected step, Kelley 1999,
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from servosight.identify.search._estimator import half_squares
+from servosight.identify.search._estimator import SearchSpace, Stop, StopReason, half_squares
 from servosight.models.core import Array
 
-# Closely about the last damping, and none keeps it: along a bent valley it has to change.
+# Factors of the last damping, close to 1 but never 1: along a curved valley it has to change.
 _DAMPINGS = np.array([1e-5, 1e-3, 3e-2, 3e-1, 3.0, 300.0])
 _QUOTIENT = 1e-5
 _INSENSITIVE = 1e-4
 
+FLAT = Stop(StopReason.CONVERGED, "converged: the cost no longer falls")
+NO_DESCENT = Stop(StopReason.CONVERGED, "converged: no damping lowers the cost")
+GENERATIONS_USED = Stop(
+    StopReason.GENERATIONS, "generations spent; start nearer or raise the limit"
+)
 
-class GaussNewton:
+
+@dataclass(frozen=True)
+class DescentOptions:
+    """The search ends where a generation lowers the cost by less than ``tolerance`` of it.
+
+    At most ``generations`` trial steps are made.
+    """
+
+    tolerance: float = 1e-5
+    generations: int = 30
+
+
+class LevenbergMarquardt:
     """Descend from ``start`` within ``low`` and ``high``.
 
     ``scale`` (coordinates,) is the size of a meaningful change of each coordinate: difference
@@ -31,16 +50,15 @@ class GaussNewton:
         low: Array,
         high: Array,
         scale: Array,
-        tolerance: float = 1e-5,
-        generations: int = 30,
+        options: DescentOptions = DescentOptions(),
     ) -> None:
         self.low, self.high = low, high
         self.point = np.clip(np.asarray(start, dtype=np.float64), low, high)
         self.scale = scale
-        self.tolerance = tolerance
-        self.left = generations
+        self.options = options
+        self.generations_left = options.generations
         self.damping = 1.0
-        self.stopped = ""
+        self.stopped: Stop | None = None
         self.cost = np.inf
         self.jacobian: Array | None = None
         self._residual: Array | None = None
@@ -58,17 +76,16 @@ class GaussNewton:
         else:
             self._differentiate(residuals)
 
-    def resumed(self) -> GaussNewton:
-        """A descent that goes on from here, also where this one has stopped."""
-        onward = GaussNewton(
-            self.point, self.low, self.high, self.scale, self.tolerance, max(self.left, 1)
-        )
-        onward.damping = self.damping
-        return onward
+    def resumed(self) -> LevenbergMarquardt:
+        """A descent that continues from here, also where this one has stopped."""
+        left = replace(self.options, generations=max(self.generations_left, 1))
+        following = LevenbergMarquardt(self.point, self.low, self.high, self.scale, left)
+        following.damping = self.damping
+        return following
 
     def _neighbours(self) -> Array:
         steps = _QUOTIENT * (self.scale + np.abs(self.point))
-        # Step inward where a bound is near, and no further than the other one.
+        # Step inward where a bound is near, and no further than the opposite bound.
         above, below = self.high - self.point, self.point - self.low
         inward = np.where(below > above, -np.minimum(steps, below), np.minimum(steps, above))
         self._steps = np.where(steps > above, inward, steps)
@@ -89,7 +106,7 @@ class GaussNewton:
         )
         free = np.flatnonzero(~outward)
         normal = self.jacobian[:, free].T @ self.jacobian[:, free]
-        # A coordinate that hardly matters must not run away: its column counts as longer.
+        # A coordinate without influence must not take huge steps: its column counts as longer.
         size = (self.scale + np.abs(self.point))[free]
         sensitivity = np.sqrt(np.diag(normal)) * size
         weakest = max(_INSENSITIVE * float(sensitivity.max(initial=0.0)), 1e-30)
@@ -107,19 +124,28 @@ class GaussNewton:
         costs = half_squares(residuals)
         best = int(np.argmin(costs))
         gain = self.cost - float(costs[best])
-        self.left -= 1
+        self.generations_left -= 1
         if gain > 0.0:
             step = np.abs(points[best] - self.point) / (self.scale + np.abs(self.point))
             self.point = points[best].copy()
-            small = gain <= self.tolerance * self.cost
+            small = gain <= self.options.tolerance * self.cost
             self.damping = float(np.clip(self.damping * _DAMPINGS[best] / 0.1, 1e-6, 1e4))
             self.cost = float(costs[best])
             self._trying = False
             if small or float(step.max()) < 1e-9:
-                self.stopped = "converged: the cost no longer falls"
+                self.stopped = FLAT
         else:
             self.damping *= 1e3
             if self.damping > 1e7:
-                self.stopped = "converged: no damping lowers the cost"
-        if self.left <= 0 and not self.stopped:
-            self.stopped = "generations spent; start nearer or raise the limit"
+                self.stopped = NO_DESCENT
+        if self.generations_left <= 0 and self.stopped is None:
+            self.stopped = GENERATIONS_USED
+
+
+def gradient(space: SearchSpace) -> LevenbergMarquardt:
+    """A descent from the first guess or, without one, from a point drawn within the bounds."""
+    if space.guesses is not None and len(space.guesses):
+        start = space.guesses[0]
+    else:
+        start = np.random.default_rng(space.seed).uniform(space.low, space.high)
+    return LevenbergMarquardt(start, space.low, space.high, space.scale)

@@ -1,4 +1,4 @@
 """Uncertainty of a fit."""
 
-from servosight.identify.uncertainty._uncertainty import estimates as estimates
-from servosight.identify.uncertainty._uncertainty import own_estimates as own_estimates
+from servosight.identify.uncertainty._matrix import Matrix as Matrix
+from servosight.identify.uncertainty._uncertainty import Uncertainty as Uncertainty

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.identify.problem import Problem
-from servosight.identify.search import GaussNewton, drive
+from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
 from servosight.models.core import Array
 
 CHI_SQUARE_95 = 3.841
@@ -53,7 +53,8 @@ class Profile:
         moved = self.point + (value - self.point[index]) * self.slopes[index]
         scale = _STEP_SHARE * np.delete(self.scale, index)
         tolerance = 0.5 * _NOTICED * self.variance / self.cost
-        descent = GaussNewton(np.delete(moved, index), low, high, scale, tolerance)
+        options = DescentOptions(tolerance)
+        descent = LevenbergMarquardt(np.delete(moved, index), low, high, scale, options)
         return 2.0 * (drive(descent, residuals, _BUDGET).cost - self.cost) / self.variance
 
     def reach(self, index: int, step: float, level: float = 1.0) -> float | None:

@@ -1,7 +1,8 @@
-"""Uncertainty of a fit: from the Jacobian where that holds, else from the profile likelihood."""
+"""Uncertainty of a fit: from the Jacobian where the cost is parabolic, else from the profile."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,21 +12,22 @@ from numpy.typing import NDArray
 from servosight.identify.problem import Coordinate, Problem, projected_out
 from servosight.identify.uncertainty._clock import offset_slopes
 from servosight.identify.uncertainty._correlation import weighted_normal
+from servosight.identify.uncertainty._matrix import Matrix
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, Profile
 from servosight.models.core import Array, Estimate
 
 _FLAT = 1e-13
 _PARABOLA = (0.6, 1.6)
-"""A step of one sigma costs 1 on a parabola; beyond these, the profile is asked."""
+"""A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
 _VAGUE = 10.0
-"""A sigma of so many times the value tells nothing."""
+"""A sigma of so many times the value is not reported."""
 _TIMED = 0.02
 """A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What a fitted ``point`` (coordinates,) may be off by.
+    """The uncertainty of a fitted ``point`` (coordinates,).
 
     ``jacobian`` (scored, coordinates) of the weighted residuals, ``cost`` half their sum of
     squares at the point.
@@ -58,8 +60,8 @@ class Uncertainty:
 
         The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
         Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
-        are white it is s^2 (J'J)^-1. Errors that all samples of a recording share add to it what
-        they make of the coordinates: no number of samples averages them out.
+        are white it is s^2 (J'J)^-1. Errors that all samples of a recording share (of calibration
+        and of the clocks) are added: no number of samples averages them out.
         """
         known = np.isfinite(np.diag(self.inverse))
         part = self.inverse[np.ix_(known, known)]
@@ -114,7 +116,7 @@ class Uncertainty:
 
     @cached_property
     def sigma(self) -> Array:
-        """One standard deviation of each coordinate, NaN where there is none to tell."""
+        """One standard deviation of each coordinate, NaN where it is undetermined."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @cached_property
@@ -132,7 +134,7 @@ class Uncertainty:
 
     @cached_property
     def parabolic(self) -> NDArray[np.bool_]:
-        """True where a step of one sigma to either side costs about what the Jacobian foretells."""
+        """True where a step of one sigma to either side costs about what the Jacobian predicts."""
         indices = np.flatnonzero(np.isfinite(self.plain_sigma))
         low, high = self.problem.bounds
         steps = self.variance * self.inverse[indices] / self.plain_sigma[indices, None]
@@ -167,21 +169,60 @@ class Uncertainty:
         sigma, warning = self._sigma(index, coordinate, value)
         return Estimate(value, sigma, coordinate.parameter.unit), warning
 
+    def shared_estimates(self) -> tuple[dict[str, Estimate], list[str]]:
+        """Shared parameters by name, and a warning for each whose sigma is unknown."""
+        names = [coordinate.name for coordinate in self.problem.coordinates]
+        found = [self.estimate(index) for index in range(self.problem.physical)]
+        table = {name: one for name, (one, _) in zip(names, found, strict=False)}
+        return table, [warning for _, warning in found if warning is not None]
+
+    def own_estimates(self, name: str) -> tuple[Estimate, ...]:
+        """One of the recordings' own parameters (``bias``), for each recording."""
+        return tuple(
+            Estimate(
+                float(x),
+                float(sigma) if np.isfinite(sigma) else None,
+                coordinate.parameter.unit,
+            )
+            for coordinate, x, sigma in zip(
+                self.problem.coordinates, self.point, self.sigma, strict=True
+            )
+            if coordinate.recording is not None and coordinate.name == name
+        )
+
+    def matrix(self, estimates: Mapping[str, Estimate]) -> Matrix:
+        """Covariance of the shared parameters in their own units.
+
+        NaN for those without a sigma among ``estimates``, and linear throughout: where a sigma
+        comes from the profile likelihood, it differs from the root of the diagonal.
+        """
+        count = self.problem.physical
+        slopes = np.array(
+            [
+                coordinate.slope(float(x))
+                if estimates[coordinate.name].sigma is not None
+                else np.nan
+                for coordinate, x in zip(self.problem.coordinates[:count], self.point, strict=False)
+            ]
+        )
+        names = tuple(coordinate.name for coordinate in self.problem.coordinates[:count])
+        return Matrix(names, self.covariance[:count, :count] * np.outer(slopes, slopes))
+
     def _sigma(
         self, index: int, coordinate: Coordinate, value: float
     ) -> tuple[float | None, str | None]:
         if not self.free[index]:
-            return None, f"{coordinate.name} rests on a bound of its range" + self._limit(index)
+            return None, f"{coordinate.name} is at a bound of its range" + self._limit(index)
         if coordinate.parameter.reciprocal and self.profile.rise(index, 0.0) < CHI_SQUARE_95:
             return None, (
-                f"{coordinate.name} cannot be told from this recording: a model without it fits as "
-                f"well{self._limit(index)}; use an excitation that reaches it"
+                f"{coordinate.name} cannot be determined from this recording: a model without it "
+                f"fits as well{self._limit(index)}; use an excitation that reaches it"
             )
         if self.timed[index]:
             return None, (
-                f"{coordinate.name} cannot be told from camera latency: the offset between command "
-                f"and video is not known; put a light that the command switches into view, or "
-                f"state offset_sigma_s in recording.toml"
+                f"{coordinate.name} cannot be distinguished from camera latency: the offset "
+                f"between command and video is not known; put a light that the command switches "
+                f"into view, or state offset_sigma_s in recording.toml"
             )
         sigma: float | None = None
         if np.isfinite(self.plain_sigma[index]):
@@ -192,7 +233,7 @@ class Uncertainty:
             sigma *= abs(coordinate.slope(float(self.point[index])))
         if sigma is None or not np.isfinite(sigma) or sigma > _VAGUE * (abs(value) + 1e-9):
             return None, (
-                f"{coordinate.name} cannot be told from this recording: changing it hardly "
+                f"{coordinate.name} cannot be determined from this recording: changing it hardly "
                 f"changes the prediction; use an excitation that moves it"
             )
         return sigma, None
@@ -212,33 +253,6 @@ class Uncertainty:
         upward = (inward > 0.0) != coordinate.parameter.reciprocal
         word = "at most" if upward else "at least"
         return f", {word} {end:.3g} {coordinate.parameter.unit} with 95 % confidence"
-
-
-def estimates(
-    problem: Problem, point: Array, jacobian: Array, cost: float
-) -> tuple[dict[str, Estimate], list[str]]:
-    """Shared parameters with their sigmas, and a warning for each that stays undetermined."""
-    uncertainty = Uncertainty(problem, point, jacobian, cost)
-    found = [uncertainty.estimate(index) for index in range(problem.physical)]
-    names = [coordinate.name for coordinate in problem.coordinates]
-    table = {name: one for name, (one, _) in zip(names, found, strict=False)}
-    return table, [warning for _, warning in found if warning is not None]
-
-
-def own_estimates(
-    problem: Problem, point: Array, jacobian: Array, cost: float, name: str
-) -> tuple[Estimate, ...]:
-    """One of the recordings' own numbers (``bias``), for each recording."""
-    sigma = Uncertainty(problem, point, jacobian, cost).sigma
-    return tuple(
-        Estimate(
-            float(point[j]),
-            float(sigma[j]) if np.isfinite(sigma[j]) else None,
-            coordinate.parameter.unit,
-        )
-        for j, coordinate in enumerate(problem.coordinates)
-        if coordinate.recording is not None and coordinate.name == name
-    )
 
 
 def _inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:

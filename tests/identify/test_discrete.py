@@ -56,9 +56,9 @@ def test_no_other_sampling_gives_them(transform: str) -> None:
 
 def test_the_printed_b1_is_a_misprint() -> None:
     """As printed k is 0.956; with the bilinear 1 : 2 : 1 it is the paper's 1.027."""
-    printed = Difference(-0.56, 0.33, 0.198, 0.34, 0.198, 0.01)
+    printed = Difference(0.01, -0.56, 0.33, 0.198, 0.34, 0.198)
     assert to_linear(printed).k == pytest.approx(0.956, abs=5e-4)
-    mended = to_linear(Difference(-0.56, 0.33, 0.198, 0.395, 0.198, 0.01))
+    mended = to_linear(Difference(0.01, -0.56, 0.33, 0.198, 0.395, 0.198))
     assert_near(mended, PAPER, 0.01)
     assert mended.k == pytest.approx(1.027, abs=5e-4)
 
@@ -83,9 +83,9 @@ def test_there_and_back(transform: str, k: float, T: float, xi: float) -> None:
 
 def test_a_sampled_pole_that_no_servo_has_is_refused() -> None:
     with pytest.raises(InputError, match="sample faster"):
-        to_linear(Difference(0.9, 0.1, 1.0, 0.0, 0.0, 0.01), "zoh")
+        to_linear(Difference(0.01, 0.9, 0.1, 1.0, 0.0, 0.0), "zoh")
     with pytest.raises(InputError, match="stable"):
-        to_linear(Difference(-2.5, 1.2, 1.0, 0.0, 0.0, 0.01))
+        to_linear(Difference(0.01, -2.5, 1.2, 1.0, 0.0, 0.0))
 
 
 def held(seed: int, noise_deg: float) -> tuple[np.ndarray, np.ndarray]:

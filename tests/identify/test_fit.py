@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.fit import _fit as fit
-from servosight.identify.fit import fit_effects
+from servosight.identify.fit import Solution, _solution, fit_effects, polish
 from servosight.identify.problem import (
+    BaseModel,
     Problem,
-    Standpoint,
     effect_guesses,
     effect_starts,
-    idle_start,
+    neutral_start,
 )
 from servosight.models.effects import catalogue
 
@@ -34,7 +33,7 @@ def test_starts_have_the_lag_that_they_stand_for_and_an_overdamped_core_does_not
 ) -> None:
     recordings = [record(2.0)]
     point = np.array([1.0, np.log(0.01), np.log(xi), 0.5, 0.5, 0.0])
-    base = Standpoint(Problem.of(recordings, catalogue(), ()), point)
+    base = BaseModel(Problem.of(recordings, catalogue(), ()), point)
     problem = Problem.of(recordings, catalogue(), ["coulomb_friction"])
     guesses, starts = effect_guesses(problem, base), effect_starts(problem, base)
     T, damping = np.exp(np.array(starts)[:, 1:3].T)
@@ -62,14 +61,14 @@ def test_a_descent_comes_to_an_end_where_rounding_always_promises_less(
     """A limit of next to nothing and none at all cost the same but for rounding."""
     problem = Problem.of([record(2.0)], catalogue(), ["torque_saturation"])
     linear = fit_effects(Problem.of(problem.recordings, catalogue(), []))
-    start = idle_start(problem, linear.standpoint)
+    start = neutral_start(problem, linear.as_base)
     offered = []
 
-    def same(found: fit.Fit) -> Any:
+    def same(found: Solution) -> Any:
         offered.append(found)
         return found.outcome.point
 
-    monkeypatch.setattr(fit, "_better", same)
-    found = fit.polish(problem, [start])
+    monkeypatch.setattr(_solution, "_better", same)
+    found = polish(problem, [start])
     assert found.outcome.cost <= linear.outcome.cost * (1.0 + 1e-9)
     assert len(offered) <= len(problem.coordinates)

@@ -126,8 +126,8 @@ def test_several_recordings_share_the_physics_and_keep_their_biases(record: Any)
     assert alone_sigma is not None
     # Three times the data: sigma falls by sqrt(3), with the noises' own scatter.
     assert joint_sigma == pytest.approx(alone_sigma / math.sqrt(3), rel=0.15)
-    assert isinstance(found.to_json()["parameters"]["bias"], list)
-    assert isinstance(alone.to_json()["parameters"]["bias"], dict)
+    assert isinstance(found.to_dict()["parameters"]["bias"], list)
+    assert isinstance(alone.to_dict()["parameters"]["bias"], dict)
 
 
 def test_recordings_at_other_gains_and_loads_share_one_set_of_parameters(record: Any) -> None:
@@ -173,7 +173,7 @@ def test_parameters_stay_within_their_bounds(record: Any) -> None:
         for parameter in catalogue()[name].parameters:
             value = found.actuator.value(f"{name}.{parameter.name}")
             assert parameter.low <= value <= parameter.high
-    json.dumps(found.to_json(), allow_nan=False)
+    json.dumps(found.to_dict(), allow_nan=False)
 
 
 def test_a_single_sine_does_not_tell_T_from_xi(record: Any) -> None:
@@ -210,7 +210,7 @@ def test_a_limit_that_is_never_reached_does_no_harm(seed: int, record: Any) -> N
 
 def test_json_is_what_interfaces_fix(record: Any) -> None:
     found = identify([record(3.0)], ["backlash"], catalogue=catalogue(), method="gradient")
-    answer = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    answer = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert answer.keys() >= {
         "schema",
         "parameters",

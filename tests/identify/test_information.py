@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from servosight.identify.design import assess, better_command, optimal, rehearsal
+from servosight.identify.design import assess, better_command, optimal, predicted_experiment
 from servosight.identify.design._information import Information
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator, Estimate, InputError, Recording
@@ -24,7 +24,7 @@ def actuator(**values: float) -> Actuator:
 
 
 def told(model: Actuator, shape: str, limits: Limits) -> Information:
-    recording = rehearsal(design(shape, limits).excitation, 120.0)
+    recording = predicted_experiment(design(shape, limits).excitation, 120.0)
     return assess(model, [recording], NOISE_DEG, catalogue=catalogue())
 
 
@@ -43,7 +43,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     assert "T and xi trade off" in found.sentence
     assert "less than the noise" in found.sentence
     # However low the noise: the difference stays below what a model is right to.
-    rows = rehearsal(design("sine", Limits(20.0, None, 20.0)).excitation)
+    rows = predicted_experiment(design("sine", Limits(20.0, None, 20.0)).excitation)
     quiet = assess(actuator(**PAPER), [rows], 1e-4, catalogue=catalogue())
     assert set(quiet.unsure) == {"T", "xi"}
     assert "may be wrong" in quiet.sentence
@@ -51,7 +51,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
 
 def test_a_better_command_is_named_within_the_same_limits() -> None:
     model = actuator(**PAPER)
-    rows = rehearsal(design("sine", Limits(20.0, None, 20.0)).excitation)
+    rows = predicted_experiment(design("sine", Limits(20.0, None, 20.0)).excitation)
     now = assess(model, [rows], NOISE_DEG, catalogue=catalogue())
     better = better_command(model, rows, NOISE_DEG, catalogue=catalogue())
     assert better is not None
@@ -84,11 +84,11 @@ def test_information_grows_with_time_and_falls_with_noise() -> None:
     short, long = (told(model, "prbs", Limits(5.0, None, t)) for t in (5.0, 20.0))
     for name in ("k", "T", "xi"):
         assert short.sigma[name] / long.sigma[name] == pytest.approx(2.0, rel=0.15)
-    rows = rehearsal(design("prbs", Limits(5.0, None, 20.0)).excitation, 120.0)
+    rows = predicted_experiment(design("prbs", Limits(5.0, None, 20.0)).excitation, 120.0)
     loud = assess(model, [rows], 2.0 * NOISE_DEG, catalogue=catalogue())
     np.testing.assert_allclose(loud.per_second, 0.25 * long.per_second)
     assert loud.condition == pytest.approx(long.condition)
-    values = long.to_json()
+    values = long.to_dict()
     assert values["sufficient"] is long.sufficient
     assert len(values["per_second"]) == 3
 
@@ -99,7 +99,7 @@ def test_an_effect_that_the_command_never_meets_is_unsure() -> None:
     found = told(model, "chirp", Limits(10.0, None, 8.0))
     assert found.unsure == ("torque_saturation.limit",)
     assert not np.isfinite(found.sigma["torque_saturation.limit"])
-    assert found.to_json()["relative_sigma"]["torque_saturation.limit"] is None
+    assert found.to_dict()["relative_sigma"]["torque_saturation.limit"] is None
 
 
 @pytest.mark.parametrize("wanted", [["T", "xi", "backlash.gap"], ["backlash.gap"], ["T"]])

@@ -11,9 +11,8 @@ import pytest
 
 from servosight.identify.fit import fit_effects, identify, polish
 from servosight.identify.problem import Problem
-from servosight.identify.uncertainty import estimates
+from servosight.identify.uncertainty import Uncertainty
 from servosight.identify.uncertainty._correlation import autoregression, weighted_normal
-from servosight.identify.uncertainty._uncertainty import Uncertainty
 from servosight.models.effects import catalogue
 
 TRUTH = {"k": 1.027, "T": 0.0078, "xi": 0.55}
@@ -155,7 +154,7 @@ def test_sigma_of_an_effect_is_calibrated(effect: dict[str, float], record: Any)
         problem = Problem.of([one], catalogue(), [name.partition(".")[0]])
         start = np.array([c.to_search(1.001 * values[c.name]) for c in problem.coordinates])
         fit = polish(problem, [start])
-        table, _ = estimates(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+        table, _ = fit.uncertainty.shared_estimates()
         assert table[name].sigma
         scores.append((table[name].value - truth) / (table[name].sigma or 1.0))
     print(f"chi-square of 30: {np.sum(np.square(scores)):.1f}")

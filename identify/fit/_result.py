@@ -1,0 +1,90 @@
+"""What ``identify`` returns: parameters with their uncertainty, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from servosight.identify.design import InformationSummary
+from servosight.identify.discrete import Difference
+from servosight.identify.uncertainty import Matrix
+from servosight.models.core import Actuator, Array, Estimate, Result
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Fit(Result):
+    """An actuator fitted to recordings; its fields are the keys of the JSON (docs/json.md).
+
+    ``parameters`` by name, ``bias`` one estimate or, for several recordings, one for each.
+    ``covariance`` is that of the shared parameters in their own units. ``rmse_deg`` is the error
+    over the ``samples`` that were scored, ``noise_deg`` the measurement's, and ``floor_deg`` noise
+    and tolerance together. ``stopped`` says why the search ended; ``evaluations`` counts its
+    simulations, and ``history`` (generations,) is the best cost after each of them. ``information``
+    says whether the command suffices, where that was asked for (:func:`with_information`).
+
+    >>> from servosight.identify.fit import identify
+    >>> from servosight.models.core import Recording
+    >>> import numpy as np
+    >>> time_s = np.arange(0.0, 4.0, 0.01)
+    >>> command_deg = np.where(time_s % 1.0 < 0.5, 10.0, -10.0)
+    >>> lagged = np.convolve(command_deg, np.full(10, 0.1))[: time_s.size]
+    >>> fit = identify(Recording("steps", time_s, command_deg, time_s, lagged), method="gradient")
+    >>> fit.parameters["k"].unit, len(fit.covariance.names), fit.samples
+    ('-', 3, 400)
+    """
+
+    TYPE: ClassVar[str] = "fit"
+
+    parameters: Mapping[str, Estimate | tuple[Estimate, ...]]
+    covariance: Matrix
+    rmse_deg: float
+    noise_deg: float
+    floor_deg: float
+    samples: int
+    method: str
+    seconds: float
+    stopped: str
+    warnings: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
+    recordings: tuple[str, ...] = ()
+    evaluations: int = 0
+    history: Array
+    discrete: Difference
+    information: InformationSummary | None = None
+
+    @property
+    def biases(self) -> tuple[Estimate, ...]:
+        """The angle at zero command of each recording."""
+        bias = self.parameters["bias"]
+        return (bias,) if isinstance(bias, Estimate) else tuple(bias)
+
+    @property
+    def actuator(self) -> Actuator:
+        """The model, with the first recording's bias."""
+        shared = {name: one for name, one in self.parameters.items() if isinstance(one, Estimate)}
+        return Actuator(
+            {**shared, "bias": self.biases[0]},
+            self.effects,
+            {"fitted_on": list(self.recordings), "method": self.method},
+        )
+
+    @property
+    def correlation(self) -> Matrix:
+        """Correlation of the shared parameters."""
+        return self.covariance.correlation
+
+    def save(self, path: Path | str) -> None:
+        """Write the model's card where the name ends in .toml, else JSON."""
+        if Path(path).suffix == ".toml":
+            self.actuator.save(Path(path))
+        else:
+            super().save(path)
+
+
+def parameter_table(
+    shared: Mapping[str, Estimate], biases: tuple[Estimate, ...]
+) -> dict[str, Estimate | tuple[Estimate, ...]]:
+    """Parameters by name, ``bias`` as one estimate or, for several recordings, as a tuple."""
+    return {**shared, "bias": biases[0] if len(biases) == 1 else biases}
