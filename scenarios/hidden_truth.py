@@ -132,6 +132,4 @@ def _grid(excitation: Excitation) -> Array:
 
 def _trajectory(excitation: Excitation, motor_deg: Array, surface_deg: Array) -> Trajectory:
     time_s = _grid(excitation)
-    row = np.searchsorted(excitation.time_s, time_s + 1e-9, side="right") - 1
-    command = np.asarray(excitation.command_deg)[np.maximum(row, 0)]
-    return Trajectory(time_s, motor_deg, surface_deg, command, excitation)
+    return Trajectory(time_s, motor_deg, surface_deg, excitation.at(time_s), excitation)

@@ -80,12 +80,11 @@ def run(
     behind = on_grid(surface)
     for effect, values in chosen:
         behind = effect.output(behind, values)
-    row = np.searchsorted(excitation.time_s, grid + 1e-9, side="right") - 1
     return Trajectory(
         grid,
         on_grid([twin.sensor]),
         behind,
-        np.asarray(excitation.command_deg)[np.maximum(row, 0)],
+        excitation.at(grid),
         excitation,
     )
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from servosight.diagnose.discrepancy.basis import Motion
 from servosight.diagnose.residuals import TEST
 from servosight.diagnose.selection import Trial
-from servosight.models.core import Array, Mask, Recording
+from servosight.models.core import Array, Mask
 from servosight.models.plant import Stimulus
 
 STEPS_PER_T = 2.0
@@ -64,7 +64,7 @@ class DisturbanceEstimator:
         if recording.sigma_deg is not None and np.all(recording.sigma_deg > 0.0):
             sigma = recording.sigma_deg
         estimator = cls(
-            _motion(interval, time_s - time_s[0], model, k * _command(recording, time_s) + bias),
+            _motion(interval, time_s - time_s[0], model, k * recording.command_at(time_s) + bias),
             at,
             judged.uses != TEST,
             judged.error_deg,
@@ -130,13 +130,6 @@ def _motion(interval_s: float, time_s: Array, angle_deg: Array, force_deg: Array
     speed = np.gradient(angle_deg, interval_s)
     slow = 0.01 * float(np.abs(speed).max()) + 1e-9
     return Motion(interval_s, time_s, angle_deg, speed, force_deg, np.tanh(speed / slow))
-
-
-def _command(recording: Recording, time_s: Array) -> Array:
-    if recording.hold == "linear":
-        return np.interp(time_s, recording.command_time_s, recording.command_deg)
-    row = np.searchsorted(recording.command_time_s, time_s + 1e-9, side="right") - 1
-    return np.asarray(recording.command_deg[np.maximum(row, 0)])
 
 
 def _transposed(taps: Array, signal: Array) -> Array:

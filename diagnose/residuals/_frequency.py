@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.residuals._judged import Judged
-from servosight.diagnose.residuals._where import command_at
 from servosight.models.core import Array, Recording
 from servosight.models.excitation import Grid, grid_of
 
@@ -94,7 +93,7 @@ def _welch(one: Judged) -> Response | None:
         if np.diff(inside)[0] < (1.0 - MOST_MISSING) * length:
             continue
         signals = (
-            command_at(recording, grid),
+            recording.command_at(grid),
             np.interp(grid, recording.time_s, recording.angle_deg),
             np.interp(grid, recording.time_s, one.predicted_deg),
         )
@@ -159,7 +158,7 @@ def _command_lines(recording: Recording, grid: Grid, period: int) -> Complex:
     count = _DENSE * int(np.searchsorted(recording.command_time_s, end))
     share = (np.arange(count) + 0.5) / count
     start = recording.command_time_s[0] + period * grid.period_s
-    command = command_at(recording, start + share * grid.period_s)
+    command = recording.command_at(start + share * grid.period_s)
     turns = np.exp(-2j * np.pi * grid.excited[:, None] * share)
     return np.asarray(2.0 / count * (turns @ command))
 

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.special import gammaincc, ndtri
 
 from servosight.diagnose.residuals._samples import Samples, autocovariance, lagged_sums, on_grid
-from servosight.diagnose.residuals._where import command_at
 from servosight.models.core import Array
 
 LEVELS = (0.95, 0.99)
@@ -119,7 +118,7 @@ def _delayed(one: Samples) -> Array:
     """The command about its mean at each tap's delay, (samples, taps)."""
     delays = np.linspace(-_AHEAD_S, LONGEST_FILTER_S - _AHEAD_S, _TAPS)
     recording = one.judged.recording
-    table = command_at(recording, one.time_s[:, None] - delays)
+    table = recording.command_at(one.time_s[:, None] - delays)
     return np.asarray(table - table[one.scored].mean())
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.residuals._judged import Judged
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array
 
 WINDOW_S = 0.3
 STEP_SHARE = 0.08
@@ -46,7 +46,7 @@ class Motion:
     def of(cls, judged: Judged) -> Motion:
         """Read the motion off a prediction and its command."""
         recording = judged.recording
-        command = command_at(recording, recording.time_s)
+        command = recording.command_at(recording.time_s)
         return cls(
             np.gradient(judged.predicted_deg, recording.time_s),
             command,
@@ -133,7 +133,7 @@ def _largest_jump(judged: Judged) -> Array:
         return np.zeros(recording.time_s.size)
     jumps = np.abs(np.diff(recording.command_deg))
     # What the command usually changes by from sample to sample; nothing where it is mostly held.
-    steps = np.diff(command_at(recording, recording.time_s))
+    steps = np.diff(recording.command_at(recording.time_s))
     usual = 4.0 * float(np.quantile(np.abs(steps), 0.9))
     times = recording.command_time_s[1:]
     out = np.zeros(recording.time_s.size)
@@ -141,14 +141,6 @@ def _largest_jump(judged: Judged) -> Array:
         inside = (recording.time_s >= when) & (recording.time_s < when + 0.25)
         out[inside] = np.maximum(out[inside], size)
     return out
-
-
-def command_at(recording: Recording, time_s: Array) -> Array:
-    """The command as the servo has it at ``time_s`` [deg]: held, or joined by lines."""
-    if recording.hold == "linear":
-        return np.interp(time_s, recording.command_time_s, recording.command_deg)
-    rows = np.searchsorted(recording.command_time_s, time_s, side="right") - 1
-    return np.asarray(recording.command_deg[np.maximum(rows, 0)])
 
 
 def _turning_rate(time_s: Array, command_deg: Array) -> Array:

@@ -205,7 +205,7 @@ def _shapes(recording: Recording) -> Array:
     first = float(min(recording.command_time_s[0], recording.time_s[0]))
     span = float(recording.time_s[-1]) - first
     since = np.arange(0.0, span + 2.0 * _GRID_S, max(_GRID_S, span / _LONGEST_GRID))
-    change = np.diff(_command(recording, first + since), prepend=recording.command_deg[0])
+    change = np.diff(recording.command_at(first + since), prepend=recording.command_deg[0])
     padded = _quick_length(2 * since.size)
     spectrum = np.fft.rfft(change, padded)
     measured = recording.angle_deg - recording.angle_deg.mean()
@@ -234,7 +234,7 @@ def _repeats(recording: Recording) -> Array:
     Helmert's contrasts, so that white noise keeps its variance; empty where the command does not
     repeat itself, twice at least beside the first period, or samples do not fall on its period.
     """
-    command = _command(recording, recording.time_s)
+    command = recording.command_at(recording.time_s)
     count = command.size
     span = float(np.ptp(command))
     command = command - command.mean()
@@ -260,10 +260,3 @@ def _shift_deg(recording: Recording) -> float:
     off = recording.time_s - np.polyval(np.polyfit(count, recording.time_s, 1), count)
     speed = np.diff(recording.angle_deg) / np.diff(recording.time_s)
     return float(np.std(off) * np.sqrt(np.mean(speed**2)))
-
-
-def _command(recording: Recording, time_s: Array) -> Array:
-    if recording.hold == "linear":
-        return np.interp(time_s, recording.command_time_s, recording.command_deg)
-    at = np.searchsorted(recording.command_time_s, time_s + 1e-9, side="right") - 1
-    return np.asarray(recording.command_deg[np.maximum(at, 0)])

@@ -63,8 +63,7 @@ def cues(problem: Problem, point: Array) -> Cues:
     ):
         bias = point[problem.physical + 3 * r]
         speeds.append(np.max(np.abs(np.gradient(angles[0], recording.time_s))))
-        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
-        command = recording.command_deg[np.maximum(at, 0)]
+        command = recording.command_at(recording.time_s)
         drives.append(np.max(np.abs(values["k"] * command + bias - angles[0])))
         ranges.append(0.5 * recording.moved_range_deg)
     return Cues(
@@ -86,8 +85,7 @@ def traces(problem: Problem, point: Array) -> Traces:
     for r, (recording, model) in enumerate(
         zip(problem.recordings, problem.predict(point), strict=True)
     ):
-        at = np.searchsorted(recording.command_time_s, recording.time_s, side="right") - 1
-        command = recording.command_deg[np.maximum(at, 0)]
+        command = recording.command_at(recording.time_s)
         angle = recording.angle_deg
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle

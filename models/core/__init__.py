@@ -46,6 +46,7 @@ from servosight.models.core._parameter import Scaling as Scaling
 from servosight.models.core._recording import Hold as Hold
 from servosight.models.core._recording import Recording as Recording
 from servosight.models.core._recording import Stream as Stream
+from servosight.models.core._recording import command_at as command_at
 from servosight.models.core._recording import views as views
 from servosight.models.core._result import Result as Result
 from servosight.models.core._result import Table as Table

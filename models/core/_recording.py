@@ -16,6 +16,9 @@ from servosight.models.core._rounding import rounded
 Hold = Literal["zero", "linear"]
 Side = Literal["surface", "horn"]
 
+SAME_TIME_S = 1e-9
+"""Far below any clock's step, far above what rounding does to seconds of a recording."""
+
 
 @dataclass(frozen=True)
 class Stream:
@@ -130,6 +133,18 @@ class Recording:
             name=name,
         )
 
+    def command_at(self, time_s: Array) -> Array:
+        """The command as the servo receives it at ``time_s`` (any shape) [deg]; see ``hold``.
+
+        >>> rows_s, rows_deg, none = np.array([0.0, 1.0]), np.array([0.0, 4.0]), np.zeros(1)
+        >>> rec = Recording("rows", rows_s, rows_deg, time_s=none, angle_deg=none)
+        >>> rec.command_at(np.array([-1.0, 0.5, 1.0, 9.0])).tolist()
+        [0.0, 0.0, 4.0, 4.0]
+        >>> replace(rec, hold="linear").command_at(np.array([0.5])).tolist()
+        [2.0]
+        """
+        return command_at(self.command_time_s, self.command_deg, time_s, self.hold)
+
     def save(self, folder: Path | str) -> None:
         """Write a recording's folder, whole or not at all; InputError where it is not empty."""
         from servosight.models.io import save_recording
@@ -138,10 +153,7 @@ class Recording:
 
     def to_frame(self) -> Any:
         """Times, angles, sigmas and the command at these times, as a data frame."""
-        rows = np.searchsorted(self.command_time_s, self.time_s, side="right") - 1
-        command = self.command_deg[np.maximum(rows, 0)]
-        if self.hold == "linear":
-            command = np.interp(self.time_s, self.command_time_s, self.command_deg)
+        command = self.command_at(self.time_s)
         table = {"time_s": self.time_s, "command_deg": command, "angle_deg": self.angle_deg}
         if self.sigma_deg is not None:
             table["sigma_deg"] = self.sigma_deg
@@ -166,6 +178,19 @@ class Recording:
     def moved_range_deg(self) -> float:
         """Largest minus smallest measured angle [deg]."""
         return float(np.ptp(self.angle_deg))
+
+
+def command_at(rows_s: Array, command_deg: Array, time_s: Array, hold: Hold = "zero") -> Array:
+    """The command at ``time_s`` (any shape) [deg] from its rows, ``rows_s`` and ``command_deg``.
+
+    Held from each row to the next, or joined by lines; before the first row its value holds, after
+    the last row the last. A row counts from ``SAME_TIME_S`` before its time: times that are equal
+    but for rounding are equal.
+    """
+    if hold == "linear":
+        return np.asarray(np.interp(time_s, rows_s, command_deg))
+    row = np.searchsorted(rows_s, np.asarray(time_s) + SAME_TIME_S, side="right") - 1
+    return np.asarray(np.asarray(command_deg)[np.maximum(row, 0)])
 
 
 def views(recordings: Sequence[Recording]) -> list[Recording]:

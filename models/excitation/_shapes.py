@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models import io as series
-from servosight.models.core import Array, InputError, write_text
+from servosight.models.core import Array, InputError, command_at, write_text
 from servosight.models.io import read_sheet, table_text
 
 
@@ -24,6 +24,10 @@ class Excitation:
     def duration_s(self) -> float:
         """Time from the first row to the last [s]."""
         return float(self.time_s[-1] - self.time_s[0])
+
+    def at(self, time_s: Array) -> Array:
+        """The command at ``time_s`` [deg], held between rows."""
+        return command_at(self.time_s, self.command_deg, time_s)
 
     def save(self, path: Path) -> None:
         """Write ``time_s,command_deg`` to a microsecond and a microdegree, whole or not at all."""

@@ -137,11 +137,7 @@ def _command(story: Story, number: int, low: float, high: float) -> tuple[Array,
     if recording.hold == "zero":
         times, values = np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1]
     inside = (times > low) & (times < high)
-    ends = np.searchsorted(recording.command_time_s, [low, high], side="right") - 1
-    if recording.hold == "zero":
-        first, last = recording.command_deg[np.maximum(ends, 0)]
-    else:
-        first, last = np.interp([low, high], recording.command_time_s, recording.command_deg)
+    first, last = recording.command_at(np.array([low, high]))
     return (
         np.concatenate([[low], times[inside], [high]]),
         np.concatenate([[first], values[inside], [last]]),
