@@ -19,6 +19,8 @@ import pytest
 
 import servosight
 
+PUBLIC = ("__init__.py", "__init__.pyi", "_verbs.py", "py.typed")
+"""What stands in src/servosight itself."""
 HEAVY = ("av", "control", "cv2", "matplotlib", "mujoco", "numba", "pyrender", "scipy")
 
 
@@ -36,7 +38,7 @@ def folders(project_root: Path) -> list[str]:
 @pytest.fixture(scope="module")
 def in_tree(project_root: Path, folders: list[str]) -> set[str]:
     """Every file of the product as the tree has it, by its place in the wheel."""
-    files = {"servosight/__init__.py", "servosight/py.typed"}
+    files = {f"servosight/{name}" for name in PUBLIC}
     for folder in folders:
         for path in (project_root / folder).rglob("*"):
             ignored = (
@@ -140,7 +142,8 @@ def write_package(project_root: Path, place: Path, folders: list[str]) -> Path:
     for folder in set(folders):
         (package / folder).mkdir(parents=True)
         (package / folder / "__init__.py").touch()
-    (package / "__init__.py").touch()
+    for name in PUBLIC:
+        (package / name).touch()
     return package
 
 

@@ -1,0 +1,37 @@
+from servosight._verbs import (
+    add,
+    compare,
+    diagnose,
+    effects,
+    identify,
+    load,
+    read,
+    simulate,
+    track,
+)
+from servosight.diagnose import Comparison, Diagnosis
+from servosight.identify.fit import Fit
+from servosight.models.core import Actuator, InputError, Recording
+from servosight.tracking.core import Track
+
+__version__: str
+
+__all__ = [
+    "Actuator",
+    "Comparison",
+    "Diagnosis",
+    "Fit",
+    "InputError",
+    "Recording",
+    "Track",
+    "__version__",
+    "add",
+    "compare",
+    "diagnose",
+    "effects",
+    "identify",
+    "load",
+    "read",
+    "simulate",
+    "track",
+]

@@ -1,0 +1,174 @@
+"""``import servosight as ss``: what it loads and offers, and the script that users start from."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import servosight as ss
+from servosight import _verbs
+from servosight.models.plant import Plant, Stimulus
+
+LOADED = 40
+"""More modules than these few of the standard library would mean that something heavy crept in."""
+
+
+def outside(code: str) -> str:
+    """What ``code`` prints in an interpreter of its own."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_importing_it_loads_next_to_nothing() -> None:
+    code = (
+        "import sys; before = set(sys.modules); import servosight; "
+        "new = set(sys.modules) - before; "
+        "print(len(new), sorted(n for n in new if n.startswith('servosight')), "
+        "[n for n in new if n.split('.')[0] in ('numpy', 'numba', 'cv2', 'mujoco', 'scipy')])"
+    )
+    count, rest = outside(code).split(" ", 1)
+    assert int(count) <= LOADED
+    assert rest == "['servosight'] []"
+
+
+def test_reading_a_result_loads_no_compiler_and_no_engine() -> None:
+    code = (
+        "import sys, servosight as ss; ss.InputError, ss.Recording, ss.Actuator; "
+        "print([n for n in ('numba', 'cv2', 'mujoco', 'matplotlib') if n in sys.modules])"
+    )
+    assert outside(code) == "[]"
+
+
+def test_the_stub_names_what_there_is(project_root: Path) -> None:
+    tree = ast.parse((project_root / "src/servosight/__init__.pyi").read_text())
+    (named,) = (node.value for node in tree.body if isinstance(node, ast.Assign))
+    assert sorted(ast.literal_eval(named)) == dir(ss)
+    for name in dir(ss):
+        assert getattr(ss, name) is not None
+    with pytest.raises(AttributeError, match="nonsense"):
+        getattr(ss, "nonsense")  # noqa: B009, mypy knows that there is none
+
+
+@pytest.mark.parametrize("name", sorted(set(dir(ss)) - {"__version__"}))
+def test_each_name_is_documented(name: str) -> None:
+    assert (getattr(ss, name).__doc__ or "").strip()
+
+
+def test_a_sub_package_does_not_take_a_verbs_place() -> None:
+    code = (
+        "import servosight as ss, servosight.identify.fit, servosight.diagnose; "
+        "print(ss.identify.__module__, ss.diagnose.__module__)"
+    )
+    assert outside(code) == "servosight._verbs servosight._verbs"
+
+
+def recorded(gap: float, seed: int) -> ss.Recording:
+    """Six seconds of steps and a triangle, seen through a play of ``gap``."""
+    plant = Plant.of(_verbs._catalogue(()))
+    rows = np.arange(0.0, 6.0, 0.01)
+    steps = 12.0 * np.sign(np.sin(2.0 * np.pi * 0.9 * rows))
+    command = np.where(rows < 3.0, 15.0 * np.arcsin(np.sin(2.0 * np.pi * 0.7 * rows)), steps)
+    time_s = np.arange(0.05, 6.0, 1.0 / 60.0)
+    quiet = ss.Recording("quiet", rows, command, time_s, np.zeros(time_s.size))
+    row = np.array(plant.layout.neutral_row())
+    row[:3] = 1.0, 0.03, 0.6
+    row[plant.index("backlash.gap")] = gap
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(time_s.size)
+    return ss.Recording.from_arrays(
+        time_s=time_s,
+        angle_deg=plant.simulate(row, Stimulus.of(quiet)) + noise,
+        command_deg=command,
+        command_time_s=rows,
+        sigma_deg=np.full(time_s.size, 0.02),
+        name=f"run{seed}",
+    )
+
+
+class Frame(dict[str, Any]):
+    """What a recording needs of a data frame."""
+
+    @property
+    def columns(self) -> list[str]:
+        return list(self)
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working directory, and pandas as far as it is needed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    return tmp_path
+
+
+def test_arrays_and_frames_become_the_same_recording() -> None:
+    made = recorded(1.0, 7)
+    t = made.time_s
+    u = np.interp(t, made.command_time_s, made.command_deg)
+    one = ss.Recording.from_arrays(time_s=t, angle_deg=made.angle_deg, command_deg=u)
+    frame = Frame({"t": 1e3 * t, "pos": np.radians(made.angle_deg), "goal": np.radians(u)})
+    two = ss.Recording.from_frame(
+        frame, time="t", angle="pos", command="goal", unit="rad", time_unit="ms"
+    )
+    np.testing.assert_allclose(one.angle_deg, two.angle_deg, atol=1e-12)
+    np.testing.assert_allclose(one.command_deg, two.command_deg, atol=1e-12)
+    np.testing.assert_allclose(one.time_s, two.time_s, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"angle_deg": [1.0, 2.0]}, "angle_deg has 2 values"),
+        ({"time_s": "abc"}, "time_s is no array of numbers"),
+        ({"command_deg": np.zeros((3, 3))}, "one dimension"),
+        ({"hold": "cubic"}, "hold is 'cubic'"),
+        ({"command_deg": np.zeros(200)}, "never moves"),
+        ({"angle_deg": np.full(200, np.nan)}, "finite"),
+    ],
+)
+def test_arrays_that_are_no_recording_are_refused(change: dict[str, Any], words: str) -> None:
+    t = np.arange(0.0, 2.0, 0.01)
+    given: dict[str, Any] = {"time_s": t, "angle_deg": np.sin(t), "command_deg": np.sin(t)}
+    with pytest.raises(ss.InputError, match=words):
+        ss.Recording.from_arrays(**{**given, **change})
+
+
+def test_a_frame_without_the_column_is_refused() -> None:
+    with pytest.raises(ss.InputError, match="no column 'pos'"):
+        ss.Recording.from_frame(Frame({"t": [1.0], "goal": [1.0]}), time="t", angle="pos")
+
+
+def test_an_actuator_predicts_and_becomes_a_transfer_function(place: Path) -> None:
+    Path("model.toml").write_text(
+        "format = 1\neffects = []\n[parameters]\nk = 0.9\nT = 0.03\nxi = 0.6\nbias = 0.5\n"
+    )
+    act = ss.load("model.toml")
+    t = np.arange(0.0, 1.0, 0.002)
+    u = np.where(t < 0.1, 0.0, 10.0)
+    angle = act.predict(time_s=t, command_deg=u)
+    assert angle[0] == pytest.approx(0.5)
+    assert angle[-1] == pytest.approx(9.5, abs=1e-6)
+    system = act.to_control()
+    assert float(system.dcgain()) == pytest.approx(0.9)
+    peak = 0.9 * 10.0 * np.exp(-np.pi * 0.6 / np.sqrt(1.0 - 0.36))
+    assert angle.max() - 9.5 == pytest.approx(peak, rel=1e-3)  # Ogata, 5th ed., eq. 5-21
+    for given in ({}, {"time_s": t}, {"time_s": t, "command_deg": u[:-1]}):
+        with pytest.raises(ss.InputError, match="predict"):
+            act.predict(**given)
+    act.save("again.toml")
+    assert ss.load("again.toml").parameters == act.parameters
+    assert repr(act) == "<Actuator: k 0.9000, T 0.03000, xi 0.6000, bias 0.5000; linear>"
+
+
+def test_what_is_no_result_is_not_loaded(place: Path) -> None:
+    Path("other.json").write_text('{"type": "car"}')
+    with pytest.raises(ss.InputError, match=r"other\.json: key type is 'car'"):
+        ss.load("other.json")
+    with pytest.raises(ss.InputError, match="no such file"):
+        ss.load("missing.json")
