@@ -21,18 +21,17 @@ from filmed.shots import LARGE, SHOTS, Array, Shot, Truth, fast, filmed
 
 from servosight.models.core import Camera, write_text
 from servosight.tracking.acquisition import acquire
-from servosight.tracking.calibration import Camera as Calibration
-from servosight.tracking.core import Shutter, Track
+from servosight.tracking.core import CameraGeometry, Shutter, Track, TrackOptions
 from servosight.tracking.fit import follow
-from servosight.tracking.layers import layered_stage
-from servosight.tracking.methods import Refine
+from servosight.tracking.layers import layer_estimator
 from servosight.tracking.shutter import first_pass
+from servosight.tracking.surface import SurfaceEstimator
 from servosight.tracking.track import track
-from servosight.tracking.video import calm_frames, frames
+from servosight.tracking.video import frames, open_film
 
 ROOT = Path(__file__).parent.parent
 PAGE, CLIPS = ROOT / "docs" / "measured" / "video.md", ROOT / "out" / "video"
-ALONG_THE_AXIS = Calibration(onto=np.eye(3))
+ALONG_THE_AXIS = CameraGeometry(onto=np.eye(3))
 _SAMPLES = 8
 _SLOW_DEG_S = 10.0
 _LONG_S = (10, 60)
@@ -54,10 +53,12 @@ def measured(shot: Shot) -> tuple[Track, Truth, Array, float]:
     start = time.process_time()
     result = track(
         video,
-        exposure_s=camera.exposure_s,
-        readout_s=camera.readout_s,
-        # In pictures without noise a tilt is found that is not there.
-        camera=ALONG_THE_AXIS if shot.settings.optics.gain == 0.0 else None,
+        TrackOptions(
+            exposure_s=camera.exposure_s,
+            readout_s=camera.readout_s,
+            # In pictures without noise a tilt is found that is not there.
+            camera=ALONG_THE_AXIS if shot.settings.optics.gain == 0.0 else None,
+        ),
     )
     seconds = time.process_time() - start
     error = result.angle_deg - truth.angle_deg
@@ -166,24 +167,23 @@ def speed(shot: Shot) -> str:
     """Frames a second of one core once the layers are learnt, pictures in memory."""
     video, _ = filmed(shot, CLIPS)
     cv2.setNumThreads(1)
-    calm = [frame.image for frame in calm_frames(video)]
-    refine = Refine.of(acquire(video, calm), calm[0].shape)
+    film = open_film(video, TrackOptions())
+    interior = SurfaceEstimator.of(acquire(video, film.images), film.images[0].shape)
     shutter = Shutter(shot.camera.exposure_s, shot.camera.readout_s)
-    seen = first_pass(video, refine, lambda _: shutter, lambda frame: frame)
-    stage = layered_stage(seen, refine)
+    estimator = layer_estimator(first_pass(film, interior, lambda _: shutter), interior)
     pictures = list(frames(video))
-    radius = refine.surface.grid.largest_px
-    home_rad = refine.anywhere(pictures[0].image, 0.0, np.pi)
+    radius = interior.surface.grid.largest_px
+    home_rad = interior.search(pictures[0].image, 0.0, np.pi)
 
     def run() -> list[int]:
-        seen = follow(stage, pictures, home_rad, lambda _: shutter, radius)
+        seen = follow(estimator, pictures, home_rad, lambda _: shutter, radius)
         return [one.fit.pixels for one in seen if one.fit]
 
     pixels = int(np.median(run()))
     start = time.process_time()
     run()
     rate = len(pictures) / (time.process_time() - start)
-    part = cv2.contourArea(refine.surface.outline_px.astype(np.float32))
+    part = cv2.contourArea(interior.surface.outline_px.astype(np.float32))
     name = f"frames/s of one core, moving part of {part:.0f} px ({pixels} tell), decoding apart"
     reached = (
         "met" if rate >= 1000 else "larger than the goal's" if part > _GOAL_PX else "**not met**"
@@ -194,7 +194,7 @@ def speed(shot: Shot) -> str:
 def peers(shot: Shot) -> list[str]:
     """Rms error of other ways on the same frames, still and moving, and frames a second."""
     video, truth = filmed(shot, CLIPS)
-    result = track(video, exposure_s=shot.camera.exposure_s)
+    result = track(video, TrackOptions(exposure_s=shot.camera.exposure_s))
     pictures = [frame.image for frame in frames(video)]
     first, pivot = pictures[0], truth.pivot_px
     angle = truth.angle_deg - truth.angle_deg[0]
@@ -285,7 +285,7 @@ def memory() -> str:
 
 def peak(video: str) -> None:
     """Track and print the peak of resident memory [MB]; getrusage's would be the parent's too."""
-    track(Path(video), exposure_s=0.002)
+    track(Path(video), TrackOptions(exposure_s=0.002))
     status = Path("/proc/self/status").read_text()
     print(float(status.split("VmHWM:")[1].split()[0]) / 1024.0)
 

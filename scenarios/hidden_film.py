@@ -7,6 +7,7 @@ from pathlib import Path
 
 from servosight.models.core import Recording
 from servosight.scenarios.hidden_draw import Setup
+from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 
 VIDEO = "film.mkv"
@@ -23,7 +24,7 @@ def film(setup: Setup) -> Recording:
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / VIDEO
         render_video(setup.trajectory(), setup.camera, video, seed=setup.stream(8))
-        found = track(video, exposure_s=setup.camera.exposure_s)
+        found = track(video, TrackOptions(exposure_s=setup.camera.exposure_s))
     seen = found.measured
     return Recording(
         name=setup.name,

@@ -13,8 +13,7 @@ from servosight.models.core import Array, InputError
 
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder, Sheet
-    from servosight.tracking.calibration import Camera
-    from servosight.tracking.track import Track
+    from servosight.tracking.core import CameraGeometry, Track
 
 
 _SURE = 3.0
@@ -41,7 +40,7 @@ def video_offset(
     An offset that recording.toml states holds unless the light contradicts it by more than three
     sigma.
     """
-    from servosight.tracking.clock import CONFOUNDED, find_light
+    from servosight.tracking.acquisition import CONFOUNDED, find_light
     from servosight.tracking.core import Shutter
 
     settings = folder.settings
@@ -81,7 +80,7 @@ def _keys(note: str, sigma_s: float) -> dict[str, str]:
     return {"offset_sigma_s": f"{sigma_s:.3g}", "clock_note": f'"{note}"'}
 
 
-def known_camera(folder: RecordingFolder) -> Camera | None:
+def known_camera(folder: RecordingFolder) -> CameraGeometry | None:
     """What recording.toml says in [camera.geometry], by camera.toml's own tables, if anything."""
     from servosight.tracking.calibration import camera_of
 

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder
     from servosight.sources._clock import Offset
-    from servosight.tracking.calibration import Camera
-    from servosight.tracking.methods import Family
-    from servosight.tracking.track import Track
+    from servosight.tracking.core import CameraGeometry, Family, Track
 
 HORN = "horn.csv"
 
@@ -56,7 +54,7 @@ class Tracking:
 
     parts: Parts = Parts()
     method: Literal["match", "refine"] = "refine"
-    camera: Camera | None = None
+    camera: CameraGeometry | None = None
     light_px: tuple[float, float] | None = None
     marker: tuple[Family, int | None] | None = None
 
@@ -141,39 +139,27 @@ def measure(
 ) -> list[Track]:
     """Track the surface in a video and, where one is wanted, a second part.
 
-    ``known`` is what ``tracking.track`` takes of times and exposure.
+    ``known`` are the ``TrackOptions`` of times and exposure.
     """
-    from servosight.tracking.methods import track_marker
+    from servosight.tracking.core import TrackOptions
     from servosight.tracking.track import track
 
-    known["camera"] = how.camera
+    surface, second = how.parts.surface, how.parts.second
+    options = TrackOptions(
+        method=how.method,
+        pivot=surface.pivot,
+        template=surface.template,
+        camera=how.camera,
+        **known,
+    )
     if how.marker is not None:
-        pivot = how.parts.surface.pivot
-        return [
-            track_marker(
-                video,
-                *how.marker,
-                pivot=pivot,
-                progress=lambda done: progress("frames", done),
-                **known,
-            )
-        ]
-    found: list[Track] = []
-    for part in (how.parts.surface, how.parts.second):
-        if part is None:
-            continue
-        found.append(
-            track(
-                video,
-                pivot=part.pivot,
-                template=part.template,
-                method=how.method,
-                beside=found[0] if found else None,
-                progress=_paced(progress, "second part, " if found else ""),
-                **known,
-            )
-        )
-    return found
+        family, number = how.marker
+        options = replace(options, method="marker", marker_family=family, marker_id=number)
+    found = [track(video, options, progress=_paced(progress, ""))]
+    if second is None or how.marker is not None:
+        return found
+    beside = replace(options, pivot=second.pivot, template=second.template, beside=found[0])
+    return [*found, track(video, beside, progress=_paced(progress, "second part, "))]
 
 
 def _write_tracks(

@@ -14,7 +14,7 @@ from servosight.models.core import Array
 
 if TYPE_CHECKING:
     from servosight.models.core import Recording
-    from servosight.tracking.track import Track
+    from servosight.tracking.core import Track
 
 
 TRACK_FILE = "track.toml"

@@ -14,7 +14,7 @@ from servosight.models.base import Kind
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.tracking.track import Track
+    from servosight.tracking.core import Track
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

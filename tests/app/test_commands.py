@@ -20,8 +20,7 @@ from servosight.models.effects import catalogue
 from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
 from servosight.sources import geometry_of
-from servosight.tracking import clock
-from servosight.tracking.core import Flag, Shutters, Track
+from servosight.tracking.core import Flag, Progress, Shutters, Track, TrackOptions
 
 T, XI = 0.05, 0.7
 
@@ -397,29 +396,29 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """A tracker that sees the settled sines in any video; gives what it was asked."""
     kept: dict[str, Any] = {}
 
-    def track(video: Path, **options: Any) -> Any:
-        kept.update(options, video=video)
-        told = options.get("exposure_s") is not None
-        options["progress"](300, 300)
+    def track(video: Path, options: TrackOptions, *, progress: Progress) -> Track:
+        kept.update(vars(options), video=video)
+        told = options.exposure_s is not None
+        progress(300, 300)
         time_s = 0.01 * np.arange(300)
         angle = np.array([10 * response(t, 3) + 5 * response(t, 11) for t in time_s])
         measured = ~np.isin(np.arange(300), (150, 151))
         return Track(
-            video,
-            "refine",
-            time_s,
-            angle,
-            np.where(measured, 0.001, 8.0),
-            np.where(measured, Flag.NONE, Flag.LOST).astype(np.uint8),
-            (320.5, 240.25),
-            (300, 150, 40, 40),
-            np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
+            video=video,
+            method="refine",
+            time_s=time_s,
+            angle_deg=angle,
+            sigma_deg=np.where(measured, 0.001, 8.0),
+            flags=np.where(measured, Flag.NONE, Flag.LOST).astype(np.uint8),
+            pivot_px=(320.5, 240.25),
+            template_px=(300, 150, 40, 40),
+            outline_px=np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
             shared_deg=1e-4 * (angle - angle[0])[:, None],
             shutters=Shutters(np.array([0.003]), 0.0, 1e-4, None if told else "found"),
         )
 
-    monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
-    monkeypatch.setitem(sys.modules, "servosight.tracking.track", SimpleNamespace(track=track))
+    monkeypatch.setattr("servosight.tracking.acquisition.find_light", lambda *known, **more: None)
+    monkeypatch.setattr("servosight.tracking.track.track", track)
     return kept
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import pytest
 from servosight.models.core import InputError
 from servosight.models.io import inspect_folder
 from servosight.sources import Offset, known_camera, video_offset
-from servosight.tracking import clock
+from servosight.tracking.acquisition import IndicatorLight
 from servosight.tracking.core import Shutters, Track
 
+FIND_LIGHT = "servosight.tracking.acquisition.find_light"
 NOTES = "# my rig\nformat = 1\nvideo_offset_s = 0.25 # by hand\n\n[camera]\nexposure_s = 0.002\n"
 
 
@@ -23,14 +25,27 @@ def kept(folder: Path, track: Track) -> Offset:
     return found
 
 
+def still_track(folder: Path, **more: Any) -> Track:
+    """A second of a part that stands still."""
+    still = np.zeros(60)
+    return Track(
+        video=folder / "video.mkv",
+        method="refine",
+        time_s=np.arange(60) / 60,
+        angle_deg=still,
+        sigma_deg=still + 1e-3,
+        flags=np.zeros(60, np.uint8),
+        pivot_px=(1, 1),
+        template_px=(0, 0, 9, 9),
+        outline_px=np.zeros((3, 2)),
+        **more,
+    )
+
+
 def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path) -> None:
     (tmp_path / "recording.toml").write_text(NOTES)
     (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
-    still = np.zeros(60)
-    track = Track(
-        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
-        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
-    )  # fmt: skip
+    track = still_track(tmp_path)
     for _ in range(2):
         found = kept(tmp_path, track)
         assert found.offset_s == 0.25
@@ -46,17 +61,13 @@ def test_an_offsets_sigma_is_kept_with_it(tmp_path: Path, monkeypatch: pytest.Mo
     """The light's own, or without a light the one that recording.toml states."""
     (tmp_path / "recording.toml").write_text(NOTES)
     (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
-    still = np.zeros(60)
-    track = Track(
-        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
-        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
-    )  # fmt: skip
+    track = still_track(tmp_path)
     for offset_s, sigma_s in ((0.2512, 0.0018), (0.5, 0.002)):
-        light = clock.Light("above", (3.0, 4.0), offset_s, sigma_s)
-        monkeypatch.setattr(clock, "find_light", lambda *known, light=light, **more: light)
+        light = IndicatorLight("above", (3.0, 4.0), offset_s, sigma_s)
+        monkeypatch.setattr(FIND_LIGHT, lambda *known, light=light, **more: light)
         kept(tmp_path, track)
         assert inspect_folder(tmp_path).settings.offset_sigma_s == sigma_s
-    monkeypatch.setattr(clock, "find_light", lambda *known, **more: None)
+    monkeypatch.setattr(FIND_LIGHT, lambda *known, **more: None)
     kept(tmp_path, track)
     assert inspect_folder(tmp_path).settings.offset_sigma_s == 0.002
 
@@ -65,14 +76,11 @@ def test_the_light_is_timed_by_the_shutter_that_was_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
-    still = np.zeros(60)
-    track = Track(
-        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
-        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
-        shutters=Shutters(np.array([0.004]), -0.008),
-    )  # fmt: skip
+    track = still_track(tmp_path, shutters=Shutters(np.array([0.004]), -0.008))
     asked: dict[str, float] = {}
-    monkeypatch.setattr(clock, "find_light", lambda *known, **more: asked.update(more))
+    monkeypatch.setattr(
+        "servosight.tracking.acquisition.find_light", lambda *known, **more: asked.update(more)
+    )
     video_offset(inspect_folder(tmp_path), track)
     assert (asked["exposure_s"], asked["readout_s"]) == (0.004, -0.008)
 
@@ -97,10 +105,6 @@ def test_a_recording_may_hold_its_cameras_geometry(tmp_path: Path) -> None:
 @pytest.mark.parametrize("header", ["time_s,position", "t,command_deg", "a,b"])
 def test_a_command_without_its_column_is_refused(tmp_path: Path, header: str) -> None:
     (tmp_path / "command.csv").write_text(f"{header}\n0,1\n1,1\n")
-    still = np.zeros(60)
-    track = Track(
-        tmp_path / "video.mkv", "refine", np.arange(60) / 60, still, still + 1e-3,
-        np.zeros(60, np.uint8), (1, 1), (0, 0, 9, 9), np.zeros((3, 2)),
-    )  # fmt: skip
+    track = still_track(tmp_path)
     with pytest.raises(InputError, match="expected time_s,command_deg"):
         video_offset(inspect_folder(tmp_path), track)

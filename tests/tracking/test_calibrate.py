@@ -11,7 +11,7 @@ import pytest
 from servosight.app.main import main
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.calibration import Board, calibrate, read_camera
-from servosight.tracking.core import Lens, Plane, inverse, like_picture, mapped
+from servosight.tracking.core import Lens, MotionPlane, inverse, like_picture, mapped
 
 WIDTH, HEIGHT = 640, 480
 LENS = Lens((780.0, 780.0), (325.0, 236.0), (-0.22, 0.06, 4e-4, -3e-4, 0.0))
@@ -74,7 +74,7 @@ def test_the_command_finds_lens_and_plane(
     again = (lens.straight(bent) - lens.principal_px) / lens.focal_px
     away = (again - rays) * 780.0
     assert np.abs(away - away.mean(0)).max() < 1.0
-    plane = Plane(like_picture(camera.onto, np.array([320.0, 240.0])), lens)
+    plane = MotionPlane(like_picture(camera.onto, np.array([320.0, 240.0])), lens)
     around = np.deg2rad(np.arange(0.0, 60.0, 5.0))
     mm = np.array([45.0, 35.0]) + 25.0 * np.column_stack([np.cos(around), np.sin(around)])
     hub, tips = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.clock import Pattern, find_light, patterns
+from servosight.tracking.acquisition._indicator import Pattern, find_light, patterns
 from servosight.tracking.core import Track
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -51,7 +51,17 @@ def film(
     still = np.zeros(FRAMES)
     mid_s = starts + 0.5 * (exposure_s + readout_s)
     flags = np.zeros(FRAMES, np.uint8)
-    return Track(video, "refine", mid_s, still, still + 1e-3, flags, (4, 4), (2, 2, 5, 5), away)
+    return Track(
+        video=video,
+        method="refine",
+        time_s=mid_s,
+        angle_deg=still,
+        sigma_deg=still + 1e-3,
+        flags=flags,
+        pivot_px=(4, 4),
+        template_px=(2, 2, 5, 5),
+        outline_px=away,
+    )
 
 
 @pytest.mark.parametrize("shows", ["above", "step"])

@@ -30,15 +30,15 @@ def found(drawn: Callable[..., Path], scene: Callable[..., Any]) -> Track:
     flags = np.zeros(60, np.uint8)
     flags[40] = Flag.COVERED | Flag.AFTER_GAP
     return Track(
-        drawn("short_swing", drawing),
-        "refine",
-        np.arange(60) / RATE_HZ,
-        ANGLE - ANGLE[0],
-        np.where(np.arange(60) == 40, 0.02, 0.001),
-        flags,
-        drawing.pivot_px,
-        (200, 150, 20, 20),
-        drawing.outline_px(0.0),
+        video=drawn("short_swing", drawing),
+        method="refine",
+        time_s=np.arange(60) / RATE_HZ,
+        angle_deg=ANGLE - ANGLE[0],
+        sigma_deg=np.where(np.arange(60) == 40, 0.02, 0.001),
+        flags=flags,
+        pivot_px=drawing.pivot_px,
+        template_px=(200, 150, 20, 20),
+        outline_px=drawing.outline_px(0.0),
     )
 
 

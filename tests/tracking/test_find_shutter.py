@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.tracking.core import Shutter
+from servosight.tracking.core import Shutter, TrackOptions
 from servosight.tracking.shutter._find import lowest
 from servosight.tracking.track import track
 
@@ -22,7 +22,7 @@ def test_a_slow_surface_does_not_tell_the_shutter(
     """0.1 deg a frame, 0.4 px at the tip. A shutter may roll for up to a frame time, which moves
     what lies off the middle row by up to half of that."""
     video = drawn("slow", scene(SLOW_DEG))
-    told = track(video, exposure_s=0.0)
+    told = track(video, TrackOptions(exposure_s=0.0))
     untold = track(video)
     assert any("not told" in note for note in untold.notes)
     assert not any("not told" in note for note in told.notes)
@@ -34,7 +34,7 @@ def test_a_slow_surface_does_not_tell_the_shutter(
 def test_template_matching_knows_no_shutter(
     drawn: Callable[..., Path], scene: Callable[..., Any]
 ) -> None:
-    matched = track(drawn("slow", scene(SLOW_DEG)), method="match")
+    matched = track(drawn("slow", scene(SLOW_DEG)), TrackOptions(method="match"))
     assert not any("not told" in note for note in matched.notes)
 
 

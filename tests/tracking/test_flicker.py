@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.uncertainty import light_centre
+from servosight.tracking.uncertainty._flicker import light_centre
 
 FRAMES = np.arange(240)
 EXPOSURE_S = 0.002

@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.fit import PIVOT, PLANE, Grid, Lean, Pixels, Sample, hinge, mended
-from servosight.tracking.fit._rotation_axis import carried, lean
+from servosight.tracking.fit import (
+    PIVOT,
+    PLANE,
+    Grid,
+    Pixels,
+    PoseSensitivity,
+    Sample,
+    corrected_angles,
+    rotation_axis,
+)
+from servosight.tracking.fit._rotation_axis import pose_sensitivity, turned_errors
 
 OFF_PX = np.array([0.01, -0.004, 0.2, -0.1, 0.05, 0.08])
 OWN_PX = np.array([0.002, 0.003, -0.1, 0.05, 0.03, 0.02])  # of the learnt picture
@@ -15,21 +24,21 @@ TURN = np.array([0.004, -0.002, 0.001, 0.006, 0.002, 0.003])  # rad/px
 SWAYS = pytest.mark.parametrize("free", [PIVOT, PLANE, slice(0, 6)], ids=["pivot", "plane", "both"])
 
 
-def of(free: slice, sway: np.ndarray) -> np.ndarray:
+def of(free: slice, error: np.ndarray) -> np.ndarray:
     """The same with those that are held at zero."""
     only = np.zeros(6)
-    only[free] = sway[free]
+    only[free] = error[free]
     return only
 
 
-def drawn(angle: np.ndarray, seed: int, free: slice = PIVOT) -> list[Lean]:
+def drawn(angle: np.ndarray, seed: int, free: slice = PIVOT) -> list[PoseSensitivity]:
     """What frames tell of a pivot or plane that is off, each with noise of its own."""
     rng = np.random.default_rng(seed)
-    own = carried(angle, 6)
-    sway = (np.eye(6) - own) @ of(free, OFF_PX) + own @ of(free, OWN_PX)
-    seen = sway + SIGMA_PX * rng.standard_normal(sway.shape)
+    own = turned_errors(angle, 6)
+    error = (np.eye(6) - own) @ of(free, OFF_PX) + own @ of(free, OWN_PX)
+    seen = error + SIGMA_PX * rng.standard_normal(error.shape)
     weight = np.eye(6) / SIGMA_PX**2
-    return [Lean(weight, weight @ one, TURN) for one in seen]
+    return [PoseSensitivity(weight, weight @ one, TURN) for one in seen]
 
 
 @SWAYS
@@ -39,9 +48,9 @@ def test_pivot_and_plane_are_found_to_their_covariance(free: slice) -> None:
     angle = np.deg2rad(np.linspace(-20.0, 25.0, 60))
     total = 0.0
     for seed in range(40):
-        found = hinge(angle, drawn(angle, seed, free), free)
+        found = rotation_axis(angle, drawn(angle, seed, free), free)
         assert found is not None
-        error = found.sway_px - OFF_PX[free]
+        error = found.error_px - OFF_PX[free]
         total += float(error @ np.linalg.solve(found.covariance, error))
     count = 40.0 * (free.stop - free.start)
     assert total == pytest.approx(count, abs=4.0 * np.sqrt(2.0 * count))
@@ -50,11 +59,11 @@ def test_pivot_and_plane_are_found_to_their_covariance(free: slice) -> None:
 @SWAYS
 def test_angles_are_told_about_the_true_hinge(free: slice) -> None:
     angle = np.deg2rad(np.linspace(-20.0, 25.0, 400))
-    wrong = angle + ((np.eye(6) - carried(angle, 6)) @ of(free, OFF_PX)) @ TURN
-    leans = drawn(angle, 1, free)
-    found = hinge(wrong, leans, free)
+    wrong = angle + ((np.eye(6) - turned_errors(angle, 6)) @ of(free, OFF_PX)) @ TURN
+    sensitivities = drawn(angle, 1, free)
+    found = rotation_axis(wrong, sensitivities, free)
     assert found is not None
-    about, shared = mended(wrong, leans, found, free)
+    about, shared = corrected_angles(wrong, sensitivities, found, free)
     doubt = np.sqrt((shared**2).sum(1))
     error = (about - about[0]) - (angle - angle[0])
     assert np.abs(error / doubt.max()).max() < 4.0
@@ -68,12 +77,12 @@ def grey(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     )
 
 
-def moved(x: np.ndarray, y: np.ndarray, sway: np.ndarray, farthest: float) -> np.ndarray:
+def moved(x: np.ndarray, y: np.ndarray, error: np.ndarray, farthest: float) -> np.ndarray:
     """What is seen where the print was swayed, by the map of a plane through its pivot."""
-    stretch = np.array([[sway[2], -sway[3]], [-sway[3], -sway[2]]]) / farthest
+    stretch = np.array([[error[2], -error[3]], [-error[3], -error[2]]]) / farthest
     there = np.stack([x, y])
-    near = 1.0 + (sway[4] * x - sway[5] * y) / farthest**2
-    back = there - sway[:2, None] - stretch @ there - there * (near - 1.0)
+    near = 1.0 + (error[4] * x - error[5] * y) / farthest**2
+    back = there - error[:2, None] - stretch @ there - there * (near - 1.0)
     return grey(back[0], back[1])
 
 
@@ -106,7 +115,7 @@ def test_a_lean_is_what_the_normal_equations_leave_of_a_sway() -> None:
     normal = weighed @ rows.T
     solution = np.linalg.solve(normal, weighed @ seen)
 
-    told = lean(shown, seen, rows, weight, normal, solution, 4.0)
+    told = pose_sensitivity(shown, seen, rows, weight, normal, solution, 4.0)
 
     free = np.concatenate([rows, solution[0] * ways]).astype(float)
     whole = free * weight @ free.T
@@ -116,12 +125,12 @@ def test_a_lean_is_what_the_normal_equations_leave_of_a_sway() -> None:
     np.testing.assert_allclose(
         told.weight / np.outer(scale, scale), left / np.outer(scale, scale), atol=5e-3
     )
-    sway = (inverse @ (free * weight @ (seen - solution @ rows)))[3:]
-    error = np.linalg.solve(told.weight, told.right) - sway
+    error = (inverse @ (free * weight @ (seen - solution @ rows)))[3:]
+    error = np.linalg.solve(told.weight, told.right) - error
     assert np.abs(error * scale).max() < 0.05
     turn = np.linalg.solve(normal, whole[:3, 3:])[2]
     np.testing.assert_allclose(told.turn, turn, atol=5e-3 * np.abs(turn).max())
 
 
 def test_too_few_frames_tell_nothing() -> None:
-    assert hinge(np.zeros(3), drawn(np.zeros(3), 1)) is None
+    assert rotation_axis(np.zeros(3), drawn(np.zeros(3), 1)) is None

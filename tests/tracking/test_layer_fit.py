@@ -11,12 +11,11 @@ from scipy.special import erf
 
 from servosight.models.core import Array, Image
 from servosight.tracking.core import STILL
-from servosight.tracking.fit import Grid, hinge
-from servosight.tracking.layers import Layered
+from servosight.tracking.fit import Grid, rotation_axis
+from servosight.tracking.layers import LayerEstimator
 from servosight.tracking.layers._fit import learn_layers
 from servosight.tracking.layers._layers import Layers
-from servosight.tracking.methods import Refine
-from servosight.tracking.surface import Surface, single
+from servosight.tracking.surface import Surface, SurfaceEstimator, single
 
 SHAPE = (170, 220)
 PIVOT = np.array([60.3, 85.6])
@@ -69,10 +68,10 @@ def test_a_pivot_that_is_off_is_told_whole(learnt: tuple[Surface, Layers]) -> No
     """To 0.025 px, three times what its covariance says: near the pivot, layers finer than the
     pixels kept nearly all of it."""
     surface, layers = learnt
-    stage = Layered.of(layers, Refine.of(surface, SHAPE))
-    fits = [stage.near(drawn(angle), float(angle), STILL) for angle in OTHERS]
-    told = [(fit.angle_rad, fit.lean) for fit in fits if fit and fit.lean]
+    stage = LayerEstimator.of(layers, SurfaceEstimator.of(surface, SHAPE))
+    fits = [stage.fit_near(drawn(angle), float(angle), STILL) for angle in OTHERS]
+    told = [(fit.angle_rad, fit.sensitivity) for fit in fits if fit and fit.sensitivity]
     assert len(told) == OTHERS.size
-    found = hinge(np.array([angle for angle, _ in told]), [lean for _, lean in told])
+    found = rotation_axis(np.array([angle for angle, _ in told]), [one for _, one in told])
     assert found is not None
-    np.testing.assert_allclose(found.sway_px, [-OFF_PX, 0.0], atol=0.025)
+    np.testing.assert_allclose(found.error_px, [-OFF_PX, 0.0], atol=0.025)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.methods import Family, track_marker
+from servosight.tracking.core import Family, TrackOptions
+from servosight.tracking.track import track
 
 Write = Callable[[Path, list[Image], Array], Path]
 
@@ -46,13 +47,14 @@ def test_angle_and_hinge_of_a_marker(write: Write, tmp_path: Path, family: str) 
     angle = 20.0 * np.sin(np.arange(80) / 9.0)
     video = film(write, tmp_path, family, angle)
     name: Family = "aruco" if family == "aruco" else "apriltag"
-    known = track_marker(video, name, pivot=(float(PIVOT[0]), float(PIVOT[1])))
+    pivot = (float(PIVOT[0]), float(PIVOT[1]))
+    known = track(video, TrackOptions(method="marker", marker_family=name, pivot=pivot))
     error = known.angle_deg - (angle - angle[0])
     error -= np.median(error)
     assert np.sqrt(np.mean(error**2)) < 0.03
     assert 0.3 < np.std(error) / np.median(known.sigma_deg) < 2.0
     assert known.found.all()
-    free = track_marker(video, name)
+    free = track(video, TrackOptions(method="marker", marker_family=name))
     error = free.angle_deg - (angle - angle[0])
     assert np.abs(error / free.sigma_deg).max() < 4.0
     assert np.hypot(*(np.array(free.pivot_px) - PIVOT)) < 1.0
@@ -61,4 +63,4 @@ def test_angle_and_hinge_of_a_marker(write: Write, tmp_path: Path, family: str) 
 def test_a_marker_that_is_not_there_is_told(write: Write, tmp_path: Path) -> None:
     video = film(write, tmp_path, "aruco", np.linspace(0, 20, 55))
     with pytest.raises(InputError, match=r"marker 3 .*seen: 7"):
-        track_marker(video, "aruco", 3)
+        track(video, TrackOptions(method="marker", marker_id=3))

@@ -18,8 +18,8 @@ from servosight.models.excitation import Excitation
 from servosight.models.io import load_recording
 from servosight.sim.bench import Trajectory
 from servosight.sim.film import render_video
-from servosight.tracking.acquisition import swept, without
-from servosight.tracking.core import Flag, Track
+from servosight.tracking.acquisition._parts import swept, without
+from servosight.tracking.core import Flag, Track, TrackOptions
 from servosight.tracking.track import track
 
 RATE_HZ = 120.0
@@ -95,7 +95,7 @@ def test_the_larger_part_is_found_first_and_painted_over(
 
 def test_a_second_part_is_found_by_itself(video: Path, fin: Track) -> None:
     """A bar of 98 x 26 px, a quarter of the fin's information or less: bound 0.02 deg."""
-    horn = track(video, beside=fin)
+    horn = track(video, TrackOptions(beside=fin))
     assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 0.2
     assert error_deg(horn, HORN_DEG) < 0.02
     np.testing.assert_array_equal(horn.time_s, fin.time_s)
@@ -113,7 +113,7 @@ def test_a_part_beside_the_first_is_not_cut_off(
     pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
     with_horn(pictures, pivot)
     place = write(tmp_path / "video.mkv", pictures, np.arange(len(pictures)) / RATE_HZ)
-    horn = track(place, beside=track(place), pivot=pivot, template=(53, 205, 111, 34))
+    horn = track(place, TrackOptions(beside=track(place), pivot=pivot, template=(53, 205, 111, 34)))
     assert not (horn.flags & Flag.CUT).any()
 
 
@@ -158,8 +158,8 @@ def test_horn_of_the_twins_bench(tmp_path: Path) -> None:
     camera = Camera(rate_hz=100.0, exposure_s=0.003)
     truth = render_video(twin, camera, tmp_path / "video.mkv", seed=1)
 
-    surface = track(tmp_path / "video.mkv", exposure_s=0.003)
-    horn = track(tmp_path / "video.mkv", exposure_s=0.003, beside=surface)
+    surface = track(tmp_path / "video.mkv", TrackOptions(exposure_s=0.003))
+    horn = track(tmp_path / "video.mkv", TrackOptions(exposure_s=0.003, beside=surface))
 
     assert error_deg(surface, truth.angle_deg) < 0.002
     assert np.hypot(*(np.array(horn.pivot_px) - truth.horn_px)) < 0.1

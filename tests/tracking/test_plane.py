@@ -8,7 +8,7 @@ import pytest
 from servosight.models.core import Array
 from servosight.tracking.calibration._swing import Swing, calibrate_swing
 from servosight.tracking.calibration._swing_features import Tracks
-from servosight.tracking.core import Lens, Plane, like_picture, mapped, turning
+from servosight.tracking.core import Lens, MotionPlane, like_picture, mapped, turning
 from servosight.tracking.core._plane import jacobian
 
 SHAPE = (480, 640)
@@ -52,7 +52,7 @@ def test_a_lens_is_undone_and_done_again() -> None:
     seen = rng.uniform((0, 0), (639, 479), (500, 2))
     assert np.abs(lens.bent(lens.straight(seen)) - seen).max() < 1e-6
     assert np.abs(lens.straight(seen) - seen).max() > 3.0
-    plane = Plane(like_picture(np.linalg.inv(seen_from(20, 10)), PIVOT), lens)
+    plane = MotionPlane(like_picture(np.linalg.inv(seen_from(20, 10)), PIVOT), lens)
     assert np.abs(plane.to_picture(plane.of_picture(seen)) - seen).max() < 1e-6
 
 
@@ -64,9 +64,9 @@ def test_the_plane_agrees_with_the_picture_at_its_centre() -> None:
         slope = jacobian(onto, PIVOT)
         assert np.linalg.det(slope) == pytest.approx(1.0)
         assert np.abs(slope - slope.T).max() < 1e-9
-    assert Plane(onto).tilt_deg(PIVOT) == pytest.approx(29.0, abs=0.3)
-    assert Plane().is_picture
-    assert not Plane(onto).is_picture
+    assert MotionPlane(onto).tilt_deg(PIVOT) == pytest.approx(29.0, abs=0.3)
+    assert MotionPlane().is_picture
+    assert not MotionPlane(onto).is_picture
 
 
 @pytest.mark.parametrize(("yaw", "pitch"), [(30, 0), (0, 30), (-21, 21), (45, 0)])

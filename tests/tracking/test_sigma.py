@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servosight.tracking.fit import Fit
-from servosight.tracking.uncertainty import columns, shown_share
+from servosight.tracking.uncertainty._sigma import columns, shown_share
 
 PLAIN_RAD, OWN_RAD = 1e-5, 2e-5
 FRAMES = 2000

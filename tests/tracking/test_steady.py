@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.tracking.video import LEAST_PX, Bench, wander_px
+from servosight.tracking.video import LEAST_PX, Stabiliser, wander_px
 
 RNG = np.random.default_rng(7)
 BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0
@@ -40,10 +40,10 @@ def test_a_hand() -> None:
 def test_a_picture_is_laid_on_the_first() -> None:
     """Shifted by 3 and -2 px: the doubt, some hundredths, covers what is left within four sigma."""
     first, moved = picture(0.0, 0.0, 1.0, 0.0), picture(3.0, -2.0, 0.9, 8.0)
-    bench = Bench.of(first)
+    bench = Stabiliser.of(first)
     assert bench is not None
-    still, doubt_px = bench.held(moved)
+    still, sigma_px = bench.aligned(moved)
     before, after = bench.seen(still)
     left = np.median(after - before, axis=0)
-    assert doubt_px < 0.1
-    assert np.hypot(*left) < 4.0 * doubt_px
+    assert sigma_px < 0.1
+    assert np.hypot(*left) < 4.0 * sigma_px

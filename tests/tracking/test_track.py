@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from servosight.tracking.clock import find_light
+from servosight.tracking.acquisition._indicator import find_light
+from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import Flag, Track, outline_at, track
 from servosight.tracking.video import read_frame
 
@@ -49,7 +50,7 @@ def swinging(drawn: Draw, scene: Any) -> tuple[Path, Any]:
 
 @pytest.fixture(scope="session")
 def swing_track(swinging: tuple[Path, Any]) -> Track:
-    return track(swinging[0], exposure_s=EXPOSURE_S)
+    return track(swinging[0], TrackOptions(exposure_s=EXPOSURE_S))
 
 
 def error_deg(result: Track, truth: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -126,7 +127,7 @@ def test_light_tells_its_instant_within_the_exposure(
 
 def test_match_follows_within_a_fiftieth_of_a_degree(swinging: tuple[Path, Any]) -> None:
     """Bound: a parabola errs by some hundredths of a pixel, 0.01 deg at 170 px; asked for: 0.03."""
-    result = track(swinging[0], method="match", exposure_s=EXPOSURE_S)
+    result = track(swinging[0], TrackOptions(method="match", exposure_s=EXPOSURE_S))
     error = error_deg(result, swinging[1])
     assert np.sqrt(np.mean(error**2)) < 0.02
 
@@ -137,7 +138,7 @@ def test_fast_steps_are_followed_and_their_blur_modelled(drawn: Draw, scene: Any
     The drawn blur is even over the exposure; only the speed is guessed from the neighbours.
     """
     truth = scene(steps(), EXPOSURE_SHARE)
-    result = track(drawn("steps", truth), exposure_s=EXPOSURE_S)
+    result = track(drawn("steps", truth), TrackOptions(exposure_s=EXPOSURE_S))
     error = error_deg(result, truth)
     assert np.sqrt(np.mean(error**2)) < 0.005
     assert not (result.flags & Flag.LOST).any()
@@ -146,7 +147,10 @@ def test_fast_steps_are_followed_and_their_blur_modelled(drawn: Draw, scene: Any
 def test_pointing_at_the_surface_is_enough(swinging: tuple[Path, Any]) -> None:
     """With pivot and template given, nothing is searched for: the pivot is held as it is."""
     path, truth = swinging
-    result = track(path, pivot=truth.pivot_px, template=(180, 140, 110, 40), exposure_s=EXPOSURE_S)
+    result = track(
+        path,
+        TrackOptions(pivot=truth.pivot_px, template=(180, 140, 110, 40), exposure_s=EXPOSURE_S),
+    )
     assert result.pivot_px == pytest.approx(truth.pivot_px)
     assert result.template_px == (180, 140, 110, 40)
     error = error_deg(result, truth)
@@ -165,7 +169,7 @@ def test_covered_repeated_and_dark_frames_are_flagged_not_filled_in(
         pictures[60] = pictures[59]
         pictures[75][:] = 0
 
-    result = track(rewrite(path, spoil), exposure_s=EXPOSURE_S)
+    result = track(rewrite(path, spoil), TrackOptions(exposure_s=EXPOSURE_S))
     error = np.abs(error_deg(result, truth))
     covered = (result.flags & Flag.COVERED) > 0
     assert covered[40:46].all()

@@ -16,7 +16,8 @@ from servosight.sim.bench import Trajectory
 from servosight.sim.camera import Lens
 from servosight.sim.film import VideoSettings, render_video
 from servosight.sim.film._film import FrameTable
-from servosight.tracking.clock import find_light
+from servosight.tracking.acquisition._indicator import find_light
+from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 
 pytestmark = pytest.mark.slow
@@ -56,7 +57,7 @@ def test_300_deg_per_second(tmp_path: Path, camera: Camera, bound_deg: float) ->
     angle = 20 * np.sin(2 * np.pi * 2.4 * time_s)
     video, truth = filmed(tmp_path, angle, time_s, camera)
 
-    result = track(video, exposure_s=camera.exposure_s, readout_s=camera.readout_s)
+    result = track(video, TrackOptions(exposure_s=camera.exposure_s, readout_s=camera.readout_s))
 
     assert np.abs(result.time_s - (truth.mid_s - truth.start_s[0])).max() < 2e-5
     error = result.angle_deg - (truth.angle_deg - truth.angle_deg[0])
@@ -112,7 +113,7 @@ def test_a_tilt_is_told_by_all_frames(tmp_path: Path, yaw_deg: float, told: str)
     settings = VideoSettings(lens=Lens(yaw_deg=yaw_deg))
     video, truth = filmed(tmp_path, angle, time_s, camera, settings)
 
-    result = track(video, exposure_s=camera.exposure_s, readout_s=0.0)
+    result = track(video, TrackOptions(exposure_s=camera.exposure_s, readout_s=0.0))
 
     assert re.search(told, result.notes[0])
     error = result.angle_deg - truth.angle_deg
@@ -136,7 +137,7 @@ def test_angle_pivot_and_light_from_the_twins_video(tmp_path: Path) -> None:
     video = tmp_path / "video.mkv"
     truth = render_video(trajectory, camera, video, seed=1)
 
-    result = track(video, exposure_s=camera.exposure_s)
+    result = track(video, TrackOptions(exposure_s=camera.exposure_s))
 
     assert np.abs(result.time_s - (truth.video_s + 0.002)).max() < 2e-5
     error = result.angle_deg - (truth.angle_deg - truth.angle_deg[0])

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import InputError
+from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 from servosight.tracking.video import _video as video_module
 from servosight.tracking.video import check, even_times, frames, read_frame_table, stretches
@@ -173,7 +174,11 @@ def test_two_frames_at_one_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 def test_a_pivot_out_of_reach(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path / "far.mkv", noise(60), np.arange(60) / 100)
     for pivot in ((20.0, 1e308), (-1e6, 0.0), (float("nan"), 3.0)):
-        refused(lambda at=pivot: track(path, pivot=at, template=(4, 4, 40, 20)), "pivot", "--pivot")
+        refused(
+            lambda at=pivot: track(path, TrackOptions(pivot=at, template=(4, 4, 40, 20))),
+            "pivot",
+            "--pivot",
+        )
 
 
 def test_nothing_moves(tmp_path: Path, write: Write) -> None:
@@ -183,9 +188,9 @@ def test_nothing_moves(tmp_path: Path, write: Write) -> None:
 
 def test_a_box_outside_of_the_picture(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path / "box.mkv", noise(60), np.arange(60) / 100)
-    refused(lambda: track(path, template=(80, 10, 40, 20)), "80,10,40,20", "96 x 64")
+    refused(lambda: track(path, TrackOptions(template=(80, 10, 40, 20))), "80,10,40,20", "96 x 64")
 
 
 def test_a_table_of_another_length(swinging_table: tuple[Path, Path]) -> None:
     video, table = swinging_table
-    refused(lambda: track(video, frame_table=table), "frames.csv", "one row a frame")
+    refused(lambda: track(video, TrackOptions(frame_table=table)), "frames.csv", "one row a frame")

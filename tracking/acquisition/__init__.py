@@ -1,7 +1,14 @@
-"""The moving part and its pivot, found from the motion."""
+"""Found in the pictures: the moving part and its pivot, a part beside it, an indicator light."""
 
 from servosight.tracking.acquisition._acquire import acquire as acquire
+from servosight.tracking.acquisition._indicator import (
+    CONFOUNDED as CONFOUNDED,
+)
+from servosight.tracking.acquisition._indicator import (
+    IndicatorLight as IndicatorLight,
+)
+from servosight.tracking.acquisition._indicator import (
+    find_light as find_light,
+)
 from servosight.tracking.acquisition._parts import same_view as same_view
-from servosight.tracking.acquisition._parts import swept as swept
 from servosight.tracking.acquisition._parts import without as without
-from servosight.tracking.acquisition._search import search as search

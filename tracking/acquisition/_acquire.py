@@ -12,10 +12,17 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition._rigid import POINT, centre_of, motions_of
-from servosight.tracking.acquisition._search import search
 from servosight.tracking.core import Box
 from servosight.tracking.fit import Grid
-from servosight.tracking.surface import Surface, learn, single, spread, surface_mask, tightened
+from servosight.tracking.surface import (
+    Surface,
+    learn,
+    search,
+    single,
+    spread,
+    surface_mask,
+    tightened,
+)
 
 _COARSE_PX = 1.5
 _FARTHEST = 1.5  # times the picture's longer side, from its middle to the pivot

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Image, Mask
-from servosight.tracking.calibration import Camera, View
-from servosight.tracking.core import Track, outline_at
+from servosight.tracking.calibration import View
+from servosight.tracking.core import CameraGeometry, Track, outline_at
 
 SHADOW_PX = 12
 """How far about a part its shadow reaches."""
@@ -35,7 +35,7 @@ def without(images: Sequence[Image], first: Track) -> list[Image]:
     return [np.where(barred, grey, image) for image in images]
 
 
-def same_view(first: Track, camera: Camera | None) -> View:
+def same_view(first: Track, camera: CameraGeometry | None) -> View:
     """The view in which the first part was measured: both turn in planes that lie alike."""
     calibrated = camera is not None and camera.onto is not None
     return View(first.plane, None, "view as for the first part", calibrated)

@@ -1,15 +1,32 @@
 """Lens and plane: from a board, or from the swing itself."""
 
-from servosight.tracking.calibration._board import Board as Board
-from servosight.tracking.calibration._board import calibrate as calibrate
-from servosight.tracking.calibration._board import read_views as read_views
-from servosight.tracking.calibration._board import write_picture as write_picture
-from servosight.tracking.calibration._file import camera_of as camera_of
-from servosight.tracking.calibration._file import read_camera as read_camera
-from servosight.tracking.calibration._file import write_camera as write_camera
-from servosight.tracking.calibration._pivot_refinement import about_hinge as about_hinge
-from servosight.tracking.calibration._view import Camera as Camera
-from servosight.tracking.calibration._view import Flattened as Flattened
-from servosight.tracking.calibration._view import View as View
-from servosight.tracking.calibration._view import flattened as flattened
-from servosight.tracking.calibration._view import view_of as view_of
+from servosight.tracking.calibration._board import (
+    Board as Board,
+)
+from servosight.tracking.calibration._board import (
+    calibrate as calibrate,
+)
+from servosight.tracking.calibration._board import (
+    read_views as read_views,
+)
+from servosight.tracking.calibration._board import (
+    write_picture as write_picture,
+)
+from servosight.tracking.calibration._file import (
+    camera_of as camera_of,
+)
+from servosight.tracking.calibration._file import (
+    read_camera as read_camera,
+)
+from servosight.tracking.calibration._file import (
+    write_camera as write_camera,
+)
+from servosight.tracking.calibration._view import (
+    View as View,
+)
+from servosight.tracking.calibration._view import (
+    rectifier as rectifier,
+)
+from servosight.tracking.calibration._view import (
+    view_of as view_of,
+)

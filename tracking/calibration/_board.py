@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.calibration._view import Camera
-from servosight.tracking.core import Lens
+from servosight.tracking.core import CameraGeometry, Lens
 from servosight.tracking.video import sample_frames
 
 Kind = Literal["checkerboard", "aruco"]
@@ -78,7 +77,7 @@ class Board:
 class Calibration:
     """What pictures of a board told; ``errors_px`` is the rms of each view, by its name."""
 
-    camera: Camera
+    camera: CameraGeometry
     size_px: tuple[int, int]
     errors_px: dict[str, float]
     rms_px: float
@@ -151,7 +150,7 @@ def calibrate(views: dict[str, Image], board: Board, plane: Path | None = None) 
         straight = lens.straight(seen[0]) if lens is not None else seen[0]
         matrix, _ = cv2.findHomography(straight, seen[1], 0)
         onto = np.asarray(matrix, np.float64)
-    return Calibration(Camera(lens, onto), size, errors, rms, quality)
+    return Calibration(CameraGeometry(lens, onto), size, errors, rms, quality)
 
 
 def _lens(

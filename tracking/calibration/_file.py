@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from servosight.models.core import Array, InputError, Kind, marked_toml, read_settings, write_text
-from servosight.tracking.calibration._view import Camera
-from servosight.tracking.core import Lens
+from servosight.tracking.core import CameraGeometry, Lens
 
 if TYPE_CHECKING:
     from servosight.tracking.calibration._board import Calibration
@@ -42,7 +41,7 @@ def write_camera(path: Path, calibration: Calibration) -> None:
     write_text(path, marked_toml(Kind.CAMERA, tomli_w.dumps(table)))
 
 
-def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:
+def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> CameraGeometry:
     """Read camera.toml; ``size_px`` (width, height) is that of the video it is meant for."""
     table = read_settings(path, "a file that `servosight calibrate` wrote")
     known = (table.get("width"), table.get("height"))
@@ -55,7 +54,7 @@ def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> Camera:
     return camera_of(table, str(path))
 
 
-def camera_of(table: object, source: str) -> Camera:
+def camera_of(table: object, source: str) -> CameraGeometry:
     """The camera of a table with ``lens`` and ``plane``, as in camera.toml or recording.toml."""
     if not isinstance(table, Mapping):
         raise InputError(
@@ -82,7 +81,7 @@ def camera_of(table: object, source: str) -> Camera:
             f"{source}: has neither a table lens nor a table plane; expected what `servosight "
             "calibrate` writes."
         )
-    return Camera(lens, onto)
+    return CameraGeometry(lens, onto)
 
 
 def _numbers(

@@ -19,7 +19,7 @@ from servosight.tracking.calibration._swing_features import LEAST_FRAMES, Tracks
 from servosight.tracking.core import (
     Index,
     Lens,
-    Plane,
+    MotionPlane,
     inverse,
     like_picture,
     mapped,
@@ -45,7 +45,7 @@ class Swing:
     a point.
     """
 
-    plane: Plane
+    plane: MotionPlane
     pivot_px: tuple[float, float]
     angle_rad: Array
     rigid_rad: Array
@@ -98,7 +98,7 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     pivot = mapped(matrix, full.values[None, 4:_OWN])[0] * size + middle
     scale = np.array([[1.0 / size, 0.0, 0.0], [0.0, 1.0 / size, 0.0], [0.0, 0.0, 1.0]])
     scale[:2, 2] = -middle / size
-    plane = Plane(like_picture(inverse(matrix) @ scale, middle), lens)
+    plane = MotionPlane(like_picture(inverse(matrix) @ scale, middle), lens)
     x, y = lens.bent(pivot[None])[0] if lens is not None else pivot
     return Swing(
         plane,

@@ -12,27 +12,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Image, Mask
+from servosight.models.core import Array, Image
 from servosight.tracking.calibration._swing import Swing, calibrate_swing
 from servosight.tracking.calibration._swing_features import feature_tracks
-from servosight.tracking.core import Exposure, Lens, Plane, like_picture
-from servosight.tracking.fit import Fit, Stage
+from servosight.tracking.core import CameraGeometry, MotionPlane, like_picture
 
 _MOST_FRAMES = 16
 # Features lean as a whole with the view, which their own scatter does not show: on the twin's
 # videos from 30 deg aside they left up to 2.8 times what it says.
 _LEAN = 3.0
-
-
-@dataclass(frozen=True)
-class Camera:
-    """What a calibration tells: the lens, and the map (3, 3) from straight pixels to the plane.
-
-    Either may be unknown (None); the map is right up to a similarity.
-    """
-
-    lens: Lens | None = None
-    onto: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -42,7 +30,7 @@ class View:
     ``calibrated`` says that a calibration gave it.
     """
 
-    plane: Plane
+    plane: MotionPlane
     swing: Swing | None
     note: str
     calibrated: bool = False
@@ -60,17 +48,17 @@ class View:
         return _LEAN * self.swing.shared_at(angle_rad)
 
 
-def view_of(images: Sequence[Image], camera: Camera | None = None) -> View:
+def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> View:
     """The view in frames spread over the motion, the first frame first."""
     lens = camera.lens if camera is not None else None
     if camera is not None and camera.onto is not None:
         middle = 0.5 * (np.array(images[0].shape[1::-1], np.float64) - 1.0)
-        plane = Plane(like_picture(camera.onto, middle), lens)
+        plane = MotionPlane(like_picture(camera.onto, middle), lens)
         return View(plane, None, "view as calibrated", calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
     tracks = feature_tracks(images[::stride])
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
-    flat = Plane(lens=lens)
+    flat = MotionPlane(lens=lens)
     if swing is None:
         return View(
             flat,
@@ -95,25 +83,7 @@ def view_of(images: Sequence[Image], camera: Camera | None = None) -> View:
     )
 
 
-@dataclass(frozen=True)
-class Flattened:
-    """A stage that sees pictures resampled into the surface's plane."""
-
-    stage: Stage
-    flat: Callable[[Image], Image]
-
-    def near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """As the stage's own; what is ``old`` in the picture is not known in the plane."""
-        return self.stage.near(self.flat(picture), angle_rad, exposure)
-
-    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
-        """As the stage's own."""
-        return self.stage.anywhere(self.flat(picture), centre_rad, half_rad)
-
-
-def flattened(plane: Plane, shape: tuple[int, ...]) -> Callable[[Image], Image]:
+def rectifier(plane: MotionPlane, shape: tuple[int, ...]) -> Callable[[Image], Image]:
     """Resamples pictures of ``shape`` (height, width) into the plane, in the same size."""
     if plane.is_picture:
         return lambda image: image

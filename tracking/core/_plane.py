@@ -60,7 +60,7 @@ class Lens:
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
+class MotionPlane:
     """From pixels to the plane and back; without arguments the picture is the plane.
 
     ``onto`` (3, 3) takes straight pixels to the plane.
@@ -96,7 +96,18 @@ class Plane:
         return float(np.rad2deg(np.arccos(min(small[1] / small[0], 1.0))))
 
 
-PICTURE = Plane()
+@dataclass(frozen=True)
+class CameraGeometry:
+    """A camera as calibrated: its lens, and the map (3, 3) from straight pixels to the plane.
+
+    Either may be unknown (None); the map is right up to a similarity.
+    """
+
+    lens: Lens | None = None
+    onto: Array | None = None
+
+
+PICTURE = MotionPlane()
 """A camera that looks along the axis through a lens that bends nothing."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import MARK, Array, Image, InputError, marked_png, new_file, write_bytes
-from servosight.tracking.core import Flag, Track, outline_at
+from servosight.tracking.core import Flag, Progress, Track, outline_at
 from servosight.tracking.video import Frame, frames
 
 Colours = Image
-Progress = Callable[[int, int], None]
 
 COLOURS = ((80, 220, 90), (240, 170, 60))
 """Of each part, blue-green-red: the surface, then the horn."""

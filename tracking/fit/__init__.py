@@ -7,8 +7,8 @@ from servosight.tracking.fit._fit import correlation as correlation
 from servosight.tracking.fit._fit import gauss_newton as gauss_newton
 from servosight.tracking.fit._fit import turn as turn
 from servosight.tracking.fit._fit import turn_and_shift as turn_and_shift
+from servosight.tracking.fit._follow import AngleEstimator as AngleEstimator
 from servosight.tracking.fit._follow import Seen as Seen
-from servosight.tracking.fit._follow import Stage as Stage
 from servosight.tracking.fit._follow import follow as follow
 from servosight.tracking.fit._kernels import GATE as GATE
 from servosight.tracking.fit._polar import Grid as Grid
@@ -17,6 +17,6 @@ from servosight.tracking.fit._polar import Sample as Sample
 from servosight.tracking.fit._polar import sample as sample
 from servosight.tracking.fit._rotation_axis import PIVOT as PIVOT
 from servosight.tracking.fit._rotation_axis import PLANE as PLANE
-from servosight.tracking.fit._rotation_axis import Lean as Lean
-from servosight.tracking.fit._rotation_axis import hinge as hinge
-from servosight.tracking.fit._rotation_axis import mended as mended
+from servosight.tracking.fit._rotation_axis import PoseSensitivity as PoseSensitivity
+from servosight.tracking.fit._rotation_axis import corrected_angles as corrected_angles
+from servosight.tracking.fit._rotation_axis import rotation_axis as rotation_axis

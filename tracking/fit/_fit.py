@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Single
 from servosight.tracking.fit._kernels import GATE, gate_of, judged, median_residual, normal, weights
 from servosight.tracking.fit._polar import Sample
-from servosight.tracking.fit._rotation_axis import Lean, lean
+from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
 
 Motion = Callable[[Sample], Single]
 
@@ -33,8 +33,8 @@ class Fit:
     ``delay`` is where in the readout the angle is told, as a share of it about the middle row,
     ``delay_spread`` the variance of its pixels about that.
     Grey levels are ``gain`` times the model's plus ``offset``. ``held`` is the share of pixels that
-    a codec copied from the picture before, 0 where there are enough others. ``lean`` is what the
-    picture tells of the pivot, where the sample knows its slope along the radius.
+    a codec copied from the picture before, 0 where there are enough others. ``sensitivity`` is
+    that to errors of pivot and plane, where the sample has its slope along the radius.
     """
 
     angle_rad: float
@@ -52,7 +52,7 @@ class Fit:
     gain: float = 1.0
     offset: float = 0.0
     held: float = 0.0
-    lean: Lean | None = None
+    sensitivity: PoseSensitivity | None = None
 
 
 def turn(sample: Sample) -> Single:
@@ -139,7 +139,7 @@ def gauss_newton(
     told = None
     if now.per_px.size and len(rows) == 3:
         variance = weighed / used * max(sigma / plain, 1.0) ** 2
-        told = lean(now, seen, rows, weight, matrix, solution, variance)
+        told = pose_sensitivity(now, seen, rows, weight, matrix, solution, variance)
     return Fit(
         angle_rad,
         sigma,
@@ -155,7 +155,7 @@ def gauss_newton(
         gain=gain,
         offset=offset,
         held=now.held,
-        lean=told,
+        sensitivity=told,
     )
 
 

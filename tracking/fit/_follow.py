@@ -27,10 +27,10 @@ _BLUR_PX = 1.0
 _SHEAR_RAD = np.deg2rad(2e-4)
 
 
-class Stage(Protocol):
+class AngleEstimator(Protocol):
     """One way to measure an angle in a picture; angles in rad, relative to the stage's own zero."""
 
-    def near(
+    def fit_near(
         self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
     ) -> Fit | None:
         """Measure, started at an angle and with the motion while exposed; None: not there.
@@ -39,7 +39,7 @@ class Stage(Protocol):
         """
         ...
 
-    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle within ``centre_rad`` +- ``half_rad``."""
         ...
 
@@ -57,7 +57,7 @@ class Seen:
 
 
 def follow(
-    stage: Stage,
+    stage: AngleEstimator,
     source: Iterable[Frame],
     home_rad: float,
     shutter: Callable[[int], Shutter],
@@ -87,7 +87,7 @@ def follow(
 
 
 def _measure(
-    stage: Stage,
+    stage: AngleEstimator,
     frame: Frame,
     before: list[Seen],
     home_rad: float,
@@ -101,17 +101,19 @@ def _measure(
     held = last.angle_rad if last is not None else home_rad
     step, speed, acceleration = _promised(before, frame.time_s)
     moving = Exposure.of(speed, acceleration, shutter)
-    fit = stage.near(frame.image, held + step, moving, old)
+    fit = stage.fit_near(frame.image, held + step, moving, old)
     if fit is None and last is not None:
-        fit = stage.near(frame.image, held, STILL, old)
+        fit = stage.fit_near(frame.image, held, STILL, old)
         if fit is None:
-            fit = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving, old)
+            fit = stage.fit_near(
+                frame.image, stage.search(frame.image, held, _NEAR_RAD), moving, old
+            )
     if fit is None:
         moving = STILL
-        fit = stage.near(frame.image, stage.anywhere(frame.image, held, np.pi), STILL)
+        fit = stage.fit_near(frame.image, stage.search(frame.image, held, np.pi), STILL)
     elif last is not None and last.fit is not None and _doubtful(fit, last.fit):
         # Where the surface sets off fast, a fit can rest on a neighbouring likeness: look about.
-        found = stage.near(frame.image, stage.anywhere(frame.image, held, _NEAR_RAD), moving, old)
+        found = stage.fit_near(frame.image, stage.search(frame.image, held, _NEAR_RAD), moving, old)
         if found is not None and found.correlation > fit.correlation:
             fit = found
     angle = fit.angle_rad if fit is not None else held
@@ -146,7 +148,7 @@ def _promised(before: list[Seen], time_s: float) -> tuple[float, float, float]:
 
 
 def _again(
-    stage: Stage,
+    stage: AngleEstimator,
     window: list[Seen],
     place: int,
     shutter: Callable[[int], Shutter],
@@ -168,7 +170,7 @@ def _again(
     shear = abs(exposure.per_delay_rad - was.per_delay_rad) + abs(exposure.bend_rad - was.bend_rad)
     if apart_px < _BLUR_PX and shear < _SHEAR_RAD and exposure.parts_rad.size == was.parts_rad.size:
         return here
-    fit = stage.near(here.frame.image, here.angle_rad, exposure, here.old)
+    fit = stage.fit_near(here.frame.image, here.angle_rad, exposure, here.old)
     if fit is None:
         return here
     return replace(here, fit=fit, angle_rad=fit.angle_rad, exposure=exposure)

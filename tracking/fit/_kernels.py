@@ -66,10 +66,12 @@ def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def swayed(by_turn, by_radius, radius, outwards, farthest, out):  # type: ignore[no-untyped-def]
-    """Change of each pixel with a sway of the surface, (6, pixels) [grey levels/px]: shift along x
-    and along y; stretch along x, stretch aslant, perspective along x and against y, by how far
-    these move what is ``farthest`` from the pivot."""
+def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: ignore[no-untyped-def]
+    """Change of each pixel with the surface's pose errors, (6, pixels) [grey levels/px].
+
+    Shift along x and along y; stretch along x, stretch aslant, perspective along x and against y,
+    by how far these move what is ``farthest`` from the pivot.
+    """
     for i in range(by_turn.size):
         along, cos, sin = by_turn[i] / radius[i], outwards[0, i], outwards[1, i]
         out[0, i] = -along * sin - by_radius[i] * cos

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import PICTURE, STILL, Exposure, Plane, slopes, weights
+from servosight.tracking.core import PICTURE, STILL, Exposure, MotionPlane, slopes, weights
 
 _BLOCK_PX = 32
 
@@ -35,7 +35,7 @@ class Grid:
     step_rad: float
     rows: int
     columns: int
-    plane: Plane = PICTURE
+    plane: MotionPlane = PICTURE
 
     @property
     def middle_rad(self) -> float:

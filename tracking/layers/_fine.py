@@ -12,7 +12,7 @@ from servosight.models.core import Image, Mask
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import Fit, Sample, gauss_newton, news, turn
 from servosight.tracking.layers._layers import Layers, Rings
-from servosight.tracking.methods import Refine, likely
+from servosight.tracking.surface import SurfaceEstimator, likely
 
 # Blurred layers are kept by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0
@@ -22,7 +22,7 @@ _FEW_PIXELS = 1000
 
 
 @dataclass(frozen=True)
-class Layered:
+class LayerEstimator:
     """The stage: learnt layers, all pixels about their pivot, few of them, and the wide search.
 
     The few tell the angle well enough for a single step on all.
@@ -31,11 +31,11 @@ class Layered:
     layers: Layers
     whole: Rings
     few: Rings
-    wide: Refine
+    wide: SurfaceEstimator
     blurred: Callable[[int], Layers]
 
     @classmethod
-    def of(cls, layers: Layers, wide: Refine) -> Layered:
+    def of(cls, layers: Layers, wide: SurfaceEstimator) -> LayerEstimator:
         """For the pictures of ``layers``; ``wide`` finds the surface where it was lost."""
 
         @lru_cache(_KEPT_TABLES)
@@ -46,7 +46,7 @@ class Layered:
         whole, few = (Rings.about(layers.grid, layers.bench.shape, n) for n in (1, every))
         return cls(layers, whole, few, wide, blurred)
 
-    def near(
+    def fit_near(
         self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
     ) -> Fit | None:
         """Fit from an angle; None if it is no fit.
@@ -72,6 +72,6 @@ class Layered:
             return None
         return replace(fit, in_view=self.layers.in_view(fit.angle_rad))
 
-    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
-        return self.wide.anywhere(picture, centre_rad, half_rad)
+        return self.wide.search(picture, centre_rad, half_rad)

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from servosight.tracking.fit import Seen, Stage
-from servosight.tracking.layers._fine import Layered
+from servosight.tracking.fit import AngleEstimator, Seen
+from servosight.tracking.layers._fine import LayerEstimator
 from servosight.tracking.layers._fit import learn_layers
-from servosight.tracking.methods import Refine
+from servosight.tracking.surface import SurfaceEstimator
 
 _FROM_EACH = 12
 _LEAST = 12
@@ -20,7 +20,7 @@ _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
 
 
-def layered_stage(runs: Iterable[Sequence[Seen]], refine: Refine) -> Stage:
+def layer_estimator(runs: Iterable[Sequence[Seen]], refine: SurfaceEstimator) -> AngleEstimator:
     """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
     tell the angle better."""
     chosen: list[Seen] = []
@@ -44,11 +44,11 @@ def layered_stage(runs: Iterable[Sequence[Seen]], refine: Refine) -> Stage:
         refine.surface,
         float(np.median([s.fit.noise for s in taught if s.fit])),
     )
-    stage = Layered.of(layers, refine)
+    stage = LayerEstimator.of(layers, refine)
     ratios = []
     for judge in judges:
-        fit = stage.near(judge.frame.image, judge.angle_rad, judge.exposure)
-        inside = refine.near(judge.frame.image, judge.angle_rad, judge.exposure)
+        fit = stage.fit_near(judge.frame.image, judge.angle_rad, judge.exposure)
+        inside = refine.fit_near(judge.frame.image, judge.angle_rad, judge.exposure)
         if inside is not None:
             ratios.append(fit.sigma_rad / inside.sigma_rad if fit else np.inf)
     return stage if not ratios or np.median(ratios) < _GAIN else refine

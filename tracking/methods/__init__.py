@@ -1,8 +1,19 @@
-"""Ways to measure the angle: refine, match, markers."""
+"""Ways to measure the angle, one file each, in one registry.
 
-from servosight.tracking.methods._markers import Family as Family
-from servosight.tracking.methods._markers import track_marker as track_marker
-from servosight.tracking.methods._match import Match as Match
-from servosight.tracking.methods._match import choose_box as choose_box
-from servosight.tracking.methods._refine import Refine as Refine
-from servosight.tracking.methods._refine import likely as likely
+A new method is a function ``(film, options, progress) -> Track`` in a file of its own, and one line
+in ``METHODS``.
+"""
+
+from servosight.tracking.methods._box import choose_box as choose_box
+from servosight.tracking.methods._contract import Method as Method
+from servosight.tracking.methods._frames import (
+    Instrument as Instrument,
+)
+from servosight.tracking.methods._frames import (
+    Subject as Subject,
+)
+from servosight.tracking.methods._frames import (
+    track_frames as track_frames,
+)
+from servosight.tracking.methods._registry import METHODS as METHODS
+from servosight.tracking.methods._registry import method_of as method_of

@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask
-from servosight.tracking.core import Exposure, turning
-from servosight.tracking.fit import Fit
-
-Box = tuple[int, int, int, int]
+from servosight.tracking.core import (
+    Box,
+    Exposure,
+    Progress,
+    Shutters,
+    Track,
+    TrackOptions,
+    turning,
+)
+from servosight.tracking.fit import AngleEstimator, Fit
+from servosight.tracking.methods._frames import Instrument, Subject, track_frames
+from servosight.tracking.video import Film
 
 _LEAST_SCORE = 0.6
 # The peak of a sampled correlation, interpolated by a parabola, leans towards whole pixels.
 _PEAK_BIAS_PX = 0.015
-_LARGEST_HALF_PX = 28
 
 
 @dataclass(frozen=True)
-class Match:
+class TemplateEstimator:
     """The stage: a box of the first frame, found again by normalised cross-correlation.
 
     The angle is that of the line from the pivot to the box's centre.
@@ -39,7 +46,7 @@ class Match:
         centre = np.array([x + 0.5 * (width - 1), y + 0.5 * (height - 1)])
         return np.asarray(centre - np.array(self.pivot_px))
 
-    def near(
+    def fit_near(
         self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
     ) -> Fit | None:
         """Match near an angle: once as far as a quarter of the box, once more, turned right."""
@@ -54,7 +61,7 @@ class Match:
         own = exposure.per_delay_rad * late + exposure.bend_rad * late**2
         return replace(fit, angle_rad=fit.angle_rad - own, delay=late)
 
-    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
         radius = max(float(np.hypot(*self.arm_px)), 1.0)
         stride = min(np.deg2rad(6.0), 0.5 * min(self.box[2:]) / radius)
@@ -143,31 +150,34 @@ def _sigma_rad(template: NDArray[np.float32], seen: NDArray[np.float32], arm_px:
     return float(np.hypot(spread, _PEAK_BIAS_PX) / radius)
 
 
-def choose_box(outline_px: Array, pivot_px: tuple[float, float], picture: Image) -> Box:
-    """The square on the surface that tells most of its angle (x, y, w, h).
+@dataclass(frozen=True)
+class RectifiedEstimator:
+    """An estimator that sees pictures resampled into the plane of motion."""
 
-    It never sees past the surface's edge. What it tells is the sum of (dI/dangle)^2 over its
-    pixels, the information of Robinson and Milanfar (2004).
+    estimator: AngleEstimator
+    rectified: Callable[[Image], Image]
+
+    def fit_near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
+    ) -> Fit | None:
+        """As the estimator's own; which pixels are ``old`` is not known in the plane."""
+        return self.estimator.fit_near(self.rectified(picture), angle_rad, exposure)
+
+    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+        """As the estimator's own."""
+        return self.estimator.search(self.rectified(picture), centre_rad, half_rad)
+
+
+def match(film: Film, options: TrackOptions, progress: Progress | None = None) -> Track:
+    """Template matching: a box of the first frame found again in the others.
+
+    Exposure and readout are used where they are given, and not looked for.
     """
-    shape = picture.shape
-    cover = np.zeros(shape, np.uint8)
-    cv2.fillPoly(cover, [np.round(outline_px).astype(np.int32)], 1)
-    cover[[0, -1]] = 0
-    cover[:, [0, -1]] = 0
-    # The square may turn: its corners stay within a circle of half its diagonal.
-    room = (ndimage.distance_transform_edt(cover) - 2.0) / np.sqrt(2.0)
-    half = np.clip(np.floor(room), 0, _LARGEST_HALF_PX).astype(int)
-    y, x = np.indices(shape)
-    gy, gx = np.gradient(ndimage.gaussian_filter(picture.astype(np.float64), 1.0))
-    told = (gy * (x - pivot_px[0]) - gx * (y - pivot_px[1])) ** 2
-    gathered = np.pad(told.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
-    low_y, low_x = np.maximum(y - half, 0), np.maximum(x - half, 0)
-    high_y, high_x = np.minimum(y + half + 1, shape[0]), np.minimum(x + half + 1, shape[1])
-    worth = gathered[high_y, high_x] - gathered[low_y, high_x]
-    worth += gathered[low_y, low_x] - gathered[high_y, low_x]
-    worth[half < 6] = half[half < 6] - 6.0
-    row, column = np.unravel_index(int(np.argmax(worth)), shape)
-    size = int(max(half[row, column], 6))
-    left = int(np.clip(column - size, 0, shape[1] - 2 * size - 1))
-    top = int(np.clip(row - size, 0, shape[0] - 2 * size - 1))
-    return left, top, 2 * size + 1, 2 * size + 1
+
+    def prepare(film: Film, subject: Subject) -> Instrument:
+        pivot = subject.surface.pivot_px
+        template = TemplateEstimator(subject.first, pivot, subject.box)
+        shutters = film.shutters or Shutters(np.zeros(1), 0.0)
+        return Instrument(RectifiedEstimator(template, subject.rectified), 0.0, pivot, shutters)
+
+    return track_frames(film, options, progress, prepare)

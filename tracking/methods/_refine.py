@@ -1,67 +1,35 @@
-"""Method ``refine``: Gauss-Newton on the angle itself, on all pixels of the surface."""
+"""Method ``refine``: Gauss-Newton on the angle, on all pixels that show it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from servosight.models.core import Image, Mask
-from servosight.tracking.acquisition import search
-from servosight.tracking.core import Exposure
-from servosight.tracking.fit import Fit, Pixels, Sample, gauss_newton, news, turn
-from servosight.tracking.surface import Surface
-
-# A fit that explains less of the picture than this share of what the learnt frames showed is of
-# something else; the same for pixels that pass the gate.
-_LEAST_CORRELATION = 0.6
-_LEAST_KEPT = 0.35
+from servosight.tracking.core import Progress, Shutters, Track, TrackOptions
+from servosight.tracking.layers import LayerEstimator, layer_estimator
+from servosight.tracking.methods._frames import Instrument, Subject, track_frames
+from servosight.tracking.shutter import find_shutter, first_pass
+from servosight.tracking.video import Film
 
 
-def likely(fit: Fit, usual: float) -> bool:
-    """Whether a fit is of the surface, whose ``usual`` correlation the learnt frames showed."""
-    return fit.correlation >= _LEAST_CORRELATION * usual and fit.kept >= _LEAST_KEPT
+def refine(film: Film, options: TrackOptions, progress: Progress | None = None) -> Track:
+    """Fit the angle to all pixels of the moving part, its outline and shadow included.
+
+    Exposure and readout are found from the video where they are not given.
+    """
+    return track_frames(film, options, progress, prepare)
 
 
-@dataclass(frozen=True)
-class Refine:
-    """The stage: a learnt surface and the tables of the picture's pixels about its pivot."""
-
-    surface: Surface
-    every: int  # of so many pixels one is used
-    pixels: Pixels
-    thin: Pixels
-    shape: tuple[int, ...]
-
-    @classmethod
-    def of(cls, surface: Surface, shape: tuple[int, ...]) -> Refine:
-        """For pictures of ``shape`` (height, width)."""
-        pixels = surface.pixels(shape, surface.thinning)
-        return cls(surface, surface.thinning, pixels, surface.few_pixels(shape), shape)
-
-    def thinned(self, by: int) -> Refine:
-        """The same on one of ``by`` pixels: faster, and less exact by the root of that."""
-        every, shape = self.every * by, self.shape
-        return replace(self, every=every, pixels=self.surface.pixels(shape, every))
-
-    def near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """Fit from an angle, the surface as the exposure shows it; None if it is no fit.
-
-        Pixels that are ``old`` are left out as long as others tell the angle.
-        """
-        model = self.surface.blurred(exposure.turn_rad)
-
-        def at(angle: float) -> Sample:
-            return news(model.at(self.pixels, angle, exposure), old)
-
-        fit = gauss_newton(at, turn, picture, angle_rad)
-        if fit is None or not likely(fit, self.surface.correlation):
-            return None
-        whole = max(self.surface.area_px(model.columns), 1.0)
-        return replace(fit, in_view=float(np.clip(fit.pixels * self.every / whole, 0.0, 1.0)))
-
-    def anywhere(self, picture: Image, centre_rad: float, half_rad: float) -> float:
-        """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
-        return search(self.surface.blurred(0.0), self.thin, picture, centre_rad, half_rad)[0]
+def prepare(film: Film, subject: Subject) -> Instrument:
+    """The estimator over layers, or over the interior where the layers are no better."""
+    interior = subject.estimator
+    look = partial(first_pass, film, interior)
+    shutters = film.shutters
+    if shutters is None:
+        shutters = find_shutter(interior, look(Shutters(np.zeros(1), 0.0)))
+    estimator = layer_estimator(look(shutters), interior)
+    pivot = subject.surface.pivot_px
+    if isinstance(estimator, LayerEstimator):  # the layers refine the pivot as they are learnt
+        pivot = estimator.layers.grid.pivot_px
+    return Instrument(estimator, subject.home_rad, pivot, shutters)

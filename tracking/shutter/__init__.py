@@ -2,4 +2,3 @@
 
 from servosight.tracking.shutter._find import find_shutter as find_shutter
 from servosight.tracking.shutter._first_pass import first_pass as first_pass
-from servosight.tracking.shutter._middle_row import at_middle_row as at_middle_row

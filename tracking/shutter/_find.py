@@ -16,7 +16,7 @@ import numpy as np
 from servosight.models.core import Array
 from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion
 from servosight.tracking.fit import Seen
-from servosight.tracking.methods import Refine
+from servosight.tracking.surface import SurfaceEstimator
 
 _FRAMES = 24
 _LEAST = 8
@@ -41,7 +41,7 @@ class _Moving:
     acceleration: float
 
 
-def find_shutter(refine: Refine, runs: Iterable[Sequence[Seen]]) -> Shutters:
+def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[Seen]]) -> Shutters:
     """The shutter by ``runs`` of neighbouring frames, measured as if they stood still.
 
     Where too little moves fast enough, none, with a doubt of a frame time.
@@ -133,12 +133,12 @@ def _fastest(moving: Sequence[_Moving], per_speed: float) -> list[_Moving]:
     return sorted(paced, key=lambda one: -abs(one.speed))[:_FRAMES]
 
 
-def _left(refine: Refine, moving: Sequence[_Moving], shutter: Shutter) -> Array:
+def _left(refine: SurfaceEstimator, moving: Sequence[_Moving], shutter: Shutter) -> Array:
     """Squared residual of each frame (frames,), in [grey levels^2]; NaN where it does not fit."""
     found = np.full(len(moving), np.nan)
     for n, one in enumerate(moving):
         motion = Exposure.of(one.speed, one.acceleration, shutter)
-        fit = refine.near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.old)
+        fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.old)
         if fit is not None:
             found[n] = fit.noise**2 / max(fit.kept, 1e-3)
     return found

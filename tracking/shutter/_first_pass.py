@@ -7,14 +7,13 @@ its smear and its rows' times, is known.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 
 from servosight.tracking.core import Shutter
 from servosight.tracking.fit import Seen, follow
-from servosight.tracking.methods import Refine
-from servosight.tracking.video import Frame, stretches
+from servosight.tracking.surface import SurfaceEstimator
+from servosight.tracking.video import Film
 
 _STRETCHES = 8
 _LENGTH = 48
@@ -22,19 +21,11 @@ _THINNING = 3  # of so many pixels one is enough
 
 
 def first_pass(
-    video: Path,
-    refine: Refine,
-    shutter: Callable[[int], Shutter],
-    held: Callable[[Frame], Frame],
-    copies: bool = False,
+    film: Film, interior: SurfaceEstimator, shutter: Callable[[int], Shutter]
 ) -> Iterator[list[Seen]]:
-    """Each stretch measured on pixels well inside the surface, some of them.
-
-    ``held`` gives a frame as a camera that stands still would have taken it; ``copies`` says that
-    the codec draws pictures from the ones before.
-    """
-    rough = refine.thinned(_THINNING)
-    for run in stretches(video, _STRETCHES, _LENGTH):
-        stretch = [held(frame) for frame in run]
-        home = rough.anywhere(stretch[0].image, 0.0, np.pi)
-        yield list(follow(rough, stretch, home, shutter, refine.surface.grid.largest_px, copies))
+    """Each stretch measured on some of the pixels well inside the surface."""
+    rough = interior.thinned(_THINNING)
+    radius_px = interior.surface.grid.largest_px
+    for stretch in film.stretches(_STRETCHES, _LENGTH):
+        home_rad = rough.search(stretch[0].image, 0.0, np.pi)
+        yield list(follow(rough, stretch, home_rad, shutter, radius_px, film.predicted))

@@ -1,9 +1,26 @@
-"""The moving part's picture, mask and outline."""
+"""The moving part's picture, mask and outline, and its angle by its interior."""
 
+from servosight.tracking.surface._estimator import (
+    SurfaceEstimator as SurfaceEstimator,
+)
+from servosight.tracking.surface._estimator import (
+    likely as likely,
+)
 from servosight.tracking.surface._mask import surface_mask as surface_mask
 from servosight.tracking.surface._outline import tightened as tightened
-from servosight.tracking.surface._surface import Blurred as Blurred
-from servosight.tracking.surface._surface import Surface as Surface
-from servosight.tracking.surface._surface import learn as learn
-from servosight.tracking.surface._surface import single as single
-from servosight.tracking.surface._surface import spread as spread
+from servosight.tracking.surface._search import search as search
+from servosight.tracking.surface._surface import (
+    Blurred as Blurred,
+)
+from servosight.tracking.surface._surface import (
+    Surface as Surface,
+)
+from servosight.tracking.surface._surface import (
+    learn as learn,
+)
+from servosight.tracking.surface._surface import (
+    single as single,
+)
+from servosight.tracking.surface._surface import (
+    spread as spread,
+)

@@ -1,10 +1,12 @@
-"""Sigma of each angle, and what widens it."""
+"""From the fits of all frames to angles and their sigma."""
 
-from servosight.tracking.uncertainty._flicker import light_centre as light_centre
-from servosight.tracking.uncertainty._sigma import columns as columns
-from servosight.tracking.uncertainty._sigma import flags_of as flags_of
+from servosight.tracking.uncertainty._evaluate import (
+    Angles as Angles,
+)
+from servosight.tracking.uncertainty._evaluate import (
+    Measured as Measured,
+)
+from servosight.tracking.uncertainty._evaluate import (
+    evaluate as evaluate,
+)
 from servosight.tracking.uncertainty._sigma import gaps as gaps
-from servosight.tracking.uncertainty._sigma import scatter as scatter
-from servosight.tracking.uncertainty._sigma import shown_share as shown_share
-from servosight.tracking.uncertainty._sigma import speeds as speeds
-from servosight.tracking.uncertainty._sigma import uneven as uneven

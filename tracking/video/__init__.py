@@ -2,15 +2,36 @@
 
 from servosight.tracking.video._container import Header as Header
 from servosight.tracking.video._container import check as check
+from servosight.tracking.video._film import Film as Film
+from servosight.tracking.video._film import open_film as open_film
 from servosight.tracking.video._frame_table import read_frame_table as read_frame_table
-from servosight.tracking.video._prefetch import ahead as ahead
-from servosight.tracking.video._stabilisation import LEAST_PX as LEAST_PX
-from servosight.tracking.video._stabilisation import Bench as Bench
-from servosight.tracking.video._stabilisation import wander_px as wander_px
-from servosight.tracking.video._video import Frame as Frame
-from servosight.tracking.video._video import calm_frames as calm_frames
-from servosight.tracking.video._video import even_times as even_times
-from servosight.tracking.video._video import frames as frames
-from servosight.tracking.video._video import read_frame as read_frame
-from servosight.tracking.video._video import sample_frames as sample_frames
-from servosight.tracking.video._video import stretches as stretches
+from servosight.tracking.video._stabilisation import (
+    LEAST_PX as LEAST_PX,
+)
+from servosight.tracking.video._stabilisation import (
+    Stabiliser as Stabiliser,
+)
+from servosight.tracking.video._stabilisation import (
+    wander_px as wander_px,
+)
+from servosight.tracking.video._video import (
+    Frame as Frame,
+)
+from servosight.tracking.video._video import (
+    calm_frames as calm_frames,
+)
+from servosight.tracking.video._video import (
+    even_times as even_times,
+)
+from servosight.tracking.video._video import (
+    frames as frames,
+)
+from servosight.tracking.video._video import (
+    read_frame as read_frame,
+)
+from servosight.tracking.video._video import (
+    sample_frames as sample_frames,
+)
+from servosight.tracking.video._video import (
+    stretches as stretches,
+)

@@ -10,7 +10,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def ahead(source: Iterator[T], count: int) -> Iterator[T]:
+def prefetch(source: Iterator[T], count: int) -> Iterator[T]:
     """The same items in the same order, up to ``count`` of them made early by a second thread.
 
     What the source raises is raised where its item would have come. Worth it where the source

@@ -21,14 +21,14 @@ _ALIKE_PX = 0.5  # features farther from where most of them went are not the ben
 
 
 @dataclass(frozen=True)
-class Bench:
+class Stabiliser:
     """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2)."""
 
     picture: Image
     points: Any  # cv2's own hints for it clash
 
     @classmethod
-    def of(cls, picture: Image) -> Bench | None:
+    def of(cls, picture: Image) -> Stabiliser | None:
         """None where too few are found to tell."""
         points: Any = cv2.goodFeaturesToTrack(picture, _POINTS, _FAINTEST, _APART_PX)
         return cls(picture, points) if points is not None and len(points) >= _LEAST_FOUND else None
@@ -43,7 +43,7 @@ class Bench:
         before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
         return np.asarray(before, np.float64), np.asarray(after, np.float64)
 
-    def held(self, image: Image) -> tuple[Image, float]:
+    def aligned(self, image: Image) -> tuple[Image, float]:
         """An image laid on the picture, shifted and rolled as most features are; and the doubt
         [px] in that. The image as it is, and infinity, where they do not agree."""
         before, after = self.seen(image)
@@ -70,7 +70,7 @@ def wander_px(images: Sequence[Image]) -> float:
     Most of them lie on what does not turn, so their median is the camera's. 0 where too few are
     found to tell.
     """
-    bench = Bench.of(images[0])
+    bench = Stabiliser.of(images[0])
     if bench is None:
         return 0.0
     shifts = [np.zeros(2)]

@@ -21,13 +21,13 @@ _LARGEST_SIDE_PX = 8192
 class Frame:
     """One decoded picture: its place in the file, presentation time [s], grey (height, width).
 
-    ``doubt_px`` is what is not known of where the camera stood, if its motion was taken out.
+    ``sigma_px`` is what is not known of where the camera stood, if its motion was taken out.
     """
 
     index: int
     time_s: float
     image: Image
-    doubt_px: float = 0.0
+    sigma_px: float = 0.0
 
 
 def frames(video: Path) -> Iterator[Frame]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array
 from servosight.tracking.fit import Pixels, correlation
-from servosight.tracking.surface import Blurred
+from servosight.tracking.surface._surface import Blurred
 
 # Between two tries the outer part of the surface moves by this much: less than a printed feature.
 _STRIDE_PX = 1.6

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask
-from servosight.tracking.acquisition import swept
+from servosight.tracking.acquisition._parts import swept
 from servosight.tracking.core import Track
 from servosight.tracking.video import frames, sample_frames
 
@@ -64,7 +64,7 @@ class Pattern:
 
 
 @dataclass(frozen=True)
-class Light:
+class IndicatorLight:
     """A light found: what it shows, its place x, y [px], and ``offset_s``, which is to be added to
     the video's times to give the command's clock, with its sigma [s]."""
 
@@ -103,7 +103,7 @@ def find_light(
     readout_s: float = 0.0,
     offset_s: float = 0.0,
     place_px: tuple[float, float] | None = None,
-) -> Light | None:
+) -> IndicatorLight | None:
     """The light that follows the command in a tracked video; None where none does.
 
     ``offset_s`` is what is assumed so far: patterns that repeat are looked for within a second of
@@ -135,7 +135,7 @@ def find_light(
         for pattern in shown:
             fit = _offset(pattern, level, opens, max(exposure_s, 1e-6), offset_s)
             if fit[2] > most:
-                best = Light(pattern.shows, _place(rows), fit[0], fit[1])
+                best = IndicatorLight(pattern.shows, _place(rows), fit[0], fit[1])
                 most = fit[2]
     return best
 

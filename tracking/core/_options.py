@@ -1,0 +1,52 @@
+"""What is given of a video, and how it is to be tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from servosight.tracking.core._plane import CameraGeometry
+from servosight.tracking.core._track import Box, Track
+
+Family = Literal["aruco", "apriltag"]
+"""Kinds of square markers that OpenCV finds."""
+
+Progress = Callable[[int, int], None]
+"""Called with the numbers of frames done and of all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackOptions:
+    """What is given of a video, and how it is to be tracked; each value has a default.
+
+    Attributes:
+        method: a name in ``servosight.tracking.methods.METHODS``: "refine", "match" or "marker".
+        pivot: x, y [px] of the centre of rotation on the first frame (integer pixel centres, y
+            down); found from the motion where None.
+        template: x, y, width, height [px] of a box around the moving part on the first frame;
+            found from the motion where None.
+        frame_table: a frames.csv with mid-exposure times, used in place of the file's own.
+        exposure_s: exposure of a row [s]; found from motion blur where it and ``readout_s`` are
+            None.
+        readout_s: time from the first row to the last [s], below zero where the last comes first.
+        camera: lens and plane as calibrated; the plane is found from the swing where None.
+        beside: the track of another part of the same video; a second one is looked for beside it.
+        marker_family: kind of marker, for method "marker".
+        marker_id: its number; None takes the marker that moves farthest.
+
+    >>> TrackOptions(method="match", pivot=(320.0, 240.0)).method
+    'match'
+    """
+
+    method: str = "refine"
+    pivot: tuple[float, float] | None = None
+    template: Box | None = None
+    frame_table: Path | None = None
+    exposure_s: float | None = None
+    readout_s: float | None = None
+    camera: CameraGeometry | None = None
+    beside: Track | None = None
+    marker_family: Family = "aruco"
+    marker_id: int | None = None

@@ -1,0 +1,128 @@
+"""From the fits of all frames to angles and their sigma: what they say only together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array
+from servosight.tracking.calibration import View
+from servosight.tracking.core import Exposure, Flag, Shutters, principal
+from servosight.tracking.fit import Fit
+from servosight.tracking.uncertainty._flicker import light_centre
+from servosight.tracking.uncertainty._middle_row import at_middle_row
+from servosight.tracking.uncertainty._pivot_refinement import refine_pivot
+from servosight.tracking.uncertainty._sigma import (
+    columns,
+    flags_of,
+    gaps,
+    scatter,
+    shown_share,
+    speeds,
+    uneven,
+)
+
+_LOST_DEG = 1.0  # sigma where a frame cannot be aligned with the first one
+_ARM = 0.6  # of the largest radius: the mean distance of what determines the angle
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What each frame gave by itself; one entry a frame.
+
+    Presentation times [s], sigma of the frame's alignment with the first one [px], the fit (None
+    where the part was not found), the motion while exposed, whether the picture is the one before;
+    and the radius of the part's tip [px].
+    """
+
+    stamps_s: Sequence[float]
+    alignment_px: Sequence[float]
+    fits: list[Fit | None]
+    exposures: Sequence[Exposure]
+    repeated: Sequence[bool]
+    radius_px: float
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Angle and sigma [rad] (frames,) and ``Flag`` bits (frames,).
+
+    ``shared_rad`` (frames, errors) is what one sigma of each error that all frames share does to
+    the angles; ``sigma_rad`` includes it. ``pivot_shift_px`` (2,) corrects the assumed pivot.
+    """
+
+    angle_rad: Array
+    sigma_rad: Array
+    flags: NDArray[np.uint8]
+    shared_rad: Array
+    pivot_shift_px: Array
+    notes: tuple[str, ...]
+
+
+def evaluate(
+    measured: Measured,
+    time_s: Array,
+    view: View,
+    shutters: Shutters,
+    *,
+    pivot_given: bool,
+    correlated: bool,
+) -> Angles:
+    """Angles at mid-exposure of the middle row, ``time_s`` (frames,), with their sigma.
+
+    ``pivot_given`` keeps the pivot as it is. ``correlated`` adds the scatter from frame to frame,
+    where the pixels' own errors do not account for it: a predicting codec, a moving camera.
+    """
+    flags = np.array([flags_of(fit) for fit in measured.fits], np.uint8)
+    flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
+    refined = refine_pivot(measured.fits, view, pivot_given)
+    fits = refined.fits
+    if shutters.readout_s != 0.0:
+        fits, timing = at_middle_row(time_s, fits, measured.exposures, shutters.readout_s)
+        # Rows with times of their own leave errors that last, which no scatter shows.
+        angle, sigma, flags = columns(fits, flags, measured.repeated, 1.0)
+    else:
+        angle, sigma, flags = columns(fits, flags, measured.repeated, shown_share(fits))
+        angle, timing = _at_light_centre(angle, time_s, fits, shutters)
+    of_readout = _by_readout(angle, time_s, fits, shutters.readout_doubt_s)
+    shared = principal(np.hstack([refined.shared_rad, of_readout]))
+    sigma = np.sqrt(
+        sigma**2
+        + timing**2
+        + uneven(angle, time_s, shutters.exposures_s) ** 2
+        + _by_alignment(measured) ** 2
+        + (shared**2).sum(1)
+        + (scatter(angle) ** 2 if correlated else 0.0)
+    )
+    return Angles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
+
+
+def _at_light_centre(
+    angle: Array, time_s: Array, fits: Sequence[Fit | None], shutters: Shutters
+) -> tuple[Array, Array]:
+    """Angles moved from the middle of the light that was gathered to mid-exposure, and the sigma
+    [rad] that this adds; (frames,) each."""
+    gain = np.array([fit.gain if fit else np.nan for fit in fits])
+    late_s, late_sigma_s = light_centre(time_s, gain, float(np.median(shutters.exposures_s)))
+    speed, speed_sigma = speeds(angle, time_s)
+    return angle - speed * late_s, np.hypot(speed * late_sigma_s, speed_sigma * late_s)
+
+
+def _by_readout(angle: Array, time_s: Array, fits: Sequence[Fit | None], sigma_s: float) -> Array:
+    """What one sigma of the readout time does to the angles (frames, 1), apart from a shift in time
+    that all share; (frames, 0) where the readout is known."""
+    if sigma_s == 0.0:
+        return np.zeros((angle.size, 0))
+    delay = np.array([fit.delay if fit else np.nan for fit in fits])
+    apart = np.nan_to_num(delay - np.nanmean(delay))
+    speed = np.gradient(angle, time_s)
+    return np.asarray(speed * apart * sigma_s, np.float64)[:, None]
+
+
+def _by_alignment(measured: Measured) -> Array:
+    """Sigma [rad] of frames that were aligned with the first one to some pixels; (frames,)."""
+    turn = np.array(measured.alignment_px) / (_ARM * measured.radius_px)
+    return np.minimum(turn, np.deg2rad(_LOST_DEG))

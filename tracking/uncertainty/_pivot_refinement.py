@@ -1,0 +1,88 @@
+"""Pivot and plane refined by all frames of a video together, and the angles about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servosight.models.core import Array
+from servosight.tracking.calibration import View
+from servosight.tracking.fit import (
+    PIVOT,
+    PLANE,
+    Fit,
+    PoseSensitivity,
+    corrected_angles,
+    rotation_axis,
+)
+
+_SURE = 5.0  # sigma, from which a tilt that no feature showed is taken as real
+
+
+@dataclass(frozen=True)
+class PivotRefinement:
+    """Fits about the refined pivot.
+
+    ``shift_px`` (2,) is the refined pivot less the assumed one [px]. ``shared_rad`` (frames,
+    errors) is what one sigma of each error that all frames share does to the angles [rad].
+    """
+
+    fits: list[Fit | None]
+    shift_px: Array
+    shared_rad: Array
+    notes: tuple[str, ...] = ()
+
+
+def refine_pivot(fits: list[Fit | None], view: View, pivot_given: bool) -> PivotRefinement:
+    """Refine the pivot unless it is given, and the plane unless it was calibrated.
+
+    A plane found from the swing is replaced where this one is more certain. Where the swing showed
+    no tilt, one is taken as real if its correction is well above its sigma.
+    """
+    angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
+    of_view = np.nan_to_num(view.shared_rad(angle - angle[np.isfinite(angle)][0]))
+    first = PIVOT.stop if pivot_given else PIVOT.start
+    by_pivot = _refined(fits, slice(first, PIVOT.stop))
+    kept = replace(by_pivot, shared_rad=np.hstack([by_pivot.shared_rad, of_view]))
+    if view.calibrated:
+        return kept
+    by_both = _refined(fits, slice(first, PLANE.stop))
+    sigma = _rms(by_both.shared_rad)
+    if view.found:
+        return by_both if 0.0 < sigma < _rms(of_view) else kept
+    pairs = zip(by_both.fits, by_pivot.fits, strict=True)
+    corrections = [a.angle_rad - b.angle_rad for a, b in pairs if a and b]
+    if not 0.0 < _SURE * sigma < np.std(corrections):
+        return kept
+    note = (
+        "all frames together show that the camera is slightly off the axis of rotation: corrected, "
+        f"without that angles would be wrong by {np.rad2deg(np.std(corrections)):.2g} deg rms"
+    )
+    return replace(by_both, notes=(note,))
+
+
+def _refined(fits: list[Fit | None], free: slice) -> PivotRefinement:
+    """With the ``free`` pose errors estimated; the fits as they are where too few frames show
+    them."""
+    usable: dict[int, tuple[Fit, PoseSensitivity]] = {
+        n: (fit, fit.sensitivity) for n, fit in enumerate(fits) if fit and fit.sensitivity
+    }
+    angle = np.array([fit.angle_rad for fit, _ in usable.values()])
+    sensitivities = [one for _, one in usable.values()]
+    axis = rotation_axis(angle, sensitivities, free) if free.start < free.stop else None
+    if axis is None:
+        return PivotRefinement(fits, np.zeros(2), np.zeros((len(fits), 0)))
+    corrected, own = corrected_angles(angle, sensitivities, axis, free)
+    shared = np.zeros((len(fits), own.shape[1]))
+    shared[list(usable)] = own
+    refined = list(fits)
+    for (place, (fit, _)), about in zip(usable.items(), corrected.tolist(), strict=True):
+        refined[place] = replace(fit, angle_rad=about)
+    shift = axis.error_px[: PIVOT.stop] if free.start == PIVOT.start else np.zeros(2)
+    return PivotRefinement(refined, shift, shared)
+
+
+def _rms(shared_rad: Array) -> float:
+    """Root mean square over frames of all errors together."""
+    return float(np.sqrt((shared_rad**2).sum(1).mean()))

@@ -1,0 +1,156 @@
+"""A video made ready to be measured: header, times, and the camera's own motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from servosight.models.core import Array, Image, InputError
+from servosight.tracking.core import Shutters, TrackOptions
+from servosight.tracking.video._container import Header, check
+from servosight.tracking.video._frame_table import read_frame_table
+from servosight.tracking.video._prefetch import prefetch
+from servosight.tracking.video._stabilisation import LEAST_PX, Stabiliser, wander_px
+from servosight.tracking.video._video import Frame, calm_frames, even_times, frames, stretches
+
+_AHEAD = 4  # frames decoded while one is measured
+_OFF_RATE = 0.02  # between the declared rate and that of the presentation times
+_EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
+_LONGEST_S = 10.0
+
+
+@dataclass(frozen=True)
+class Film:
+    """A video whose header, times and frame count are checked.
+
+    ``calm`` are some 32 frames spread over it in which little moves, the first one first.
+    ``table`` is the frames.csv that goes before the file's own times, ``table_time_s`` (frames,)
+    its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
+    ``stabiliser`` lays frames on the first one, None where the camera stands still; it moved by
+    ``wander_px`` rms.
+    """
+
+    path: Path
+    header: Header
+    calm: tuple[Frame, ...]
+    table: Path | None = None
+    table_time_s: Array | None = None
+    shutters: Shutters | None = None
+    stabiliser: Stabiliser | None = None
+    wander_px: float = 0.0
+
+    @property
+    def predicted(self) -> bool:
+        """Whether the codec predicts pictures from earlier ones, and so may only copy them."""
+        return self.header.predicting is not None
+
+    @property
+    def images(self) -> list[Image]:
+        """The calm frames' pictures."""
+        return [frame.image for frame in self.calm]
+
+    def stabilised(self) -> Film:
+        """The same video with every frame laid on the first one, where the camera moves."""
+        wander = wander_px(self.images)
+        stabiliser = Stabiliser.of(self.images[0]) if wander > LEAST_PX else None
+        film = replace(self, stabiliser=stabiliser, wander_px=wander)
+        return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
+
+    def frames(self) -> Iterator[Frame]:
+        """All frames in order; memory does not grow with the video's length."""
+        return prefetch(map(self._still, frames(self.path)), _AHEAD)
+
+    def stretches(self, count: int, length: int) -> Iterator[list[Frame]]:
+        """``count`` runs of ``length`` neighbouring frames, spread evenly over the video."""
+        for run in stretches(self.path, count, length):
+            yield [self._still(frame) for frame in run]
+
+    def times(self, stamps_s: Sequence[float], middle_s: float) -> Array:
+        """Mid-exposure times [s] (frames,) of frames with these presentation times.
+
+        ``middle_s`` is the time from a frame's start to the middle of its middle row.
+        """
+        if self.table_time_s is not None:
+            _check_length(self.table, len(self.table_time_s), self.path, len(stamps_s))
+            return self.table_time_s
+        return even_times(np.array(stamps_s), self.header.tick_s) + middle_s
+
+    def notes(self, stamps_s: Sequence[float]) -> tuple[str, ...]:
+        """What to know about times, codec and camera motion, a sentence each."""
+        notes = []
+        step_s = np.diff(stamps_s)
+        rate_hz = 1.0 / float(np.median(step_s))
+        even = float(np.mean(np.abs(step_s * rate_hz - 1.0) < _EVEN)) > 1.0 - _EVEN
+        declared_hz = self.header.declared_hz
+        if even and declared_hz is not None and abs(declared_hz / rate_hz - 1.0) > _OFF_RATE:
+            notes.append(
+                f"the file declares {declared_hz:.4g} frames a second, and its presentation times "
+                f"say {rate_hz:.4g}: the times are used, a slowed or sped copy needs a frames.csv"
+            )
+        if self.header.predicting is not None:
+            notes.append(
+                f"{self.header.predicting} predicts pictures from earlier ones: pixels that were "
+                "only copied are left out, and sigma includes the scatter from frame to frame, but "
+                "not an error that lasts for many frames"
+            )
+        if self.wander_px > LEAST_PX:
+            notes.append(
+                f"the camera moved by {self.wander_px:.2g} px rms: its motion is measured on the "
+                "background and removed, which costs accuracy; mount the camera firmly to avoid it"
+            )
+        return tuple(notes)
+
+    def _still(self, frame: Frame) -> Frame:
+        if self.stabiliser is None:
+            return frame
+        image, sigma_px = self.stabiliser.aligned(frame.image)
+        return replace(frame, image=image, sigma_px=sigma_px)
+
+
+def open_film(video: Path, options: TrackOptions) -> Film:
+    """Check a video and what is given of its times; InputError where either cannot be used."""
+    table = options.frame_table
+    times = read_frame_table(table) if table is not None else None
+    header = check(video)
+    if times is not None:
+        _check_length(table, len(times[0]), video, header.count)
+    shutters = _given_shutters(video, options, times[1] if times is not None else None)
+    return Film(
+        video,
+        header,
+        tuple(calm_frames(video)),
+        table,
+        times[0] if times is not None else None,
+        shutters,
+    )
+
+
+def _given_shutters(
+    video: Path, options: TrackOptions, exposures_s: Array | None
+) -> Shutters | None:
+    """The given shutters, else those of a part tracked before; None where nothing is given.
+
+    ``exposures_s`` (frames,) are a frames.csv's.
+    """
+    exposure_s, readout_s = options.exposure_s, options.readout_s
+    for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
+        if value is not None and not (np.isfinite(value) and 0.0 <= value < _LONGEST_S):
+            raise InputError(
+                f"{video}: {name} is {value:g}; expected seconds from 0 to {_LONGEST_S:g}, set "
+                f"camera.{name} in recording.toml to such a value."
+            )
+    if exposures_s is None and exposure_s is None and readout_s is None:
+        return options.beside.shutters if options.beside is not None else None
+    every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
+    return Shutters(every_s, readout_s or 0.0)
+
+
+def _check_length(table: Path | None, rows: int, video: Path, count: int) -> None:
+    if rows != count:
+        raise InputError(
+            f"{table}: lists {rows} frames and {video.name} has {count}; expected one row a "
+            "frame, correct or remove the table."
+        )
