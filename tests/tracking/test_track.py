@@ -11,8 +11,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from servosight.tracking.acquisition._indicator import find_light
-from servosight.tracking.core import TrackOptions
-from servosight.tracking.track import Flag, Track, outline_at, track
+from servosight.tracking.core import Flag, Track, TrackOptions, outline_at
+from servosight.tracking.track import track
 from servosight.tracking.video import read_frame
 
 Draw = Callable[..., Path]
