@@ -10,7 +10,7 @@ import pytest
 
 from servosight.app.main import main
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.calibration import Board, calibrate, read_camera
+from servosight.tracking.calibration import Board, calibrate, read_camera, read_views
 from servosight.tracking.core import Lens, MotionPlane, inverse, like_picture, mapped
 
 WIDTH, HEIGHT = 640, 480
@@ -109,3 +109,28 @@ def test_a_wrong_camera_file_is_told_in_one_sentence(tmp_path: Path, text: str, 
     file.write_text(text)
     with pytest.raises(InputError, match=what):
         read_camera(file, (WIDTH, HEIGHT))
+
+
+@pytest.mark.parametrize("ending", ["png", "jpg", "bmp", "tif"])
+def test_a_damaged_picture_is_one_sentence(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], ending: str
+) -> None:
+    """Cut in half: no library says anything of its own on the terminal."""
+    rng = np.random.default_rng(2)
+    picture = rng.integers(0, 255, (120, 160), dtype=np.uint8)
+    file = tmp_path / f"view.{ending}"
+    whole = cv2.imencode(f".{ending}", picture)[1].tobytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="cannot be read as a picture"):
+        read_views([file])
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_a_picture_is_read_as_it_is(tmp_path: Path, depth: type) -> None:
+    rng = np.random.default_rng(2)
+    picture = rng.integers(0, 255, (40, 50), dtype=np.uint8)
+    file = tmp_path / "view.png"
+    scale = 1 if depth is np.uint8 else 257
+    file.write_bytes(cv2.imencode(".png", picture.astype(depth) * depth(scale))[1].tobytes())
+    assert np.array_equal(read_views([file])[str(file)], picture)

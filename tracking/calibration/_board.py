@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any, Literal
 
 import cv2
 import numpy as np
+from PIL import Image as Picture
+from PIL import ImageOps
 
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.core import CameraGeometry, Lens
@@ -103,13 +106,23 @@ def read_views(sources: Sequence[Path]) -> dict[str, Image]:
 
 
 def _read(file: Path) -> Image:
-    image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) if file.is_file() else None
-    if image is None:
+    """A grey picture, turned upright as its EXIF data say.
+
+    By Pillow, whose readers raise errors where OpenCV's print warnings of their own.
+    """
+    try:
+        with warnings.catch_warnings(), Picture.open(file) as picture:
+            warnings.simplefilter("ignore")
+            picture.draft("L", picture.size)  # of a JPEG, the luminance that it holds
+            upright = ImageOps.exif_transpose(picture)
+            if upright.mode.startswith("I"):  # 16 bits, which Pillow clips to 8
+                return np.asarray(np.asarray(upright) >> 8, np.uint8)
+            return np.asarray(upright.convert("L"), np.uint8)
+    except Exception as error:  # a damaged file's errors are of a dozen kinds
         raise InputError(
             f"{file}: cannot be read as a picture; expected a PNG, JPEG, BMP or TIFF file, check "
             "the name."
-        )
-    return np.asarray(image, np.uint8)
+        ) from error
 
 
 def write_picture(file: Path, image: Image) -> None:

@@ -13,11 +13,13 @@ from servosight.tracking.fit._kernels import GATE, gate_of, judged, median_resid
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
 
-Motion = Callable[[Sample], Single]
+Freedom = Callable[[Sample], Single]
+"""Change of each pixel with each unknown of the motion, (unknowns, pixels), the angle first."""
 
 _LEAST_PIXELS = 60
 _ITERATIONS = 12
 _CLEAR = 0.98  # of the pixels within the gate: nothing covers them
+_FARTHEST_RAD = 0.35  # from the start, within which a fit converges
 _SHRINK = 0.03  # of a step near the answer, the next one
 
 
@@ -25,8 +27,8 @@ _SHRINK = 0.03  # of a step near the answer, the next one
 class Fit:
     """Where the surface was found in a picture, and how well the model explains it there.
 
-    ``shift_px`` is zero unless the motion frees it. ``kept`` is the share of pixels that passed
-    the gate, ``saturated`` the share at either end of the range, ``correlation`` that of picture
+    ``shift_px`` is zero unless it is fitted. ``kept`` is the share of pixels that passed the gate,
+    ``saturated`` the share at either end of the range, ``correlation`` that of picture
     and model over the kept pixels, ``noise`` their residual's rms [grey levels]. ``pixels`` counts
     those that the model covers, ``in_view`` is the share of the surface that they are.
     ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
@@ -56,12 +58,12 @@ class Fit:
 
 
 def turn(sample: Sample) -> Single:
-    """Motion about a known pivot: the angle alone."""
+    """Rotation about a known pivot: the angle alone."""
     return sample.per_turn[None]
 
 
 def turn_and_shift(sample: Sample) -> Single:
-    """Motion about a pivot that is not yet exact: the picture tells where it is."""
+    """Rotation about a pivot that is not yet exact: angle and shift."""
     return np.stack([sample.per_turn, *sample.per_shift]).astype(np.float32)
 
 
@@ -72,9 +74,28 @@ def correlation(a: Single, b: Single) -> float:
     return ab / np.sqrt(aa * bb) if aa * bb > 0 else 0.0
 
 
+@dataclass(frozen=True)
+class _Step:
+    """One weighted least-squares step: its pixels, its equations and their solution.
+
+    ``rows`` (3 or more, pixels) are the changes with gain, offset and motion, ``used`` and
+    ``inside`` count the pixels that passed the gate and those not at either end of the range.
+    """
+
+    sample: Sample
+    seen: NDArray[np.uint8]
+    rows: Single
+    weight: Single
+    matrix: Array
+    inverse: Array
+    solution: Array
+    used: int
+    inside: int
+
+
 def gauss_newton(
     model: Callable[[float], Sample],
-    motion: Motion,
+    freedom: Freedom,
     picture: NDArray[np.uint8],
     angle_rad: float,
     shot: float = 0.0,
@@ -82,14 +103,13 @@ def gauss_newton(
     least: int = 2,
     exact: float = 0.1,
 ) -> Fit | None:
-    """Fit angle, gain and offset of the light (and what else ``motion`` frees), from ``angle_rad``.
+    """Fit angle, gain and offset of the light (and what else ``freedom`` adds), from ``angle_rad``.
 
     ``model(angle_rad)`` is the surface sampled at the pixels that it covers at that angle; their
     residuals are the camera's own noise, not a resampled one. Its variance grows with the grey
     level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset, where
     they are known. At ``least`` so many steps are made, and as many as leave the angle right to
-    ``exact`` of its sigma. Returns None where too few pixels are left to speak of, or the
-    iteration runs away.
+    ``exact`` of its sigma. Returns None where too few pixels are left, or the iteration diverges.
     """
     start = angle_rad
     gain, offset = light or (1.0, 0.0)
@@ -99,63 +119,81 @@ def gauss_newton(
         if now.chosen.size < _LEAST_PIXELS:
             return None
         seen = now.grey(picture)
-        moves = motion(now)
         if iteration == 1 and light is None:
-            # As bright as it was learnt, but for a shift: least squares would bend to what covers.
+            # The learnt brightness, but for an offset: least squares would bend to what covers.
             offset = median_residual(seen, now.value)
         # What covers a part bends the light towards itself, and the gate would open to it.
         gate = min(gate, gate_of(seen, now.value, gain, offset))
-        rows = np.concatenate([now.value[None], np.ones_like(now.value)[None], gain * moves])
-        light_now = np.array([gain, offset, gate, shot], np.float32)
-        weight, used, inside = weights(seen, now.value, light_now)
-        if used < _LEAST_PIXELS:
+        step = _step(now, seen, freedom(now), np.array([gain, offset, gate, shot], np.float32))
+        if step is None:
             return None
-        matrix, right = normal(seen, rows, weight)
-        try:
-            inverse = np.linalg.inv(matrix)
-        except np.linalg.LinAlgError:
-            return None
-        solution = inverse @ right
-        gain, offset, step = (float(v) for v in solution[:3])
-        angle_rad += step
-        if abs(angle_rad - start) > 0.35:
+        gain, offset, turned = (float(v) for v in step.solution[:3])
+        angle_rad += turned
+        if abs(angle_rad - start) > _FARTHEST_RAD:
             return None
         # Steps shrink by about the same share each time: the next one is not worth its while.
-        shrink = min(abs(step) / before, 1.0) if iteration > 1 else _SHRINK
-        sigma = np.sqrt(inverse[2, 2]) * gate / GATE
+        shrink = min(abs(turned) / before, 1.0) if iteration > 1 else _SHRINK
+        sigma = np.sqrt(step.inverse[2, 2]) * gate / GATE
         # What covers a part bends the first step.
-        clear = iteration > 1 or used > _CLEAR * inside
-        if iteration >= least and clear and abs(step) * shrink < max(exact * sigma, 1e-7):
+        clear = iteration > 1 or step.used > _CLEAR * step.inside
+        if iteration >= least and clear and abs(turned) * shrink < max(exact * sigma, 1e-7):
             break
-        before = max(abs(step), 1e-12)
+        before = max(abs(turned), 1e-12)
+    return _fit(angle_rad, step)
+
+
+def _step(sample: Sample, seen: NDArray[np.uint8], motion: Single, light: Single) -> _Step | None:
+    """Solve for gain, offset and motion; ``light`` is gain, offset, gate and shot noise so far.
+
+    None where too few pixels pass the gate, or they do not determine the unknowns.
+    """
+    value = sample.value
+    rows = np.concatenate([value[None], np.ones_like(value)[None], float(light[0]) * motion])
+    weight, used, inside = weights(seen, value, light)
+    if used < _LEAST_PIXELS:
+        return None
+    matrix, right = normal(seen, rows, weight)
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return None
+    return _Step(sample, seen, rows, weight, matrix, inverse, inverse @ right, used, inside)
+
+
+def _fit(angle_rad: float, step: _Step) -> Fit:
+    """The fit of a last step, with its sigma from the residuals."""
+    now, solution = step.sample, step.solution
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
     tile = now.block
     tile -= tile.min()
     sums, squares, weighed, agreement = judged(
-        seen, rows, weight, solution, inverse[2], tile, int(tile.max()) + 1
+        step.seen, step.rows, step.weight, solution, step.inverse[2], tile, int(tile.max()) + 1
     )
-    sigma, plain = _sandwich(sums), float(np.sqrt(inverse[2, 2] * weighed / used))
+    sigma = _sandwich(sums)
+    plain = float(np.sqrt(step.inverse[2, 2] * weighed / step.used))
     delay, spread = now.delay
-    told = None
-    if now.per_px.size and len(rows) == 3:
-        variance = weighed / used * max(sigma / plain, 1.0) ** 2
-        told = pose_sensitivity(now, seen, rows, weight, matrix, solution, variance)
+    sensitivity = None
+    if now.per_px.size and len(step.rows) == 3:
+        variance = weighed / step.used * max(sigma / plain, 1.0) ** 2
+        sensitivity = pose_sensitivity(
+            now, step.seen, step.rows, step.weight, step.matrix, solution, variance
+        )
     return Fit(
         angle_rad,
         sigma,
         shift,
         float(agreement),
-        float(used / max(inside, 1)),
-        float(1.0 - inside / seen.size),
-        float(np.sqrt(squares / used)),
+        float(step.used / max(step.inside, 1)),
+        float(1.0 - step.inside / step.seen.size),
+        float(np.sqrt(squares / step.used)),
         now.chosen.size + now.left_out,
         plain_rad=plain,
         delay=delay,
         delay_spread=spread,
-        gain=gain,
-        offset=offset,
+        gain=float(solution[0]),
+        offset=float(solution[1]),
         held=now.held,
-        sensitivity=told,
+        sensitivity=sensitivity,
     )
 
 
