@@ -124,9 +124,11 @@ def gauss_newton(
             offset = median_residual(seen, now.value)
         # What covers a part bends the light towards itself, and the gate would open to it.
         gate = min(gate, gate_of(seen, now.value, gain, offset))
-        step = _step(now, seen, freedom(now), np.array([gain, offset, gate, shot], np.float32))
-        if step is None:
+        light_now = np.array([gain, offset, gate, shot], np.float32)
+        solved = _step(now, seen, freedom(now), light_now)
+        if solved is None:
             return None
+        step = solved
         gain, offset, turned = (float(v) for v in step.solution[:3])
         angle_rad += turned
         if abs(angle_rad - start) > _FARTHEST_RAD:
