@@ -92,7 +92,7 @@ def test_frame_table_goes_first(tmp_path: Path) -> None:
         ("frame,time_s\n0,1\n1,nan\n", "row 3"),
         ("frame,time_s\n0,1\n2,2\n", "row 3"),
         ("frame,time_s\n0,1\n1,1\n", "row 3"),
-        ("frame,time_s\n0,0\n1,1e300\n", "spans"),
+        ("frame,time_s\n0,0\n1,1e300\n", "time_s"),
         ("frame,time_s\n0,1\n1," + "2" * 200_000, "characters"),
         ("frame,time_s,exposure_s\n0,1,1e5\n1,2,1e5\n", "exposure_s"),
         ("frame,time_s,exposure_s\n0,1,0.1\n1,2,-1e5\n", "row 3"),
