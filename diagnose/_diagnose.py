@@ -73,6 +73,7 @@ def diagnose(
     ``tolerance`` [deg] is what no model need be right within (default 0.05 % of the moved range).
     ``limits`` bound the next experiment (default: what the recordings' commands have used).
     """
+    # Longer than others because it fills every field of the result, and does nothing else.
     began = time.perf_counter()
     if catalogue is None:
         catalogue = built_in()

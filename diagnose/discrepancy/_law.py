@@ -60,8 +60,8 @@ def find_law(
         found.append(_extended(models, base, criterion, noise_deg))
         if criterion.explained(found[-1][2].score):
             break
-    bench, base, after = max(found, key=lambda one: criterion.value(one[2].score))
-    law = Found(models, bench, bases[-1], base, after)
+    extended, base, after = max(found, key=lambda one: criterion.value(one[2].score))
+    law = Found(models, extended, bases[-1], base, after)
     before_deg, after_deg = (t.score.validation_rmse_deg for t in (bases[-1], after))
     closed = share_closed(before_deg, after_deg, criterion.floor_deg)
     return law if after.effects != base.effects and closed >= MIN_CLOSED else None
@@ -82,17 +82,17 @@ def _extended(
     """Terms added to one model, one after the other, as long as they earn their place."""
     own = models.catalogue if base.effects else {}
     terms = {name: term for name, term in TERMS.items() if name not in own}
-    bench = models.with_catalogue({**own, **{name: term.effect for name, term in terms.items()}})
+    extended = models.with_catalogue({**own, **{name: term.effect for name, term in terms.items()}})
     trial = base
     for _ in range(MOST_TERMS):
         if criterion.explained(trial.score):
             break
         ranked = promising(trial, terms, len(models.recordings), noise_deg)
-        better = _best(bench, trial, ranked, criterion)
+        better = _best(extended, trial, ranked, criterion)
         if better is None or not _earns(better, trial, criterion, len(terms)):
             break
-        trial = _without(bench, better, base, criterion)
-    return bench, base, trial
+        trial = _without(extended, better, base, criterion)
+    return extended, base, trial
 
 
 def _earns(trial: Trial, base: Trial, criterion: AcceptanceCriterion, tried: int) -> bool:
@@ -103,20 +103,20 @@ def _earns(trial: Trial, base: Trial, criterion: AcceptanceCriterion, tried: int
 
 
 def _without(
-    bench: ModelSelection, trial: Trial, base: Trial, criterion: AcceptanceCriterion
+    extended: ModelSelection, trial: Trial, base: Trial, criterion: AcceptanceCriterion
 ) -> Trial:
     """The model without the terms that a later one has made needless."""
     for name in trial.effects:
         if name in base.effects or len(trial.effects) - len(base.effects) < 2:
             continue
-        smaller = bench.reduced(trial, name)
+        smaller = extended.reduced(trial, name)
         if not _earns(trial, smaller, criterion, 1):
-            return _without(bench, smaller, base, criterion)
+            return _without(extended, smaller, base, criterion)
     return trial
 
 
 def _best(
-    bench: ModelSelection,
+    extended: ModelSelection,
     base: Trial,
     candidates: Sequence[TermCandidate],
     criterion: AcceptanceCriterion,
@@ -124,7 +124,7 @@ def _best(
     """The best of ``base`` with one term more, everything fitted anew."""
     sketches = []
     for candidate in candidates:
-        problem = bench.problem((*base.effects, candidate.name))
+        problem = extended.problem((*base.effects, candidate.name))
         point = base.fit.outcome.point
         starts = np.array(
             [_start(problem, base, candidate, x) for x in (point, point + candidate.shift)]
@@ -133,7 +133,7 @@ def _best(
         sketches.append(polish(problem, [starts[better]], SKETCH_BUDGET))
     sketches.sort(key=lambda fit: fit.outcome.cost)
     fits = [polish(f.problem, [f.outcome.point], FINISH_BUDGET) for f in sketches[:FINISHED]]
-    trials = [bench.judge(fit) for fit in fits]
+    trials = [extended.judge(fit) for fit in fits]
     return max(trials, key=lambda trial: criterion.value(trial.score), default=None)
 
 

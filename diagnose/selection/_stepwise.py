@@ -6,57 +6,13 @@ Here the models are fitted in the order that the decisions of ``_policy.py`` ask
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
+from servosight.diagnose.selection._steps import Progress, SearchEffort, Selected, Step, silent
 from servosight.diagnose.selection._trial import Trial
-
-
-@dataclass(frozen=True, kw_only=True)
-class SearchEffort:
-    """How many models are fitted; none of these decides what is added.
-
-    At the first step all candidates are sketched and ``fitted`` of them fitted: half of them for
-    their promise, the others for how their sketches did. Later, ``sketched`` times as many are
-    sketched as are fitted. The best ``leaders`` are fitted to the end. In place of an effect,
-    ``swapped`` others are fitted. Pairs: each of the best ``finalists`` single candidates with the
-    ``partners`` that promise most behind it, and the ``pairs`` that promise most behind the model;
-    ``finalists`` of them are fitted.
-    """
-
-    sketched: int = 2
-    fitted: int = 6
-    leaders: int = 3
-    swapped: int = 3
-    partners: int = 3
-    pairs: int = 12
-    finalists: int = 6
-
-
-Progress = Callable[[str, int, int], None]
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress shown."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of the ladder: a trial, and what was added and removed to get there."""
-
-    trial: Trial
-    added: str | None = None
-    removed: str | None = None
-
-
-@dataclass(frozen=True)
-class Selected:
-    """The steps, and each single candidate of the first one."""
-
-    steps: tuple[Step, ...]
-    singles: tuple[Trial, ...]
 
 
 def _score(trial: Trial) -> Score:
@@ -65,7 +21,7 @@ def _score(trial: Trial) -> Score:
 
 @dataclass(frozen=True)
 class StepwiseSelector:
-    """Models to fit, the criterion that decides, how much is tried, and who is told."""
+    """Models to fit, the criterion that decides, how much is tried, and the progress shown."""
 
     models: ModelSelection
     criterion: AcceptanceCriterion
