@@ -2,7 +2,6 @@
 
 from servosight.sources._clock import Offset as Offset
 from servosight.sources._clock import known_camera as known_camera
-from servosight.sources._clock import set_keys as set_keys
 from servosight.sources._clock import video_offset as video_offset
 from servosight.sources._film import HORN as HORN
 from servosight.sources._film import Part as Part

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,10 +24,12 @@ class Offset:
 
     offset_s: float
     note: str
-    keys: Mapping[str, str]
+    keys: Mapping[str, float | str]
 
     def keep(self, folder: RecordingFolder) -> None:
         """Write the keys into recording.toml and leave all else as its author wrote it."""
+        from servosight.models.io import set_keys
+
         set_keys(folder.path / "recording.toml", **self.keys)
 
 
@@ -72,12 +73,12 @@ def video_offset(
         note = f"{seen}, which agrees with video_offset_s"
         return Offset(assumed_s, note, _keys(note, light.sigma_s))
     note = f"{seen}, {1e3 * (light.offset_s - assumed_s):+.3f} ms from what was assumed"
-    keys = {"video_offset_s": f"{light.offset_s:.7f}", **_keys(note, light.sigma_s)}
+    keys = {"video_offset_s": round(light.offset_s, 7), **_keys(note, light.sigma_s)}
     return Offset(light.offset_s, note, keys)
 
 
-def _keys(note: str, sigma_s: float) -> dict[str, str]:
-    return {"offset_sigma_s": f"{sigma_s:.3g}", "clock_note": f'"{note}"'}
+def _keys(note: str, sigma_s: float) -> dict[str, float | str]:
+    return {"offset_sigma_s": float(f"{sigma_s:.3g}"), "clock_note": note}
 
 
 def known_camera(folder: RecordingFolder) -> CameraGeometry | None:
@@ -109,17 +110,3 @@ def _named(sheet: Sheet, start: str, usual: str) -> str:
         f"{sheet.path}: has the columns {','.join(sheet.header)} and none named {usual}; expected "
         "time_s,command_deg, name the columns so."
     )
-
-
-def set_keys(file: Path, **keys: str) -> None:
-    """Set top-level keys of a TOML file and leave all else as its author wrote it."""
-    from servosight.models.core import write_text
-
-    text = file.read_text(encoding="utf-8-sig") if file.is_file() else "format = 1\n"
-    for key, value in keys.items():
-        line = f"{key} = {value}"
-        top = re.search(r"^\s*\[", text, re.MULTILINE)
-        end = top.start() if top else len(text)
-        head, count = re.subn(rf"^{key}\s*=.*$", line, text[:end], flags=re.MULTILINE)
-        text = (head if count else f"{line}\n{head}") + text[end:]
-    write_text(file, text)

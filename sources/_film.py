@@ -98,8 +98,7 @@ def track_folder(
     Where the surface lies in the picture goes beside it, into track.toml.
     """
     from servosight.models import io as shared_error
-    from servosight.models.io import write_shared
-    from servosight.sources._clock import set_keys
+    from servosight.models.io import set_keys, write_shared
     from servosight.sources._surface import Geometry, digest
 
     tracks, offset = follow_folder(folder, how, progress)
@@ -110,7 +109,7 @@ def track_folder(
     if place == folder.angle:
         if surface.shutters is not None and surface.shutters.note is not None:
             found_s = float(surface.shutters.exposures_s[0])
-            set_keys(folder.path / "recording.toml", found_exposure_s=f"{found_s:.6f}")
+            set_keys(folder.path / "recording.toml", found_exposure_s=round(found_s, 6))
         rows, shared = surface.measured, surface.shared_deg
         told = None if shared is None else shared[rows]
         # angle.csv comes last: as long as it is missing, the recording is tracked again.

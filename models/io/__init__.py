@@ -18,5 +18,6 @@ from servosight.models.io._series import check_angle as check_angle
 from servosight.models.io._series import check_finite as check_finite
 from servosight.models.io._series import check_time as check_time
 from servosight.models.io._settings import LONGEST_EXPOSURE_S as LONGEST_EXPOSURE_S
+from servosight.models.io._settings import set_keys as set_keys
 from servosight.models.io._shared_error import NAME as NAME
 from servosight.models.io._shared_error import write_shared as write_shared

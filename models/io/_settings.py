@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from servosight.models.core import Hold, InputError, read_settings
+from servosight.models.core import Hold, InputError, read_settings, read_text, write_text
 
 FORMAT = 1
 LONGEST_EXPOSURE_S = 1.0
@@ -129,6 +129,24 @@ def _offset_sigma(path: Path, table: Mapping[str, Any]) -> float:
             f"the offset is not known; write 2 ms as 0.002"
         )
     return sigma_s
+
+
+def set_keys(file: Path, **values: float | str) -> None:
+    """Set top-level keys of recording.toml, made where missing; all else stays as it was written.
+
+    New keys come first, so that they stand before any table.
+    """
+    import tomlkit
+
+    kind = "a recording's settings in TOML"
+    text = "format = 1\n"
+    if file.exists():
+        read_settings(file, kind)  # refuses what is too large or too deep
+        text = read_text(file, kind)
+    document, new = tomlkit.parse(text), tomlkit.document()
+    for key, value in values.items():
+        (document if key in document else new)[key] = value
+    write_text(file, tomlkit.dumps(new) + tomlkit.dumps(document))
 
 
 def _hold(path: Path, table: Mapping[str, Any]) -> Hold:

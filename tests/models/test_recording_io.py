@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from servosight.models.io import (
     load_recording,
     read_sheet,
     save_recording,
+    set_keys,
     table_text,
 )
 
@@ -516,3 +518,23 @@ def test_a_horn_that_is_none(tmp_path: Path) -> None:
     written(place / "horn.csv", ["time_s,angle_deg", "0,1", "0.01,x"])
     with pytest.raises(InputError, match=r"horn\.csv.*expected"):
         load_recording(place)
+
+
+def test_keys_are_set_and_the_authors_words_stay(tmp_path: Path) -> None:
+    """Comments, order and layout stay; text with quotes is kept as text."""
+    file = tmp_path / "recording.toml"
+    words = "# my servo\nformat = 1  # the first\nvideo_offset_s = 0.1 # by eye\n\n[camera]\n"
+    more = 'note = """\nvideo_offset_s = 9\n"""\nvideo_offset_s = 3 # another\n'
+    file.write_text(words + more, encoding="utf-8-sig")
+    set_keys(file, video_offset_s=0.25, clock_note='the "light" says so')
+    text = file.read_text(encoding="utf-8")
+    assert text.endswith(words.replace("0.1", "0.25") + more)
+    read = tomllib.loads(text)
+    assert read["clock_note"] == 'the "light" says so'
+    assert read["video_offset_s"] == 0.25
+    assert read["camera"]["video_offset_s"] == 3
+    set_keys(tmp_path / "new.toml", offset_sigma_s=float("inf"))
+    assert tomllib.loads((tmp_path / "new.toml").read_text()) == {
+        "offset_sigma_s": float("inf"),
+        "format": 1,
+    }
