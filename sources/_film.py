@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder
@@ -53,7 +53,7 @@ class Tracking:
     """
 
     parts: Parts = Parts()
-    method: Literal["match", "refine"] = "refine"
+    method: str = "refine"
     camera: CameraGeometry | None = None
     light_px: tuple[float, float] | None = None
     marker: tuple[Family, int | None] | None = None

@@ -26,9 +26,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        choices=("match", "refine"),
+        metavar="NAME",
         default="refine",
-        help="template matching as in the paper, or refined to the noise (default)",
+        help="refine: fit to the noise (default); match: template matching as in the paper; "
+        "marker: as --marker",
     )
     parser.add_argument(
         "-o", "--output", metavar="angle.csv", type=any_path, help="default: into the recording"
@@ -77,7 +78,9 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.io import inspect_folder
     from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
     from servosight.tracking.calibration import read_camera
+    from servosight.tracking.methods import method_of
 
+    method_of(args.method)  # before anything is read or written
     parts = Parts(
         Part(args.pivot, args.template),
         Part(args.second_pivot, args.second_template)

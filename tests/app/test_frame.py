@@ -93,7 +93,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         (["identify", "rec", "--deg-per-us", "x"], "'x' is no number"),
         (["track", "rec", "--pivot", "3"], "X,Y"),
         (["track", "rec", "--template", "1,2,3"], "X,Y,W,H"),
-        (["track", "rec", "--method", "guess"], "'match', 'refine'"),
+        (["track", "rec", "--method", "guess"], "refine, match, marker"),
         (["import", "log.csv"], "required: -o"),
     ],
 )

@@ -26,5 +26,5 @@ def method_of(name: str) -> Method:
     if name in METHODS:
         return METHODS[name]
     near = difflib.get_close_matches(name, METHODS, 1)
-    hint = f"did you mean {near[0]}?" if near else "choose one of these."
+    hint = f"did you mean {near[0]}?" if near else "name one of these."
     raise InputError(f"method {name!r} is not known; expected one of {', '.join(METHODS)}, {hint}")
