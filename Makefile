@@ -49,7 +49,7 @@ docs: setup
 
 benchmarks: setup
 	@$(PEERS)
-	@set -e; for script in $(filter-out benchmarks/hidden.py,$(wildcard benchmarks/[a-z]*.py)); do \
+	@set -e; for script in $(wildcard benchmarks/[a-z]*.py); do \
 		[ -e "$$script" ] || { echo "benchmarks/ holds no script yet"; break; }; \
 		echo "== $$script"; $(BIN)/python "$$script"; \
 	done
@@ -57,8 +57,8 @@ benchmarks: setup
 # Hours: TRIALS a row. It goes on from what stands in out/hidden/; make hidden ARGS="--rows single"
 TRIALS ?= 300
 hidden: setup
-	$(BIN)/python benchmarks/hidden.py --trials $(TRIALS) --processes $(WORKERS) $(ARGS)
-	$(BIN)/python benchmarks/hidden.py --page
+	$(BIN)/python benchmarks/hidden --trials $(TRIALS) --processes $(WORKERS) $(ARGS)
+	$(BIN)/python benchmarks/hidden --page
 
 # docs/paper.md anew, beside its peers from the lock's benchmarks group; some parts: ARGS="table-1"
 paper: setup

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from threads import restart_unless
 
 from servosight.diagnose import LadderStep, diagnose, predictions
 from servosight.diagnose.residuals import rms
@@ -29,6 +28,7 @@ from servosight.models.effects import catalogue
 from servosight.models.io.importers._bam import read_bam
 from servosight.models.io.importers._mat import EMPS_SCALE, read_mat
 from servosight.models.io.importers._request import Request
+from threads import restart_unless
 
 Result = dict[str, Any]
 

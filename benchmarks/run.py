@@ -28,8 +28,6 @@ import pandas as pd
 import pyswarms
 from nfoursid.nfoursid import NFourSID
 from scipy import optimize, signal
-from sysid import LINEAR, Hand, by_sysid
-from threads import restart_unless
 
 from servosight.diagnose import diagnose
 from servosight.identify.fit import identify
@@ -39,6 +37,8 @@ from servosight.models.excitation import standard
 from servosight.models.io import save_recording
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import DRAWS
+from sysid import LINEAR, Hand, by_sysid
+from threads import restart_unless
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "measured" / "speed.md"

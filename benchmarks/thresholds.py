@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from hidden.draw import propose
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
@@ -29,7 +30,6 @@ from servosight.diagnose.selection import (
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.hidden_draw import propose
 
 ROWS = ("single", "weak", "nothing", "pair")
 CHANGES: Mapping[str, tuple[float, ...]] = {

@@ -9,6 +9,8 @@ from __future__ import annotations
 import argparse
 import time
 
+from hidden.draw import noise_for, propose
+from hidden.trial import Fits
 from servosight.diagnose.discrepancy import MIN_CLOSED, find_law, share_closed
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
@@ -16,8 +18,6 @@ from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.hidden_draw import noise_for, propose
-from servosight.scenarios.hidden_trial import Fits
 
 DRAWS = 39
 """Three of each kind."""

@@ -14,11 +14,11 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
+
 from filmed import servo
 from filmed.bound import bound_deg
 from filmed.peers import Peer, aruco, ecc, pyidi, template, with_marker
 from filmed.shots import LARGE, SHOTS, Array, Shot, Truth, fast, filmed
-
 from servosight.models.core import Camera, write_text
 from servosight.tracking.acquisition import acquire
 from servosight.tracking.core import CameraGeometry, Shutter, Track, TrackOptions

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from page import picture, table
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT
 from servosight.identify.discrete import Difference
@@ -15,7 +14,11 @@ from servosight.identify.discrete._discrete import Linear, to_difference, to_lin
 from servosight.identify.fit import Solution, identify
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.paper_actuator import (
+from servosight.scenarios.produce import produce
+from servosight.scenarios.scenario import Motion
+from servosight.sources import read
+
+from .actuator_model import (
     PRINTED,
     RICH,
     SINE,
@@ -25,9 +28,7 @@ from servosight.scenarios.paper_actuator import (
     settled,
     with_T_held,
 )
-from servosight.scenarios.produce import produce
-from servosight.scenarios.scenario import Motion
-from servosight.sources import read
+from .page import picture, table
 
 TIMES_S = (0.001, 0.002, 0.004, 0.0078, 0.012, 0.016, 0.02)
 TEMPLATE_DEG = 0.02

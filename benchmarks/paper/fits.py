@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from page import share, table
-from peers import PEERS
-
-from servosight.scenarios.paper_contest import ALGORITHMS, FINISHED, Search, tally
-from servosight.scenarios.paper_trials import Traps, Trial, linear_fit
+from .contest import ALGORITHMS, FINISHED, Search, tally
+from .page import share, table
+from .peers import PEERS
+from .trials import Traps, Trial, linear_fit
 
 HEAD = ("", "arrived", "of", "probability, 95 % interval", "evaluations, median", "most")
 PLAIN = {**ALGORITHMS, **PEERS}

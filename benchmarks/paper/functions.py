@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from page import share, table
-from peers import PEERS
-
 from servosight.identify.search import PopulationOptions
-from servosight.scenarios.paper_contest import (
+
+from .contest import (
     ALGORITHMS,
     GENERATIONS,
     POPULATION,
@@ -17,7 +15,9 @@ from servosight.scenarios.paper_contest import (
     population,
     tally,
 )
-from servosight.scenarios.paper_trials import Trial, rastrigin, rosenbrock
+from .page import share, table
+from .peers import PEERS
+from .trials import Trial, rastrigin, rosenbrock
 
 SEEDS = range(1_000)
 FEWER = range(200)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from servosight.app.report.figure import Paint, drawn
 from servosight.models.core import write_text
-from servosight.scenarios.paper_contest import Tally
+
+from .contest import Tally
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = DOCS / "paper.md"

@@ -16,8 +16,9 @@ import numpy as np
 
 from servosight.identify.search import half_squares
 from servosight.models.core import Array
-from servosight.scenarios.paper_contest import POPULATION, Search
-from servosight.scenarios.paper_trials import Trial
+
+from .contest import POPULATION, Search
+from .trials import Trial
 
 
 class Over(Exception):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from page import picture, table
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT, MEASURED, NOISE
-from servosight.scenarios.paper_contest import ALGORITHMS
-from servosight.scenarios.paper_system import GENERATIONS, NAMES, TRUE, errors, paths, record
+
+from .contest import ALGORITHMS
+from .page import picture, table
+from .system_model import GENERATIONS, NAMES, TRUE, errors, paths, record
 
 KEYS = {"genetic algorithm": "ga", "particle swarm": "pso", "combination": "combination"}
 COLOURS = (AFTER, BEFORE, MEASURED, FAINT)

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hidden.draw import mixture
+from hidden.truth import TRUTHS
 from servosight.diagnose.discrepancy import Law, find_law
 from servosight.diagnose.discrepancy._disturbance import DisturbanceEstimator
 from servosight.diagnose.discrepancy._matching_pursuit import TERMS
@@ -17,8 +19,6 @@ from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.core import Camera, Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.hidden_draw import mixture
-from servosight.scenarios.hidden_truth import TRUTHS
 from servosight.scenarios.scenario import Response
 from servosight.sim.run import angle_recording
 

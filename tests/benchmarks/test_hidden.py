@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.scenarios import hidden_score as score
-from servosight.scenarios.hidden_draw import (
+from hidden import score
+from hidden.draw import (
     DURATION_S,
     NOISE_DEG,
     ROWS,
@@ -18,10 +18,10 @@ from servosight.scenarios.hidden_draw import (
     noise_for,
     propose,
 )
-from servosight.scenarios.hidden_page import page
-from servosight.scenarios.hidden_pictures import pictures
-from servosight.scenarios.hidden_run import Results
-from servosight.scenarios.hidden_trial import Fits, NoDraw, find_facts, run_trial
+from hidden.page import page
+from hidden.pictures import pictures
+from hidden.run import Results
+from hidden.trial import Fits, NoDraw, find_facts, run_trial
 
 
 @pytest.mark.parametrize("row", ROWS)

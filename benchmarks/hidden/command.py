@@ -1,7 +1,7 @@
 """The hidden-effect benchmark: ``make hidden``, or this with options for a part of it.
 
-    python benchmarks/hidden.py --rows single,pair --trials 40 --seed 1000
-    python benchmarks/hidden.py --rows single --only 1007
+    python benchmarks/hidden --rows single,pair --trials 40 --seed 1000
+    python benchmarks/hidden --rows single --only 1007
 
 Results gather in out/hidden/results.jsonl, and a later run goes on from there. What was diagnosed
 wrong is printed with its candidates and the seed that runs it alone. Page and pictures
@@ -15,13 +15,14 @@ from pathlib import Path
 
 from servosight.app.output import progress
 from servosight.models.core import write_text
-from servosight.scenarios.hidden_draw import ROWS, choices
-from servosight.scenarios.hidden_page import page
-from servosight.scenarios.hidden_pictures import pictures
-from servosight.scenarios.hidden_run import Line, Results, run_trials
-from servosight.scenarios.hidden_score import explain, right
 
-ROOT = Path(__file__).resolve().parent.parent
+from .draw import ROWS, choices
+from .page import page
+from .pictures import pictures
+from .run import Line, Results, run_trials
+from .score import explain, right
+
+ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "out" / "hidden" / "results.jsonl"
 DOCS = ROOT / "docs"
 
@@ -83,7 +84,3 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--page", action="store_true", help="only draw what stands in the results")
     return parser.parse_args()
-
-
-if __name__ == "__main__":
-    main()

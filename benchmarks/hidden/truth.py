@@ -12,11 +12,12 @@ from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import UNCATALOGUED_DRAWS
-from servosight.scenarios.hidden_plant import KEPT, STEP_S, Physics, march
 from servosight.scenarios.scenario import Effects, Response
 from servosight.sim.bench import Trajectory
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import SETTLE, run
+
+from .plant import KEPT, STEP_S, Physics, march
 
 Truth = Callable[[Response, Effects, Excitation], Trajectory]
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from servosight.models.core import write_bytes
 from servosight.models.effects import catalogue
-from servosight.scenarios import hidden_score as score
-from servosight.scenarios.hidden_score import Line
+
+from . import score
+from .score import Line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,23 +12,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from servosight.scenarios.hidden_trial import NoDraw, run_trial
+from .trial import NoDraw, run_trial
 
 Line = dict[str, Any]
 Job = tuple[str, int]
 Heard = Callable[[Line, int, int], None]
 
-SOURCES = Path(__file__).resolve().parent.parent
+SOURCES = Path(__file__).resolve().parents[2]
 MAKING = (
     "models",
     "sim",
     "scenarios/draws.py",
     "scenarios/scenario.py",
-    "scenarios/hidden_draw.py",
-    "scenarios/hidden_film.py",
-    "scenarios/hidden_plant.py",
-    "scenarios/hidden_trial.py",
-    "scenarios/hidden_truth.py",
+    "benchmarks/hidden/draw.py",
+    "benchmarks/hidden/film.py",
+    "benchmarks/hidden/plant.py",
+    "benchmarks/hidden/trial.py",
+    "benchmarks/hidden/truth.py",
 )
 JUDGING = (*MAKING, "identify", "diagnose")
 """Files and folders whose text decides what is hidden, and what a diagnosis makes of it."""

@@ -13,8 +13,9 @@ from servosight.identify.fit import Solution, fit_effects, polish, sketch_effect
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.hidden_draw import ROWS, Setup, noise_for, propose
-from servosight.scenarios.hidden_film import film
+
+from .draw import ROWS, Setup, noise_for, propose
+from .film import film
 
 SEPARABLE = 10.0
 """Cost in log-likelihood from which the best rival can be told from what was hidden."""

@@ -18,10 +18,11 @@ from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.scenarios.draws import DRAWS, scaled
-from servosight.scenarios.hidden_truth import TRUTHS, known, outside
 from servosight.scenarios.scenario import Response
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording
+
+from .truth import TRUTHS, known, outside
 
 NOISE_DEG = (0.01, 0.3)
 FILMED_DEG = 0.02

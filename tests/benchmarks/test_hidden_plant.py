@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hidden.truth import OUTSIDE, equation, fixed_steps, known
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.hidden_truth import OUTSIDE, equation, fixed_steps, known
 from servosight.scenarios.scenario import Response
 
 BOUND_DEG = {

@@ -16,7 +16,8 @@ from servosight.identify.search import (
     PopulationOptions,
     drive,
 )
-from servosight.scenarios.paper_trials import Trial
+
+from .trials import Trial
 
 POPULATION = 40
 GENERATIONS = 100

@@ -6,9 +6,10 @@ import tempfile
 from pathlib import Path
 
 from servosight.models.core import Recording
-from servosight.scenarios.hidden_draw import Setup
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
+
+from .draw import Setup
 
 VIDEO = "film.mkv"
 

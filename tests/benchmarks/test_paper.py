@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.identify.search import OPERATORS, half_squares
-from servosight.scenarios.paper_actuator import RICH, SINE, TRUE, made, settled, with_T_held
-from servosight.scenarios.paper_contest import (
+from paper.actuator_model import RICH, SINE, TRUE, made, settled, with_T_held
+from paper.contest import (
     ALGORITHMS,
     FINISHED,
     Tally,
@@ -20,8 +19,9 @@ from servosight.scenarios.paper_contest import (
     whole_polished,
     wilson,
 )
-from servosight.scenarios.paper_system import errors, paths, record
-from servosight.scenarios.paper_trials import Traps, linear_fit, rastrigin, rosenbrock
+from paper.system_model import errors, paths, record
+from paper.trials import Traps, linear_fit, rastrigin, rosenbrock
+from servosight.identify.search import OPERATORS, half_squares
 
 BUDGET = 4_000
 CMA_ES = 533

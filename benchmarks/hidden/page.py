@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from servosight.scenarios import hidden_score as score
-from servosight.scenarios.hidden_score import Line, Share
+from . import score
+from .score import Line, Share
 
 MADE_BY = {"twin": "twin", "fixed steps": "fixed steps", "equation": "the equation"}
 OTHER_PHYSICS = ("single", "weak", "pair", "coarse")

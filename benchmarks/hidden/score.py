@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from servosight.scenarios.hidden_trial import SEPARABLE
+from .trial import SEPARABLE
 
 Line = Mapping[str, Any]
 Test = Callable[[Line], bool]

@@ -1,0 +1,1 @@
+"""The hidden-effect benchmark: effects hidden in a twin, diagnosed, and counted."""

@@ -1,0 +1,11 @@
+"""``python benchmarks/hidden``: see command.py."""
+
+import sys
+from pathlib import Path
+
+sys.path[0] = str(Path(__file__).resolve().parents[1])  # this folder is the package ``hidden``
+
+from hidden.command import main
+
+if __name__ == "__main__":
+    main()
