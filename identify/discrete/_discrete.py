@@ -34,8 +34,8 @@ class Linear:
 class Difference:
     """The time from one sample to the next [s], and the coefficients of eq. 2.
 
-    >>> to_difference(Linear(k=1.0, T=0.02, xi=0.6), 0.01).gain
-    1.0
+    >>> to_difference(Linear(k=1.0, T=0.02, xi=0.6), 0.01).sample_time_s
+    0.01
     """
 
     sample_time_s: float

@@ -14,7 +14,7 @@ import numpy as np
 
 from servosight.models.core import Array, Recording
 
-MOST_SAMPLES = 200_000
+MOST_SAMPLES = 100_000
 """Scored samples of all recordings together; ordinary ones have less, and stay as they are."""
 
 

@@ -108,7 +108,7 @@ def quantization_steps(traces: Traces, residual_deg: float) -> Guesses:
     Rounding to a step s moves the roundings near the command's end by half a step as soon as s is
     off by s^2 / (2 |u|), so the search takes two thirds of that, and then looks closer.
     """
-    if not traces.residual_deg.size:
+    if not traces.residual_deg.size or traces.k == 0.0:
         return ()
     largest = float(np.abs(traces.command_deg).max())
     step, steps = 1.5 * residual_deg / abs(traces.k), []
