@@ -146,7 +146,7 @@ class Information:
         """Parameters that this command does not determine, most uncertain first.
 
         Their sigma exceeds five percent, or they have a large part in a direction whose effect
-        stays below the blur.
+        stays below ``blur_deg``.
         """
         sigma = self.sigma
         found = {name for name, spread in sigma.items() if spread > ENOUGH}
@@ -167,10 +167,10 @@ class Information:
         if self.sufficient:
             spread = max(self.sigma.values())
             return (
-                f"The command pins {_and(list(self.names))} to {percent(spread)} or better; "
+                f"The command determines {_and(list(self.names))} to {percent(spread)} or better; "
                 f"{words}."
             )
-        return f"The command does not pin {_and(list(self.unsure))}: {words}."
+        return f"The command does not determine {_and(list(self.unsure))}: {words}."
 
     def to_dict(self) -> dict[str, Any]:
         """The summary's JSON."""

@@ -2,7 +2,7 @@
 
 The paper's eq. 2: y(k) + a1 y(k-1) + a2 y(k-2) = b0 u(k) + b1 u(k-1) + b2 u(k-2).
 
-Which sampling it stands for has to be said with it. The paper's numbers (a1 = -0.56, a2 = 0.33,
+Its coefficients depend on the method of sampling. The paper's numbers (a1 = -0.56, a2 = 0.33,
 b0 = b2 = 0.198 for T = 0.0078 s, xi = 0.55, k = 1.027) agree under the bilinear transform at 10 ms
 and under neither zero-order hold nor matched poles. The bilinear transform makes b0 : b1 : b2 =
 1 : 2 : 1, so b1 is 0.395; the printed 0.34 is a misprint, and gives k = 0.956.
@@ -106,7 +106,7 @@ def by_arx(command: Array, angle: Array, sample_time_s: float) -> Difference:
     """Least squares on eq. 2 (Ljung, System Identification, 1999, eq. 4.12).
 
     ``command`` and ``angle`` (samples,) at the same even times, offsets removed. Noise on the angle
-    stands among the regressors as well and biases it: poles come out too fast.
+    is also in the regressors and biases the fit: poles come out too fast.
     """
     regressors = _regressors(command, angle)
     return _difference(_least_squares(regressors, angle[2:]), sample_time_s)

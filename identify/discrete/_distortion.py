@@ -1,7 +1,7 @@
 """Even and odd nonlinear distortion against noise, without any model of the servo.
 
 A periodic command that excites odd harmonics only, and leaves some of these out, is answered by a
-linear servo at the excited lines alone, once it has settled. What stands at the other lines and
+linear servo at the excited lines alone, once it has settled. What is at the other lines and
 repeats from period to period is distortion; what does not repeat is noise (Pintelon and Schoukens,
 System Identification, 2nd ed., 2012, sections 4.3.1 and 4.3.2: the fast method on one phase
 realisation). Frames need not fit the period: harmonics are found by least squares.
@@ -23,16 +23,16 @@ Complex = NDArray[np.complex128]
 Kind = Literal["excited", "odd", "even"]
 
 CHANCE = 1e-3
-"""Distortion is named where noise alone would show as much in one of a thousand recordings."""
+"""Distortion is reported where its chance under noise alone is below this."""
 FEWEST_PERIODS = 3
-"""The first one settles; two tell noise from what repeats."""
+"""The first one settles; two separate noise from what repeats."""
 _FILL = 0.4
 """Harmonics up to this share of the frames in a period are resolved."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """What stands at the lines of one kind, as rms over the whole band [deg].
+    """Power at the lines of one kind, as rms over the whole band [deg].
 
     ``noise_deg`` is the noise of the mean period at the same lines; ``chance`` is how often noise
     alone shows as much (F test with 2 lines and 2 lines (periods - 1) degrees of freedom).
@@ -187,7 +187,7 @@ def _harmonics(recording: Recording, window: NDArray[np.bool_], grid: Grid, coun
 def _level(
     mean: Complex, spread: Array, lines: NDArray[np.int64], periods: int, unseen: float
 ) -> Level:
-    """Power at some lines, noise taken off, times what stands at lines not seen."""
+    """Power at some lines without noise, times ``unseen`` for lines that are not observed."""
     if lines.size == 0:
         return Level(0.0, 0.0, 0, 1.0)
     power = float(np.sum(np.abs(mean[lines - 1]) ** 2))

@@ -1,12 +1,12 @@
 """The noise of a recording, without a model of the servo.
 
-Where the tracker gives a sigma, that is it. Otherwise two ways, whichever has more to go by:
+Where the tracker gives a sigma, it is used. Otherwise one of two ways, the one with more data:
 
-- where the command repeats itself, what differs from one period to the next;
-- else the angle is cut into short blocks, each turned into coefficients over orthonormal
-  polynomials in time. White noise puts the same variance into all of them, the servo's motion goes
-  into few: at a standstill into the mean, in smooth motion into the lowest degrees. Which, is read
-  off the command, smoothed over about the time by which the angle lags it; all others are noise.
+- where the command repeats itself, the differences from one period to the next;
+- else the angle is cut into short blocks, each transformed to coefficients of orthonormal
+  polynomials in time. White noise has the same variance in all of them; the servo's motion is in
+  few: at a standstill in the mean, in smooth motion in the lowest degrees. Which these are follows
+  from the command, smoothed over about the time by which the angle lags it; the rest is noise.
 
 Never below the angle's own resolution / sqrt(12).
 """
@@ -31,14 +31,14 @@ _STRIDE = 3
 _LENGTHS = (6, 9, 12, 18, 24)
 """Samples in a block; blocks begin at every third sample."""
 _MEMORY_S = 0.15
-"""Play and friction answer late: what the command did that long before a block counts as well."""
+"""Backlash and friction respond late: the command's motion so long before a block counts too."""
 _MOVED = (0.03, 0.1, 0.3)
 """A coefficient is noise where the command moves it by less than this share of the noise."""
 _ENOUGH = 600
-"""So many coefficients tell sigma to 3 %; where there are fewer, the next share is tried."""
+"""So many coefficients give sigma to 3 %; where there are fewer, the next share is tried."""
 _FEWEST = 100
 _MOST = 20_000
-"""The beginning of a long recording tells sigma to 1 %, and takes no more time and memory."""
+"""Of a long recording only the beginning is used: it gives sigma to 1 %."""
 _PASSES = 4
 _GAPS = 20
 _EVEN = 0.15

@@ -1,7 +1,7 @@
-"""Long recordings, thinned: a million samples tell hardly more than a hundred thousand.
+"""Long recordings, thinned: a million samples determine hardly more than a hundred thousand.
 
-What a fit holds in memory grows with the samples that it scores, times the parameters, times the
-points it tries at once. So the scored samples are bounded. The command stays whole, and a
+The memory of a fit grows with its scored samples, times the parameters, times the points that are
+tried at once. So the scored samples are bounded. The command stays whole, and a
 simulation passes through all of it.
 """
 

@@ -1,8 +1,8 @@
-"""Residuals that hang together in time: their autocovariance, and what it does to a fit.
+"""Autocorrelated residuals: their autocovariance, and its effect on the covariance of a fit.
 
-An autoregression whose order Schwarz's criterion picks, from the Yule-Walker equations (Brockwell
+An autoregression whose order Schwarz's criterion selects, from the Yule-Walker equations (Brockwell
 and Davis, Time Series, 1991, section 8.1). Order 0, for white residuals, gives the textbook
-covariance exactly; else the sandwich takes the correlation in (den Haan and Levin, 1997).
+covariance exactly; else the sandwich accounts for the correlation (den Haan and Levin, 1997).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def autoregression(residuals: Array, scored: Mask) -> tuple[Array, float]:
     orders = min(_HIGHEST_ORDER, count // _SAMPLES_AN_ORDER)
     lags = np.arange(orders + 1)
     pairs = _lagged_products(scored.astype(np.float64), orders)
-    # Weighted down with the lag, as where nothing is missing: so that no spectrum is negative.
+    # A taper over the lag keeps the spectrum from being negative, as without missing samples.
     covariance = _lagged_products(filled, orders) / np.maximum(pairs, 1.0) * (1.0 - lags / count)
     coefficients = np.empty(0)
     variance = float(covariance[0])

@@ -98,7 +98,7 @@ class Uncertainty:
 
     @cached_property
     def timed(self) -> NDArray[np.bool_]:
-        """True for shared coordinates that cannot be told from an offset that is not known."""
+        """True for shared coordinates that cannot be distinguished from an unknown clock offset."""
         result = np.zeros(self.point.size, dtype=bool)
         slopes, sigmas_s = self._offsets
         unknown = slopes[:, np.isinf(sigmas_s)]

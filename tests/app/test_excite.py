@@ -71,7 +71,7 @@ def test_the_papers_sine_is_found_wanting_and_an_optimal_command_is_not(
     assert main(["excite", "sine", "-o", str(sine)]) == 0
     assert main(["excite", "--check", str(sine), "--model", str(card)]) == 0
     text = capsys.readouterr().out
-    assert "does not pin" in text
+    assert "does not determine" in text
     assert "T and xi trade off" in text
     assert "Within the same limits `servosight excite" in text
     words = ["excite", "optimal", "--model", str(card), "--for", "T,xi", "--rate", "126"]
@@ -89,7 +89,7 @@ def test_identify_warns_of_a_poor_command(tmp_path: Path) -> None:
     assert main(["identify", str(rec), "--method", "gradient", "--json", str(result)]) == 0
     values = json.loads(result.read_text())
     assert set(values["information"]["unsure"]) == {"T", "xi"}
-    assert any("does not pin" in warning for warning in values["warnings"])
+    assert any("does not determine" in warning for warning in values["warnings"])
     assert any("servosight excite" in warning for warning in values["warnings"])
 
 
