@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 
@@ -52,6 +53,7 @@ def _run(words: list[str]) -> int:
 
         interrupt.clean_with(discard_all)
         args = parser().parse_args(words)
+        args.command_line = shlex.join(["servosight", *words])
         args.run(args)
         sys.stdout.flush()
     except InputError as error:

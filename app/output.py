@@ -8,6 +8,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -117,6 +118,11 @@ def console(args: argparse.Namespace) -> Console:
 def next_command(*words: object) -> str:
     """The line that suggests a command, with names quoted as a shell needs them."""
     return f"Next: servosight {shlex.join(map(str, words))}"
+
+
+def made(args: argparse.Namespace) -> dict[str, Any]:
+    """When and by which command line: what a report says of itself."""
+    return {"at": datetime.now().astimezone(), "command": args.command_line}
 
 
 @contextmanager

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from servosight.diagnose._plots import plot_where
 from servosight.diagnose._words import Levels, comparison_words
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -26,6 +30,9 @@ from servosight.identify.problem import Problem, joint_noise_deg, thinned
 from servosight.models.core import Actuator, Estimate, Recording, Result, Table, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +73,24 @@ class Comparison(Result):
     def actuator(self) -> Actuator:
         """The model that was compared."""
         return Actuator(self.parameters, self.effects)
+
+    def report(
+        self,
+        path: Path | str,
+        recordings: Any,
+        *,
+        catalogue: Mapping[str, Effect] | None = None,
+    ) -> None:
+        """Write a report to read in a browser; ``recordings`` are those compared, or their paths.
+
+        ``catalogue`` is needed where the model has effects of a plugin.
+        """
+        write = import_module("servosight.app.report").write_report  # above this layer, on use
+        write(path, self, recordings, catalogue, at=datetime.now(UTC))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The windows with most of the error over time, and the floor."""
+        return plot_where(self.where, self.floor_deg, ax)
 
 
 def compare(

@@ -158,6 +158,7 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
         own=models.own(step.trial),
         warnings=tuple(warnings),
+        correlation=fit.uncertainty.matrix(table).correlation,
     )
 
 

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from servosight.diagnose._plots import plot_ladder
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.diagnose.selection import OwnValues
+from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Result, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from servosight.models.effects import Effect
 
 
 class Verdict(StrEnum):
@@ -33,7 +42,8 @@ class LadderStep:
 
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
     chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
-    error is at most 1.10 times the floor. ``own`` has a line for each recording.
+    error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
+    is that of the shared parameters.
     """
 
     added: str | None
@@ -46,6 +56,14 @@ class LadderStep:
     parameters: Mapping[str, Estimate | tuple[Estimate, ...]]
     own: tuple[OwnValues, ...]
     warnings: tuple[str, ...] = ()
+    correlation: Matrix | None = None
+
+    @property
+    def change(self) -> str:
+        """What the step changed: ``+ backlash``, ``- dead time``, or ``linear``."""
+        signs = [f"+ {self.added}"] if self.added else []
+        signs += [f"- {self.removed}"] if self.removed else []
+        return ", ".join(signs).replace("_", " ") or "linear"
 
     def value(self, name: str) -> float:
         """A parameter's value; the first recording's where each has its own. KeyError if none."""
@@ -126,3 +144,28 @@ class Diagnosis(Result):
                 "method": "diagnose",
             },
         )
+
+    def report(
+        self,
+        path: Path | str,
+        recordings: Any = None,
+        *,
+        catalogue: Mapping[str, Effect] | None = None,
+    ) -> None:
+        """Write a report to read in a browser.
+
+        ``recordings`` are those of the diagnosis, or their paths (default: read from where they
+        were); ``catalogue`` is needed where effects of a plugin are among the diagnosis' own.
+        """
+        write = import_module("servosight.app.report").write_report  # above this layer, on use
+        write(path, self, recordings, catalogue, at=datetime.now(UTC))
+
+    def plot_ladder(self, ax: Axes | None = None) -> Axes:
+        """Held-out error of each step on a logarithmic scale, and the floor."""
+        steps = {
+            f"{place}: {step.change}": step.held_out_rmse_deg
+            for place, step in enumerate(self.ladder)
+        }
+        return plot_ladder(steps, self.floor_deg, ax)
+
+    plot = plot_ladder

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import doctest
 import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import av
+import cv2
 import numpy as np
 import pytest
 
@@ -89,6 +92,27 @@ def recorded(gap: float, seed: int) -> ss.Recording:
         sigma_deg=np.full(time_s.size, 0.02),
         name=f"run{seed}",
     )
+
+
+def filmed(path: Path) -> None:
+    """A second of a printed fin that swings by 12 deg."""
+    rng = np.random.default_rng(5)
+    bench, skin = (
+        cv2.GaussianBlur(rng.normal(0.0, 1.0, (240, 320)), (0, 0), 1.5) for _ in range(2)
+    )
+    shape = np.zeros((240, 320))
+    cv2.fillPoly(shape, [np.array([[80, 100], [260, 105], [260, 135], [80, 140]])], 1.0)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=60)
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        stream.options = {"crf": "8"}
+        for angle in 12.0 * np.sin(np.linspace(0.0, 9.0, 60)):
+            turn = cv2.getRotationMatrix2D((110.0, 120.0), float(angle), 1.0)
+            fin, mask = (cv2.warpAffine(one, turn, (320, 240)) for one in (skin, shape))
+            light = (1.0 - mask) * (60.0 + 60.0 * bench) + mask * (170.0 + 120.0 * fin)
+            image = np.clip(light + rng.normal(0.0, 1.5, light.shape), 0, 255).astype(np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
+        container.mux(stream.encode())
 
 
 class Frame(dict[str, Any]):
@@ -172,3 +196,36 @@ def test_what_is_no_result_is_not_loaded(place: Path) -> None:
         ss.load("other.json")
     with pytest.raises(ss.InputError, match="no such file"):
         ss.load("missing.json")
+
+
+@pytest.mark.slow
+def test_the_script_that_users_start_from(place: Path, project_root: Path) -> None:
+    """docs/python.md's script, run as printed on small recordings."""
+    made, other = recorded(1.0, 7), recorded(1.0, 8)
+    made.save(place / "run7")
+    other.save(place / "run8")
+    filmed(place / "fin.mp4")
+    t, y = made.time_s, made.angle_deg
+    u = np.interp(t, made.command_time_s, made.command_deg)
+    rows = np.column_stack([1e3 * t, y, u])
+    np.savetxt("log.csv", rows, delimiter=",", header="t,pos,goal", comments="")
+    text = (project_root / "docs" / "python.md").read_text(encoding="utf-8")
+    script = text.split("```python\n")[1].split("```")[0]
+    from matplotlib.figure import Figure
+
+    frame = Frame({"t": t, "pos": np.radians(y), "goal": np.radians(u)})
+    space: dict[str, Any] = {"t": t, "y": y, "u": u, "frame": frame, "ax": Figure().subplots()}
+    exec(compile(script, "docs/python.md", "exec"), space)
+    assert np.ptp(space["track"].angle_deg) == pytest.approx(24.0, abs=0.5)
+    assert space["why"].effects == ("backlash",)
+    assert space["fit"].parameters["backlash.gap"].value == pytest.approx(1.0, abs=0.05)
+    assert ss.load("diagnosis.json") == space["why"]
+    assert "backlash" in Path("report.html").read_text(encoding="utf-8")
+    assert space["sim"].truth["effects"] == ["backlash"]
+
+
+@pytest.mark.slow
+def test_the_docstrings_examples_run(place: Path) -> None:
+    failed, tried = doctest.testmod(_verbs, optionflags=doctest.ELLIPSIS)
+    assert tried > 15
+    assert failed == 0

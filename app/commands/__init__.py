@@ -17,6 +17,7 @@ from servosight.app.commands import (
     excite,
     identify,
     import_log,
+    report,
     simulate,
     track,
 )
@@ -31,6 +32,7 @@ COMMANDS: dict[str, ModuleType] = {
     "compare": compare,
     "diagnose": diagnose,
     "add": add,
+    "report": report,
     "effects": effects,
     "excite": excite,
 }

@@ -17,7 +17,7 @@ from servosight.app.arguments import (
     limit_pair,
     not_negative,
 )
-from servosight.app.output import check_outputs, console, next_command, progress, write_json
+from servosight.app.output import check_outputs, console, made, next_command, progress, write_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -122,7 +122,7 @@ def run(args: argparse.Namespace) -> None:
     if args.report is not None:
         from servosight.app.report import write_report
 
-        write_report(args.report, result, [*recordings, *validate, *test], effects)
+        write_report(args.report, result, [*recordings, *validate, *test], effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))

@@ -15,6 +15,7 @@ from servosight import __version__
 from servosight.app.report.section import Section
 from servosight.app.report.sections.angle import section as angle
 from servosight.app.report.sections.candidates import section as candidates
+from servosight.app.report.sections.dynamics import section as dynamics
 from servosight.app.report.sections.experiment import section as experiment
 from servosight.app.report.sections.film import section as film
 from servosight.app.report.sections.ladder import section as ladder
@@ -39,6 +40,7 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     where,
     candidates,
     experiment,
+    dynamics,
     response,
     residuals,
     parameters,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose import Comparison, Diagnosis, judge, listed, predictions
+from servosight.diagnose import Comparison, Diagnosis, judge, law_predictions, listed, predictions
 from servosight.diagnose.residuals import Judged, Window
 from servosight.models.core import Recording
 from servosight.models.effects import Effect
@@ -51,11 +51,14 @@ class Story:
             if result.effects:
                 name = f"with {listed(result.effects)}"
                 after = Told(name, predictions(result, recordings, catalogue=catalogue))
+            if result.law is not None:
+                judged = law_predictions(result, recordings, catalogue=catalogue)
+                after = Told("with the law that was found", judged)
         else:
             before = Told("model", judge(result.actuator, recordings, catalogue=catalogue))
         return cls(
             result,
-            tuple(recordings),
+            tuple(one.recording for one in before.judged),
             before,
             after,
             result.noise_deg,

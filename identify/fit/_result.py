@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
 
 from servosight.identify.design import InformationSummary
 from servosight.identify.discrete import Difference
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Array, Estimate, Result
+from servosight.models.core import Actuator, Array, Estimate, Result, axes_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -74,6 +79,18 @@ class Fit(Result):
     def correlation(self) -> Matrix:
         """Correlation of the shared parameters."""
         return self.covariance.correlation
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The correlation of the shared parameters, from -1 to 1."""
+        axes = axes_of(ax)
+        found, names = self.correlation.values, self.correlation.names
+        axes.imshow(found, vmin=-1.0, vmax=1.0, cmap="RdBu")
+        for (row, column), value in np.ndenumerate(found):
+            axes.text(column, row, f"{value:+.2f}", ha="center", va="center", fontsize=8)
+        axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
+        axes.set_yticks(range(len(names)), names)
+        axes.set_title("correlation of the parameters")
+        return axes
 
     def save(self, path: Path | str) -> None:
         """Write the model's card where the name ends in .toml, else JSON."""

@@ -93,7 +93,7 @@ def track(
     >>> ss.track("fin.mp4")
     Traceback (most recent call last):
         ...
-    servosight.models.core._errors.InputError: fin.mp4: no such file; expected a video
+    servosight.models.base._errors.InputError: fin.mp4: ...
     """
     from dataclasses import replace
 

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose import Diagnosis, LadderStep
 from servosight.models.core import CORE, OWN, Estimate
 from servosight.models.effects import Effect
+
+STRONG = 0.95
+"""Parameters so correlated are hardly told apart."""
 
 
 def section(story: Story) -> Section | None:
@@ -24,9 +29,22 @@ def section(story: Story) -> Section | None:
         {
             "core": {parameter.name: last.parameters[parameter.name] for parameter in CORE},
             "rows": [*_rows(last, story.catalogue), *_biases(last, fitted)],
+            "correlation": _correlation(last),
+            "strong": STRONG,
             "warnings": last.warnings,
         },
     )
+
+
+def _correlation(step: LadderStep) -> list[tuple[str, list[float | None]]]:
+    """A row for each shared parameter; None where a parameter is undetermined."""
+    found = step.correlation
+    if found is None:
+        return []
+    return [
+        (name, [float(value) if np.isfinite(value) else None for value in row])
+        for name, row in zip(found.names, found.values, strict=True)
+    ]
 
 
 def _rows(step: LadderStep, catalogue: Mapping[str, Effect]) -> Iterator[tuple[str, Estimate, str]]:

@@ -1,0 +1,57 @@
+"""Write the report of a saved diagnosis or comparison."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from servosight.app.arguments import add_force, add_plugins, add_pulse
+from servosight.app.output import check_target, console, made, progress
+from servosight.models.base import Kind
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``servosight report``."""
+    parser.add_argument(
+        "result", metavar="DIAGNOSIS.json", type=Path, help="what --json of diagnose wrote"
+    )
+    parser.add_argument(
+        "recordings",
+        metavar="REC",
+        nargs="*",
+        type=Path,
+        help="its recordings, in their order (default: where they were)",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="REPORT.html", type=Path, required=True, help="page to write"
+    )
+    add_pulse(parser)
+    add_plugins(parser)
+    add_force(parser)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Read the result, simulate its models on its recordings, write the page."""
+    import servosight
+    from servosight.app.inputs import load
+    from servosight.app.report import write_report
+    from servosight.diagnose import Comparison, Diagnosis
+    from servosight.models.core import InputError
+    from servosight.models.effects import catalogue
+
+    check_target(args.output, Kind.HTML, force=args.force)
+    result = servosight.load(args.result)
+    if not isinstance(result, Diagnosis | Comparison):
+        raise InputError(
+            f"{args.result}: holds a {type(result).__name__}, expected a diagnosis or a "
+            f"comparison; write one with `servosight diagnose REC --json {args.result}`"
+        )
+    with progress("simulating"):
+        write_report(
+            args.output,
+            result,
+            load(args.recordings, args) or None,
+            catalogue(args.plugin),
+            **made(args),
+        )
+    console(args).print(f"{args.output}: written")

@@ -1,0 +1,58 @@
+"""Plots of results for a notebook: each takes an ``Axes``, or makes one, and returns it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from servosight.diagnose.residuals import Window
+from servosight.models.core import axes_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BEFORE, AFTER, FLOOR = "#d55e00", "#0072b2", "#b9c2cc"
+LEAST_DEG = 1e-9
+
+
+def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = None) -> Axes:
+    """Error [deg] of each step by its name on a logarithmic scale, and the floor below it."""
+    axes = axes_of(ax)
+    errors = [max(error, LEAST_DEG) for error in steps.values()]
+    colours = [BEFORE, *[AFTER] * (len(errors) - 1)]
+    bars = axes.bar(range(len(errors)), errors, color=colours, width=0.6)
+    axes.bar_label(bars, [f"{error:.3g} deg" for error in errors])
+    floor = max(floor_deg, LEAST_DEG)
+    axes.axhline(floor, color=FLOOR)
+    axes.annotate(
+        f"floor {floor:.3g} deg", (1.0, floor), xycoords=("axes fraction", "data"), ha="right"
+    )
+    axes.set_yscale("log")
+    axes.set_ylim(0.5 * min(*errors, floor), 3.0 * max(*errors, floor))
+    axes.set_xticks(range(len(errors)), list(steps))
+    axes.set_ylabel("held-out error, rms [deg]")
+    return axes
+
+
+def plot_where(where: Sequence[Window], floor_deg: float, ax: Axes | None = None) -> Axes:
+    """The windows with most of the error: from when to when, and how large it is there."""
+    axes = axes_of(ax)
+    names = list(dict.fromkeys(window.recording for window in where))
+    for place, name in enumerate(names):
+        mine = [window for window in where if window.recording == name]
+        axes.bar(
+            [window.start_s for window in mine],
+            [window.rmse_deg for window in mine],
+            [window.end_s - window.start_s for window in mine],
+            align="edge",
+            color=f"C{place}",
+            label=name,
+        )
+        for window in mine:
+            words = window.what.replace("_", " ")
+            axes.annotate(words, (window.start_s, window.rmse_deg), rotation=45, fontsize=8)
+    axes.axhline(floor_deg, color=FLOOR, label="floor")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("error, rms [deg]")
+    axes.legend()
+    return axes
