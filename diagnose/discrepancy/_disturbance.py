@@ -30,8 +30,8 @@ PACES = np.geomspace(1e-2, 1e4, 13)
 class DisturbanceEstimator:
     """The linear loop around one recording on an even grid, and what a model leaves there.
 
-    ``at`` (samples,) says which instant each sample is and ``used`` (samples,) which samples count:
-    none of the test. ``numerator`` and ``denominator`` are of G for torques that are joined by
+    ``at`` (samples,) says which instant each sample is and ``used`` (samples,) which samples count.
+    ``numerator`` and ``denominator`` are of G for torques that are joined by
     lines.
     """
 
@@ -44,8 +44,13 @@ class DisturbanceEstimator:
     denominator: Array
 
     @classmethod
-    def of(cls, trial: Trial, number: int, noise_deg: float) -> DisturbanceEstimator:
-        """The loop of recording ``number`` (in the order of ``trial.judged``) about its model."""
+    def of(
+        cls, trial: Trial, number: int, noise_deg: float, *, with_test: bool = True
+    ) -> DisturbanceEstimator:
+        """The loop of recording ``number`` (in the order of ``trial.judged``) about its model.
+
+        What chooses terms leaves the test's samples out.
+        """
         from scipy.signal import cont2discrete
 
         judged = trial.judged[number]
@@ -66,7 +71,7 @@ class DisturbanceEstimator:
         estimator = cls(
             _motion(interval, time_s - time_s[0], model, k * recording.command_at(time_s) + bias),
             at,
-            judged.uses != TEST,
+            np.full(judged.uses.size, with_test) | (judged.uses != TEST),
             judged.error_deg,
             sigma,
             np.asarray(b).ravel(),

@@ -55,7 +55,10 @@ def promising(
     residual = fit.residual
     basis, corner = np.linalg.qr(fit.jacobian)
     left = residual - basis @ (basis.T @ residual)
-    estimators = [DisturbanceEstimator.of(trial, number, noise_deg) for number in range(count)]
+    estimators = [
+        DisturbanceEstimator.of(trial, number, noise_deg, with_test=False)
+        for number in range(count)
+    ]
     extent = Extent.of(
         [estimator.motion for estimator in estimators], problem.values(fit.outcome.point)["T"]
     )
