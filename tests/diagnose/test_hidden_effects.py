@@ -48,7 +48,7 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
 def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
     recording, truth = twin(name)
     found = diagnose([recording], catalogue=catalogue(), auto=True)
-    linear = found.ladder[0].held_out_rmse_deg
+    linear = found.ladder[0].train_rmse_deg
     assert linear > 5.0 * found.floor_deg, "the effect does not show"
     best = found.candidates[0]
     # First in the ranking too, and the model that comes out carries it.
