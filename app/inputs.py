@@ -28,3 +28,12 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
         if hint is not None:
             print(f"note: {path}: {hint}", file=sys.stderr)
     return views(recordings)
+
+
+def is_command(path: Path) -> bool:
+    """True for a table without any angle."""
+    from servosight.models.io import read_sheet
+
+    if path.is_dir() or not path.exists():
+        return False
+    return not any(name.startswith("angle_") for name in read_sheet(path).header)

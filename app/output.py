@@ -29,6 +29,7 @@ WRITTEN = {
 }
 """Arguments that name a file to write, beside ``-o``."""
 PIPED_WIDTH = 120
+_quiet = [False]  # of the command that runs
 
 
 class Report(Protocol):
@@ -112,7 +113,28 @@ def console(args: argparse.Namespace) -> Console:
     on_error = getattr(args, "json", None) == STANDARD_OUTPUT
     stream = sys.stderr if on_error else sys.stdout
     width = None if stream.isatty() else PIPED_WIDTH
-    return Plain(stderr=on_error, width=width, markup=False, highlight=False, soft_wrap=True)
+    return Plain(
+        stderr=on_error,
+        width=width,
+        markup=False,
+        highlight=False,
+        soft_wrap=True,
+        quiet=_quiet[0],
+    )
+
+
+def show_notes(args: argparse.Namespace) -> None:
+    """Print what the library reports while it works, such as a compilation, unless --quiet."""
+    import logging
+
+    class Notes(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            print(f"note: {record.getMessage()}", file=sys.stderr, flush=True)
+
+    log = logging.getLogger("servosight")
+    _quiet[0] = args.quiet
+    log.handlers = [] if args.quiet else [Notes()]
+    log.setLevel(logging.INFO)
 
 
 def next_command(*words: object) -> str:
@@ -131,7 +153,7 @@ def progress(title: str) -> Iterator[Report]:
 
     Gives a function that takes a word, what is done and, where it is known, of how much.
     """
-    if not sys.stderr.isatty():
+    if _quiet[0] or not sys.stderr.isatty():
         yield _silent
         return
     from rich.console import Console

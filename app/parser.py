@@ -41,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
             default=argparse.SUPPRESS,
             help="show the traceback of an error",
         )
+        sub.add_argument(
+            "-q", "--quiet", action="store_true", help="print nothing but JSON and errors"
+        )
         command.configure(sub)
         sub.set_defaults(run=command.run)
     return top

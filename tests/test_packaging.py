@@ -19,7 +19,7 @@ import pytest
 
 import servosight
 
-PUBLIC = ("__init__.py", "__init__.pyi", "_verbs.py", "py.typed")
+PUBLIC = ("__main__.py", "__init__.py", "__init__.pyi", "_verbs.py", "py.typed")
 """What stands in src/servosight itself."""
 HEAVY = ("av", "control", "cv2", "matplotlib", "mujoco", "numba", "pyrender", "scipy")
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight effects``."""
     parser.add_argument("effect", metavar="ID", nargs="?", help="one effect, in full")
+    parser.add_argument("--list", action="store_true", help="one line for each effect")
     add_json(parser)
     add_plugins(parser)
     add_force(parser)
@@ -35,7 +36,10 @@ def run(args: argparse.Namespace) -> None:
     write_json(args.json, {"schema": 1, "effects": [_described(effects[name]) for name in names]})
     out = console(args)
     for name in names:
-        _show(out, effects[name])
+        if args.list:
+            out.print(f"{name:<{max(map(len, names))}}  {effects[name].looks_like}")
+        else:
+            _show(out, effects[name])
     if args.effect is None:
         _suggest(out, effects)
 

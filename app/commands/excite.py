@@ -169,7 +169,7 @@ def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str
 
 
 def _check(args: argparse.Namespace) -> None:
-    from servosight.app.inputs import load
+    from servosight.app.inputs import is_command, load
     from servosight.identify.design import assess, better_command, predicted_experiment
     from servosight.identify.problem import noise_deg
     from servosight.models.core import Actuator
@@ -178,7 +178,7 @@ def _check(args: argparse.Namespace) -> None:
 
     effects = catalogue(args.plugin)
     actuator = Actuator.load(_model(args), effects)
-    if _is_command(args.check):
+    if is_command(args.check):
         rows = Excitation.load(args.check)
         recording = predicted_experiment(rows, _positive(args.frame_rate, "--frame-rate"))
         noise = _positive(args.noise, "--noise")
@@ -218,15 +218,6 @@ def _analyse(args: argparse.Namespace) -> None:
     write_json(args.json, {"schema": 1, **found.to_json()})
     if found.odd.found or found.even.found:
         out.print(next_command("diagnose", args.analyse, "--auto"))
-
-
-def _is_command(path: Path) -> bool:
-    """True for a table without any angle."""
-    from servosight.models.io import read_sheet
-
-    if path.is_dir() or not path.exists():
-        return False
-    return not any(name.startswith("angle_") for name in read_sheet(path).header)
 
 
 def _limits(args: argparse.Namespace) -> Limits:

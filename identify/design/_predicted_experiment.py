@@ -17,6 +17,9 @@ from servosight.models.excitation import SHAPES, Excitation, Limits, design
 GAIN = 0.7
 """A command is called better where its worst sigma is below this share."""
 
+FEWEST_FRAMES, MOST_FRAMES = 10, 20_000_000
+"""Fewer say nothing of any parameter; more are five hours at 1 kHz, and fill the memory."""
+
 
 def assess(
     actuator: Actuator,
@@ -63,12 +66,20 @@ def predicted_experiment(
     """A recording that has not been made: the command, frame times, and an angle of zeros.
 
     ``like`` is a recording of the same bench, whose frame rate, exposure and settings it takes.
+    Raises InputError where the command is too short or too long to be filmed.
     """
     if like is not None:
         frame_rate_hz = 1.0 / float(np.median(np.diff(like.time_s)))
         exposure_s = like.exposure_s
     start = float(excitation.time_s[0])
-    frames = int((excitation.duration_s - exposure_s) * frame_rate_hz)
+    lasts = (excitation.duration_s - exposure_s) * frame_rate_hz
+    if not FEWEST_FRAMES <= lasts <= MOST_FRAMES:
+        raise InputError(
+            f"the command lasts {excitation.duration_s:.3g} s, which is {max(lasts, 0.0):.3g} "
+            f"frames at {frame_rate_hz:.4g} Hz; expected {FEWEST_FRAMES} to {MOST_FRAMES:,}, so "
+            f"check the unit of its times or give another frame rate"
+        )
+    frames = int(lasts)
     time_s = start + 0.5 * exposure_s + np.arange(frames) / frame_rate_hz
     fresh = Recording(
         "predicted",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import importlib.util
 import sys
@@ -60,9 +61,11 @@ def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
     """Check identifiers against the catalogue and return them in the catalogue's order."""
     for name in ids:
         if name not in effects:
+            close = difflib.get_close_matches(name, effects, n=1)
+            meant = f" (did you mean {close[0]}?)" if close else ""
             raise InputError(
-                f"unknown effect {name!r}; expected one of {', '.join(effects)}: choose from these "
-                f"or bring your own with --plugin FILE.py"
+                f"unknown effect {name!r}{meant}; expected one of {', '.join(effects)}: choose "
+                f"from these or bring your own with --plugin FILE.py"
             )
     wanted = set(ids)
     return [name for name in effects if name in wanted]

@@ -12,6 +12,7 @@ import ast
 import hashlib
 import importlib.util
 import inspect
+import logging
 import os
 import sys
 import tempfile
@@ -93,6 +94,10 @@ def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
         path = cache_folder() / f"{name}.py"
         if not path.is_file():
             write_text(path, text)
+            logging.getLogger("servosight").info(
+                "compiling the equations of %d effects, once; this takes up to a minute",
+                len(effects),
+            )
         spec = importlib.util.spec_from_file_location(name, path)
         if spec is None or spec.loader is None:  # pragma: no cover - a .py path always has both
             raise RuntimeError(f"cannot import {path}")

@@ -158,3 +158,16 @@ def test_a_horn_beside_the_surface_is_passed_over(
     assert main(line) == 0
     assert '"schema": 1' in alone
     assert '"schema": 1' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(1e-12, "check the unit of its times"), (1e9, "time_ms or time_us")]
+)
+def test_a_command_in_another_unit_of_time_is_refused(
+    factor: float, words: str, card: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = tmp_path / "command.csv"
+    rows = "".join(f"{0.02 * i * factor!r},{i % 7}\n" for i in range(1, 60))
+    command.write_text("time_s,command_deg\n" + rows)
+    assert main(["excite", "--check", str(command), "--model", str(card)]) == 2
+    assert words in capsys.readouterr().err

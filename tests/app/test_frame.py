@@ -13,12 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servosight import __version__
 from servosight.app.commands import COMMANDS
 from servosight.app.main import main
 from servosight.app.output import progress, write_json
 from servosight.models.core import InputError, json_text
+from servosight.models.effects import catalogue
 
-NAMES = ["demo", "simulate", "import", "track", "identify", "compare", "diagnose", "add", "effects"]
+NAMES = [
+    *("demo", "simulate", "import", "track", "identify", "compare", "diagnose", "add", "effects"),
+    "predict",
+]
 HEAVY = ("numpy", "scipy", "numba", "rich", "mujoco", "cv2", "av", "matplotlib", "OpenGL")
 
 
@@ -242,3 +247,31 @@ def test_progress_is_shown_on_a_terminal_only(
         show("step", 1, 2)
     assert "work: step" in terminal.text
     assert "1/2" in terminal.text
+
+
+def test_python_runs_the_package() -> None:
+    words = [sys.executable, "-m", "servosight", "--version"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.stdout == f"servosight {__version__}\n"
+
+
+def test_effects_on_a_line_each(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "--list"]) == 0
+    names, lines = list(catalogue()), capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[:-1]] == names
+    assert len(lines) == len(names) + 1
+
+
+def test_quiet_prints_json_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "backlash", "--quiet", "--json", "-"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["effects"][0]["id"] == "backlash"
+    assert captured.err == ""
+
+
+def test_a_misspelt_effect_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "did you mean backlash?" in said(capsys, 2, ["effects", "baklash"])
+
+
+def test_long_words_are_shortened(capsys: pytest.CaptureFixture[str]) -> None:
+    assert len(said(capsys, 2, ["effects", "y" * 5000])) < 2000

@@ -39,6 +39,8 @@ LINES: dict[str, list[str]] = {
 """Commands to kill; IN is a folder of inputs, OUT an own folder of outputs."""
 VARYING = (b'"seconds"', b"seconds =", b"servosight ")
 """What a line holds that no second run repeats."""
+EARLIEST_S = 0.02
+"""Before this the new process may still be a copy of this one, which takes the signal itself."""
 STARTED_S = 0.15
 """Before this the interpreter itself may be at its start, where Python ends in its own way."""
 
@@ -136,7 +138,7 @@ def random_kills(count: int, seed: int, names: list[str], longest_s: float) -> I
         yield Kill(
             names[index % len(names)],
             SIGNALS[(index // len(names)) % len(SIGNALS)],
-            longest_s * rng.random() ** 2,
+            EARLIEST_S + (longest_s - EARLIEST_S) * rng.random() ** 2,
         )
 
 
