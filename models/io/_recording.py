@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import tomli_w
 
 from servosight.models.core import (
     Array,
@@ -16,18 +13,14 @@ from servosight.models.core import (
     Recording,
     Stream,
     check_path,
-    new_folder,
     plain_name,
-    write_text,
 )
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
-from servosight.models.io._csv import Sheet, read_sheet, table_text
+from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io._series import DEGREES, SECONDS, Series
-from servosight.models.io._settings import FORMAT, Settings, read_recording_settings
+from servosight.models.io._settings import Settings, read_recording_settings
 
-FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
-"""What ``save_recording`` writes."""
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings by which a video is told from a table that cannot be read."""
 EXPOSURE_SHARE = 1.5
@@ -174,60 +167,6 @@ def recording_of(
 
 def _stream(s: Streams) -> Stream:
     return Stream(s.time.values, s.angle.values, None if s.sigma is None else s.sigma.values)
-
-
-def save_recording(
-    recording: Recording,
-    folder: Path,
-    *,
-    extra: Mapping[str, Any] | None = None,
-    force: bool = False,
-) -> None:
-    """Write a recording's folder, whole or not at all; ``extra`` are more keys of recording.toml.
-
-    A folder that is not empty is replaced only with ``force``, and only if it holds nothing but a
-    recording's files. Reading it gives the same numbers to the last bit (with a ``unit_scale`` in
-    the details, to the last digit). The video stays where it is.
-    """
-    table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
-    table.pop("command_hold", None)
-    table["hold"] = recording.hold
-    for key in ("relative_gain", "relative_load"):
-        if getattr(recording, key) != 1.0 or key in table:
-            table[key] = getattr(recording, key)
-    if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
-        table["offset_sigma_s"] = recording.offset_sigma_s
-    if recording.exposure_s > 0.0:
-        table["camera"] = {**table.get("camera", {}), "exposure_s": recording.exposure_s}
-    scale = float(table.get("unit_scale", 1.0))
-    command = table_text(
-        ("time_s", "command_deg"), (recording.command_time_s, recording.command_deg / scale)
-    )
-    with new_folder(folder, FILES, force=force) as fresh:
-        write_text(fresh / "recording.toml", tomli_w.dumps(table))
-        write_text(fresh / "command.csv", command)
-        surface = Stream(recording.time_s, recording.angle_deg, recording.sigma_deg)
-        for file, stream in (("angle.csv", surface), ("horn.csv", recording.horn)):
-            if stream is None:
-                continue
-            sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
-            write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
-        shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
-
-
-def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:
-    """Write ``time_s,angle_deg[,sigma_deg]`` (samples,), whole or not at all."""
-    write_text(path, angle_text(time_s, angle_deg, sigma_deg))
-
-
-def angle_text(time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> str:
-    """``time_s,angle_deg[,sigma_deg]`` (samples,) as CSV."""
-    header = ["time_s", "angle_deg"]
-    columns = [time_s, angle_deg]
-    if sigma_deg is not None:
-        header.append("sigma_deg")
-        columns.append(sigma_deg)
-    return table_text(header, columns)
 
 
 def series_of(sheet: Sheet, name: str, values: Array, raw: Array) -> Series:

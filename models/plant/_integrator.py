@@ -6,9 +6,9 @@ core, taken by Cox and Matthews' fourth-order scheme. A step ends where friction
 (which then sticks exactly), where a term has a kink, where the motion turns round in front of a
 play, and at every row of the command.
 
-This file is compiled into the plant kernel (codegen.py): the terms come from ``terms.py``, of which
-the generated kernel holds the version for a registry of effects. States travel as tuples, in and
-out, so that the compiler keeps them in registers.
+This file and ``_steps.py`` are compiled into the plant kernel (_codegen.py): the terms come from
+``_terms.py``, of which the generated kernel holds the version for a registry of effects. States
+travel as tuples, in and out, so that the compiler keeps them in registers.
 """
 
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
@@ -19,13 +19,22 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from servosight.models.plant._linear_core import core_update, cubic, cubic_root, doubled, quintic
+from servosight.models.plant._linear_core import cubic_root, quintic
+from servosight.models.plant._steps import (
+    SLIDING_FREE,
+    TINY,
+    break_away,
+    coast,
+    core_updates,
+    first_kink,
+    friction_excess,
+    net_torque,
+    rest_in_place,
+    slide,
+)
 from servosight.models.plant._terms import (
     N_COMMAND,
     N_MEMORY,
-    N_SWITCHES,
-    add_scaled,
-    between_states,
     command_chain,
     command_start,
     flags,
@@ -41,7 +50,6 @@ from servosight.models.plant._terms import (
     has_switches,
     has_varying_friction,
     keep_memory,
-    kinks,
     latency,
     longest_step,
     memory_commit,
@@ -52,157 +60,11 @@ from servosight.models.plant._terms import (
     unpack,
 )
 
-SLIDING_FREE = 2  # no friction at all; else -1, +1 for the direction of sliding and 0 for stuck
-_TINY = 1e-12
 _GROWTH = 2.0  # of a step over the last one, once the fast pole has died away
 _EDGE = 1e-6  # a switch this close to the end of a step (as a share of it) is at its end
 
 
-@njit
-def _net(p, on, theta, w, z, force, mode):
-    """Acceleration [deg/s^2] with friction opposing ``mode``, and the rates of the states."""
-    T = p[1]
-    drive, load, reaction, share, rates = torques(p, on, force, theta, w, z)
-    torque = drive - load - 2.0 * p[2] * T * w
-    if mode != SLIDING_FREE:
-        torque -= mode * friction_size(p, on, max(mode * w, 0.0), drive, load)
-    return (torque - reaction) / (T * T * (1.0 - share)), rates
-
-
-@njit
-def _excess(p, on, theta, z, force):
-    """At rest: torque beyond what friction holds (negative while stuck), its sign, the rates."""
-    drive, load, reaction, _, rates = torques(p, on, force, theta, 0.0, z)
-    torque = drive - load - reaction
-    held = friction_size(p, on, 0.0, drive, load)
-    return abs(torque) - held, 1 if torque > 0.0 else -1, rates
-
-
-@njit
-def _slide(p, on, x, z, a0, r0, h, force, slope, mode, core, half, full):
-    """One step of h [s] from x = (theta, w) and states z (Cox and Matthews 2002, eq. 26 to 29).
-
-    ``a0`` and ``r0`` are acceleration and rates of the states there. Returns (theta, w), states,
-    acceleration and rates at the end.
-    """
-    stiffness, damping = core
-    theta, w = x
-    middle = force + 0.5 * h * slope
-    end = force + h * slope
-    n0 = a0 + stiffness * theta + damping * w
-
-    theta_a = half[0] * theta + half[1] * w + half[4] * n0
-    w_a = half[2] * theta + half[3] * w + half[5] * n0
-    acceleration, ra = _net(p, on, theta_a, w_a, add_scaled(z, 0.5 * h, r0), middle, mode)
-    na = acceleration + stiffness * theta_a + damping * w_a
-
-    theta_b = half[0] * theta + half[1] * w + half[4] * na
-    w_b = half[2] * theta + half[3] * w + half[5] * na
-    acceleration, rb = _net(p, on, theta_b, w_b, add_scaled(z, 0.5 * h, ra), middle, mode)
-    nb = acceleration + stiffness * theta_b + damping * w_b
-
-    theta_c = half[0] * theta_a + half[1] * w_a + half[4] * (2.0 * nb - n0)
-    w_c = half[2] * theta_a + half[3] * w_a + half[5] * (2.0 * nb - n0)
-    acceleration, rc = _net(p, on, theta_c, w_c, add_scaled(z, h, rb), end, mode)
-    nc = acceleration + stiffness * theta_c + damping * w_c
-
-    nm = 0.5 * (na + nb)
-    linear = -3.0 * n0 + 4.0 * nm - nc
-    square = 2.0 * n0 - 4.0 * nm + 2.0 * nc
-    x1 = (
-        full[0] * theta + full[1] * w + full[4] * n0 + full[6] * linear + full[8] * square,
-        full[2] * theta + full[3] * w + full[5] * n0 + full[7] * linear + full[9] * square,
-    )
-    z1 = _weighted(z, h, r0, ra, rb, rc)
-    a1, r1 = _net(p, on, x1[0], x1[1], z1, end, mode)
-    return x1, z1, a1, r1
-
-
-@njit
-def _weighted(z, h, r0, ra, rb, rc):
-    """The classical Runge-Kutta sum."""
-    outer = add_scaled(add_scaled(z, h / 6.0, r0), h / 6.0, rc)
-    return add_scaled(add_scaled(outer, h / 3.0, ra), h / 3.0, rb)
-
-
-@njit
-def _updates(T, xi, h, exact):
-    """The core's updates over half of h [s] and over h; exact steps want the second alone."""
-    if exact:
-        full = core_update(T, xi, h)
-        return full, full
-    half = core_update(T, xi, 0.5 * h)
-    return half, doubled(half)
-
-
-@njit
-def _coast(x, h, force, slope, core, full):
-    """The exact step of the plain linear core under a force that rises along a line."""
-    stiffness, damping = core
-    n0 = stiffness * force
-    rise = stiffness * slope * h
-    theta = full[0] * x[0] + full[1] * x[1] + full[4] * n0 + full[6] * rise
-    w = full[2] * x[0] + full[3] * x[1] + full[5] * n0 + full[7] * rise
-    a0 = n0 - stiffness * x[0] - damping * x[1]
-    return (theta, w), a0, n0 + rise - stiffness * theta - damping * w
-
-
-@njit
-def _rest(p, on, theta, z, h, force, slope):
-    """Advance the states by h [s] while the motor is stuck; states, rates at both ends."""
-    middle = force + 0.5 * h * slope
-    _, _, r0 = _excess(p, on, theta, z, force)
-    _, _, ra = _excess(p, on, theta, add_scaled(z, 0.5 * h, r0), middle)
-    _, _, rb = _excess(p, on, theta, add_scaled(z, 0.5 * h, ra), middle)
-    _, _, rc = _excess(p, on, theta, add_scaled(z, h, rb), force + h * slope)
-    z1 = _weighted(z, h, r0, ra, rb, rc)
-    _, _, r1 = _excess(p, on, theta, z1, force + h * slope)
-    return z1, r0, r1
-
-
-@njit
-def _break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
-    """When in (0, h] the torque first exceeds what friction holds; h where it does not [s]."""
-    if _excess(p, on, theta, z1, force + h * slope)[0] <= 0.0:
-        return h
-    low, high = 0.0, h
-    for _ in range(48):
-        tau = 0.5 * (low + high)
-        if _excess(p, on, theta, between_states(tau, h, z, r0, z1, r1), force + tau * slope)[0] > 0:
-            high = tau
-        else:
-            low = tau
-    return high
-
-
-@njit
-def _onward(w, mode):
-    """The speed, or rest where the motion has passed the point at which friction stops it."""
-    return w if mode == SLIDING_FREE else mode * max(mode * w, 0.0)
-
-
-@njit
-def _first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
-    """Earliest instant in (0, h] at which a term passes a kink; h where none does [s]."""
-    before = kinks(p, on, force, x[0], x[1], z)
-    after = kinks(p, on, force + h * slope, x1[0], _onward(x1[1], mode), z)
-    first = h
-    for i in range(N_SWITCHES):
-        if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < _TINY:
-            continue  # not passed, or by no more than rounding, as where the motion dies away there
-        low, high = 0.0, first
-        for _ in range(40):
-            tau = 0.5 * (low + high)
-            theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
-            w = _onward(cubic(tau, h, x[1], a0, x1[1], a1), mode)
-            if before[i] * kinks(p, on, force + tau * slope, theta, w, z)[i] > 0.0:
-                low = tau
-            else:
-                high = tau
-        first = high
-    return first
-
-
+# One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
 def _row(row_values, times, values, linear, samples, horn, step, longest, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out.
@@ -237,7 +99,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
     memory = np.full(N_MEMORY + 1, p[4])
     x = (p[4], p[5])
     z = start_states(p)
-    half, full = _updates(T, xi, step, exact)
+    half, full = core_updates(T, xi, step, exact)
     known = step  # the step for which full and half hold
     mode = SLIDING_FREE
     if friction:
@@ -252,7 +114,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
     budget = 100_000 + int(20.0 * ((stop - t) / step + len(times)))
     while n < len(samples):
         # The command's next straight piece.
-        while row + 1 < len(times) and times[row + 1] + shift - t <= _TINY:
+        while row + 1 < len(times) and times[row + 1] + shift - t <= TINY:
             row += 1
         slope = 0.0
         if row < 0:
@@ -271,7 +133,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
             value, slope, horizon = command_chain(
                 p, on, value, slope, horizon, last, piece_value, piece_slope
             )
-        horizon = max(min(horizon, stop - t + step), 2.0 * _TINY)
+        horizon = max(min(horizon, stop - t + step), 2.0 * TINY)
         budget -= 1
         if budget < 0:
             out[n:] = np.nan
@@ -281,7 +143,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
         gone = 0.0
         reach = step
 
-        while horizon - gone > _TINY and n < len(samples):
+        while horizon - gone > TINY and n < len(samples):
             budget -= 1
             if budget < 0:
                 out[n:] = np.nan
@@ -291,13 +153,13 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
             now = force + gone * rise
             stopped = False
             if mode == 0:
-                beyond, direction, _ = _excess(p, on, x[0], z, now)
+                beyond, direction, _ = friction_excess(p, on, x[0], z, now)
                 if beyond > 0.0:
                     mode = direction
                     limit = step
             a0, r0 = 0.0, z
             if mode != 0 and not exact:
-                a0, r0 = _net(p, on, x[0], x[1], z, now, mode)
+                a0, r0 = net_torque(p, on, x[0], x[1], z, now, mode)
             if eventless:  # straight to the next sample, if that is beyond the step
                 limit = max(limit, samples[n] - t - gone)
             if paced:
@@ -307,24 +169,24 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                 h = left / math.ceil(left / limit - _EDGE)
             reach = max(step, min(_GROWTH * h, longest))
             if mode == 0:
-                z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
+                z1, r0, r1 = rest_in_place(p, on, x[0], z, h, now, rise)
                 if not states and rise == 0.0:
                     h = left
                 else:
-                    tau = _break_away(p, on, x[0], z, z1, r0, r1, h, now, rise)
+                    tau = break_away(p, on, x[0], z, z1, r0, r1, h, now, rise)
                     if tau < h:
                         h = max(tau, _EDGE * h)
-                        z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
+                        z1, r0, r1 = rest_in_place(p, on, x[0], z, h, now, rise)
                 x1, a0, a1 = (x[0], 0.0), 0.0, 0.0
             else:
-                if abs(h - known) > _TINY:
-                    half, full = _updates(T, xi, h, exact)
+                if abs(h - known) > TINY:
+                    half, full = core_updates(T, xi, h, exact)
                     known = h
                 if exact:
-                    x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
+                    x1, a0, a1 = coast(x, h, now - mode * held, rise, core, full)
                     z1, r0, r1 = z, z, z
                 else:
-                    x1, z1, a1, r1 = _slide(
+                    x1, z1, a1, r1 = slide(
                         p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
                     )
                 tau = h
@@ -332,7 +194,7 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                     tau = cubic_root(h, x[1], a0, x1[1], a1)
                     stopped = True
                 if switching:
-                    kink = _first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
+                    kink = first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
                     if kink < tau:
                         tau = kink
                         stopped = False
@@ -349,11 +211,11 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                     h = tau
                     reach = step
                     known = -1.0
-                    half, full = _updates(T, xi, h, exact)
+                    half, full = core_updates(T, xi, h, exact)
                     if exact:
-                        x1, a0, a1 = _coast(x, h, now - mode * held, rise, core, full)
+                        x1, a0, a1 = coast(x, h, now - mode * held, rise, core, full)
                     else:
-                        x1, z1, a1, r1 = _slide(
+                        x1, z1, a1, r1 = slide(
                             p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
                         )
                 elif stopped and tau <= _EDGE * h:
@@ -362,12 +224,12 @@ def _row(row_values, times, values, linear, samples, horn, step, longest, out):
                         h = _EDGE * h
                     x1, a0, a1 = (x[0], 0.0), 0.0, 0.0
                     x = x1
-                    z1, r0, r1 = _rest(p, on, x[0], z, h, now, rise)
+                    z1, r0, r1 = rest_in_place(p, on, x[0], z, h, now, rise)
                 if stopped:
                     x1 = (x1[0], 0.0)
 
             # What falls into this step.
-            while n < len(samples) and samples[n] <= t + gone + h + _TINY:
+            while n < len(samples) and samples[n] <= t + gone + h + TINY:
                 tau = min(max(samples[n] - t - gone, 0.0), h)
                 if shaft and not horn:
                     angle = quintic(tau, h, z[0], z[1], r0[1], z1[0], z1[1], r1[1])

@@ -10,7 +10,8 @@ import numpy as np
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant._codegen import Layout, kernel, not_compiled
+from servosight.models.plant._codegen import kernel, not_compiled
+from servosight.models.plant._layout import Layout
 
 STEP_SHARE = 0.2
 """Default step as a share of the time constant T."""

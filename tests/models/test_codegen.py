@@ -13,7 +13,8 @@ import pytest
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects import Cues, Effect, Place, catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.plant._codegen import Layout, cache_folder, source
+from servosight.models.plant._codegen import cache_folder, source
+from servosight.models.plant._layout import Layout
 
 STIMULUS = Stimulus(
     np.array([0.0, 0.05, 0.2]),

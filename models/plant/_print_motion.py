@@ -1,0 +1,114 @@
+"""The kernel's functions within a step: torques, kinks, friction and the surface's angle."""
+
+from __future__ import annotations
+
+from servosight.models.effects import Effect, Place
+from servosight.models.plant._calls import Slots, function, symbol
+
+
+def _reducer(slots: Slots) -> list[str]:
+    """Lines that compute the angle behind the reducer, ``felt``."""
+    chain = [
+        f"if on[{i}]:\n    felt = {slots.hysteresis(i, effect, 'felt')}"
+        for i, effect in slots.at(Place.REDUCER)
+    ]
+    return ["felt = theta", *slots.guarded(Place.REDUCER, chain)]
+
+
+def _feedback(slots: Slots) -> list[str]:
+    """Lines that compute ``e`` from force and ``felt`` through the feedback terms."""
+    lines = []
+    for i, effect in slots.at(Place.FEEDBACK):
+        call = f"{symbol(effect, 'term')}(felt, {slots.values(i)})"
+        lines.append(f"if on[{i}]:\n    felt = {call}")
+    return [*slots.guarded(Place.FEEDBACK, lines), "e = force - felt"]
+
+
+def _load(slots: Slots) -> list[str]:
+    """Lines that sum the torques on the motor's side, ``load``."""
+    loads = [slots.stateful(i, f, "theta, w", "load", "+=") for i, f in slots.at(Place.LOAD)]
+    bristles = [
+        f"if on[{i}]:\n    load += {slots.hysteresis(i, effect)}"
+        for i, effect in slots.at(Place.BRISTLE)
+    ]
+    return [
+        "load = 0.0",
+        *slots.guarded(Place.LOAD, loads),
+        *slots.guarded(Place.BRISTLE, bristles),
+    ]
+
+
+def torques(slots: Slots) -> str:
+    """What acts on the motor at an instant, and the rates of all states."""
+    rates = [f"r{i}" for i in range(slots.n_states)]
+    lines = [f"{rate} = 0.0" for rate in rates]
+    lines += _reducer(slots) + _feedback(slots)
+    drives = [slots.stateful(i, f, "e, w", "e", "=") for i, f in slots.at(Place.DRIVE)]
+    lines += slots.guarded(Place.DRIVE, drives)
+    lines += _load(slots)
+    lines.append("reaction = 0.0\nshare = 0.0")
+    for i, effect in slots.at(Place.SHAFT):
+        call = f"{symbol(effect, 'term')}(theta, w, p[1], z[0], z[1], {slots.values(i)})"
+        lines.append(f"if on[{i}]:\n    reaction, share, r0, r1 = {call}")
+    rates += ["0.0"] * (slots.n_slots - slots.n_states)
+    end = f"return e, load, reaction, share, ({', '.join(rates)})"
+    return function("torques(p, on, force, theta, w, z)", lines, end)
+
+
+def switches(slots: Slots) -> str:
+    """The chain of ``torques`` once more, with each switch ahead of its own term."""
+    lines = ["felt = theta"]
+    names: list[str] = []
+
+    def watch(index: int, effect: Effect, leading: str) -> None:
+        if effect.switch is None:
+            return
+        first = slots.state[effect.id]
+        kept = "".join(f"z[{first + j}], " for j in range(effect.states + effect.memory))
+        name = f"g{len(names)}"
+        call = f"{symbol(effect, 'switch')}({leading}, {kept}{slots.values(index)})"
+        lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
+        names.append(name)
+
+    for i, effect in slots.at(Place.REDUCER):
+        watch(i, effect, "felt")
+        lines.append(f"if on[{i}]:\n    felt = {slots.hysteresis(i, effect, 'felt')}")
+    lines += _feedback(slots)
+    for i, effect in slots.at(Place.DRIVE):
+        watch(i, effect, "e, w")
+        lines.append(slots.stateful(i, effect, "e, w", "e", "="))
+    lines += _load(slots)
+    for i, effect in slots.at(Place.FRICTION):
+        watch(i, effect, "abs(w), e, load")
+    end = f"return ({', '.join([*names, '1.0'])},)"
+    return function("kinks(p, on, force, theta, w, z)", lines, end)
+
+
+def friction(slots: Slots) -> str:
+    """The size of all friction."""
+    terms = [
+        f"if on[{i}]:\n    size += {symbol(e, 'term')}(speed, drive, load, {slots.values(i)})"
+        for i, e in slots.at(Place.FRICTION)
+    ]
+    lines = ["size = 0.0", *terms]
+    return function("friction_size(p, on, speed, drive, load)", lines, "return size")
+
+
+def output(slots: Slots) -> str:
+    """The angle behind the reducer and behind the transmission, and what the latter remembers."""
+    show, keep = [], []
+    for slot, (i, effect) in enumerate(slots.at(Place.TRANSMISSION)):
+        line = f"angle = {symbol(effect, 'term')}(angle, memory[{slot}], {slots.values(i)})"
+        show.append(f"if on[{i}]:\n    {line}")
+        keep.append(f"if on[{i}]:\n    {line}\nmemory[{slot}] = angle")
+    return "\n\n".join(
+        [
+            function("reducer_angle(p, on, theta, z)", _reducer(slots), "return felt"),
+            function(
+                "output_chain(p, on, angle, memory)",
+                slots.guarded(Place.TRANSMISSION, show),
+                "return angle",
+            ),
+            function("memory_commit(p, on, angle, memory)", keep, "return"),
+        ]
+    )
