@@ -130,9 +130,12 @@ def test_what_cannot_be_had_is_one_sentence(
         ("time_s,angle_deg\n0,1\n", "row 1: no column command_deg"),
         (
             "time_s,command_deg\n0,1\n0,2\n",
-            "row 3: expected finite numbers and a time_s that rises",
+            "row 3: column time_s is 0 and time stands still .* expected rising time",
         ),
-        ("time_s,command_deg\n0,nan\n1,2\n", "row 2: expected finite"),
+        (
+            "time_s,command_deg\n0,nan\n1,2\n",
+            "row 2: column command_deg is nan, expected a finite number",
+        ),
         ("time_s,command_deg\n0,1\n1,1\n", "never moves"),
     ],
 )
