@@ -1,0 +1,8 @@
+"""``python -m servosight`` is the command ``servosight``."""
+
+import sys
+
+from servosight.app.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())
