@@ -102,7 +102,7 @@ def test_a_picture_on_its_head_was_read_from_its_last_row_up(
 
 @pytest.mark.parametrize(
     ("yaw_deg", "told"),
-    [(0.0, "look along the hinge's axis"), (2.0, "a little off"), (30.0, "off the hinge's axis")],
+    [(0.0, "look along the axis"), (2.0, "slightly off"), (30.0, "deg off the axis of rotation")],
 )
 def test_a_tilt_is_told_by_all_frames(tmp_path: Path, yaw_deg: float, told: str) -> None:
     """A camera that looks aslant: 2 deg, of which the features of the swing tell nothing, would

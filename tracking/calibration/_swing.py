@@ -63,8 +63,8 @@ class Swing:
         return float(np.std(self.angle_rad - self.rigid_rad))
 
     @property
-    def tells(self) -> bool:
-        """True where the picture is surely not the plane: what it mends outweighs its doubt."""
+    def significant(self) -> bool:
+        """True where the picture is surely not the plane: its correction is well above its sigma."""
         return self.gain_rad > _SURE * float(np.sqrt(np.mean(self.doubt_rad**2)))
 
     def shared_at(self, angle_rad: Array) -> Array:

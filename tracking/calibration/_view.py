@@ -1,4 +1,4 @@
-"""How the camera looks at the surface: as calibrated, else as the swing tells, else along the axis.
+"""How the camera looks at the surface: as calibrated, else as the swing shows, else along the axis.
 
 Only the frames from which the surface is found are resampled into the plane; angles are measured
 on the pictures' own pixels, whose places in the plane are a table.
@@ -25,7 +25,7 @@ _LEAN = 3.0
 
 @dataclass(frozen=True)
 class View:
-    """The plane that the tracker works in, what the swing told of it, and that in a sentence.
+    """The plane that the tracker works in, what the swing shows of it, and a sentence on it.
 
     ``calibrated`` says that a calibration gave it.
     """
@@ -37,7 +37,7 @@ class View:
 
     @property
     def found(self) -> bool:
-        """Whether the plane is the one that the swing told."""
+        """Whether the plane is the one found from the swing."""
         return self.swing is not None and self.plane is self.swing.plane
 
     def shared_rad(self, angle_rad: Array) -> Array:
@@ -63,23 +63,23 @@ def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> Vi
         return View(
             flat,
             None,
-            "the swing is too small to tell whether the camera looks along the hinge's axis: "
-            "measured as if it did; `servosight calibrate` tells it",
+            "the swing is too small to show whether the camera looks along the axis of rotation: "
+            "measured as if it did; `servosight calibrate` measures it",
         )
     doubt_deg = float(np.rad2deg(swing.doubt_rad.max()))
-    if not swing.tells:
+    if not swing.significant:
         return View(
             flat,
             swing,
-            f"camera taken to look along the hinge's axis: the swing tells no tilt, and leaves "
-            f"{doubt_deg:.2g} deg (one sigma) for what one could do to the angle",
+            f"camera assumed to look along the axis of rotation: the swing shows no tilt, and one "
+            f"too small to show changes the angle by at most {doubt_deg:.2g} deg (one sigma)",
         )
     tilt = swing.plane.tilt_deg(np.array(swing.pivot_px))
     return View(
         swing.plane,
         swing,
-        f"camera {tilt:.3g} deg off the hinge's axis, found from the swing and corrected: without "
-        f"that angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms",
+        f"camera {tilt:.3g} deg off the axis of rotation, found from the swing and corrected: "
+        f"without that angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms",
     )
 
 
