@@ -75,7 +75,7 @@ def test_a_swing_tells_plane_pivot_and_angles(yaw: float, pitch: float) -> None:
     angles = np.array([0.0, -18, -12, -6, 4, 9, 14, 20])
     swing = swing_of(seen_from(yaw, pitch), angles, noise_px=0.1)
     assert swing is not None
-    assert swing.tells
+    assert swing.significant
     error = np.rad2deg(swing.angle_rad) - angles
     sigma = np.rad2deg(np.hypot(swing.doubt_rad, 1e-5))
     assert np.abs(error).max() < 0.02
@@ -102,9 +102,9 @@ def test_doubt_of_a_swing_is_what_repeated_noise_shows() -> None:
 def test_a_camera_on_the_axis_and_a_small_swing_tell_no_plane() -> None:
     axis = swing_of(seen_from(0, 0), np.linspace(0, 20, 8), 0.1)
     assert axis is not None
-    assert not axis.tells
+    assert not axis.significant
     small = swing_of(seen_from(10, 0), np.linspace(0, 1.5, 8), 0.1)
-    assert small is None or not small.tells
+    assert small is None or not small.significant
 
 
 def test_a_known_lens_goes_before_the_swing() -> None:

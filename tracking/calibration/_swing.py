@@ -64,7 +64,7 @@ class Swing:
 
     @property
     def significant(self) -> bool:
-        """True where the picture is surely not the plane: its correction is well above its sigma."""
+        """True where the picture is surely not the plane: the correction exceeds its sigma well."""
         return self.gain_rad > _SURE * float(np.sqrt(np.mean(self.doubt_rad**2)))
 
     def shared_at(self, angle_rad: Array) -> Array:
