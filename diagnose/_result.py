@@ -134,12 +134,12 @@ class Diagnosis(Result):
         bias = last.parameters["bias"]
         shown = {n: one for n, one in last.parameters.items() if isinstance(one, Estimate)}
         first = bias if isinstance(bias, Estimate) else bias[0]
-        fitted = [one.name for one in self.recordings if one.role in ("fit", "split")]
+        fitted = 1 if isinstance(bias, Estimate) else len(bias)  # the fitted ones come first
         return Actuator(
             {**shown, "bias": first},
             last.effects,
             {
-                "fitted_on": fitted,
+                "fitted_on": [one.name for one in self.recordings[:fitted]],
                 "held_out_rmse_deg": last.held_out_rmse_deg,
                 "method": "diagnose",
             },

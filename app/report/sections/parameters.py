@@ -22,13 +22,13 @@ def section(story: Story) -> Section | None:
     if not isinstance(result, Diagnosis):
         return None
     last = result.ladder[-1]
-    fitted = [one.name for one in result.recordings if one.role in ("fit", "split")]
+    names = [one.name for one in result.recordings]
     return Section(
         "parameters",
         "The model in numbers",
         {
             "core": {parameter.name: last.parameters[parameter.name] for parameter in CORE},
-            "rows": [*_rows(last, story.catalogue), *_biases(last, fitted)],
+            "rows": [*_rows(last, story.catalogue), *_biases(last, names)],
             "correlation": _correlation(last),
             "strong": STRONG,
             "warnings": last.warnings,
@@ -57,9 +57,10 @@ def _rows(step: LadderStep, catalogue: Mapping[str, Effect]) -> Iterator[tuple[s
             yield name, estimate, meanings[name]
 
 
-def _biases(step: LadderStep, fitted: list[str]) -> Iterator[tuple[str, Estimate, str]]:
+def _biases(step: LadderStep, names: list[str]) -> Iterator[tuple[str, Estimate, str]]:
+    """One bias for each fitted recording: they come first."""
     bias = step.parameters["bias"]
     biases = (bias,) if isinstance(bias, Estimate) else bias
-    for name, one in zip(fitted, biases, strict=True):
-        where = f", {name}" if len(fitted) > 1 else ""
+    for name, one in zip(names, biases, strict=False):
+        where = f", {name}" if len(biases) > 1 else ""
         yield "bias", one, f"{OWN[0].meaning}{where}"
