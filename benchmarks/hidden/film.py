@@ -15,7 +15,7 @@ VIDEO = "film.mkv"
 
 
 def film(setup: Setup) -> Recording:
-    """Angle and sigma that the tracker reads off the trial's video, told nothing but the exposure.
+    """Angle and sigma that the tracker measures in the trial's video, given only the exposure time.
 
     The film's first frame starts with the command's clock. Frames that did not measure the angle
     are left out, as ``servosight track`` does.

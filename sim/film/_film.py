@@ -55,7 +55,7 @@ def render_video(
     """Film ``trajectory`` into ``path``, a Matroska file, whole or not at all.
 
     Presentation times are the starts of exposure to the microsecond. ``seed`` draws the sensor, its
-    noise and how the camera shakes; ``progress`` is told (frames done, frames in all). The light
+    noise and how the camera shakes; ``progress`` receives (frames done, frames in all). The light
     goes on when the command first changes. Raises InputError where the camera takes no frame of the
     trajectory or ``path`` cannot be written.
     """
