@@ -2,11 +2,13 @@
 
 In the repository a page links to ``../README.md``, which is outside mkdocs's folder. Here the two
 pages are added under names of their own, links to them are rewritten, and links to other files
-outside the folder become plain text.
+outside the folder become plain text. A line ``:::: servosight.models.core`` becomes a ``:::`` of
+mkdocstrings for each name that the ``__init__.py`` of the package offers.
 """
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 ADDED = {"tour.md": "README.md", "contributing.md": "CONTRIBUTING.md"}
+FACES = "__init__.pyi", "__init__.py"
+MEMBERS = re.compile(r"^:::: (servosight[\w.]*)$", re.MULTILINE)
 LINK = re.compile(r"\[([^]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 
@@ -53,4 +57,20 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
             place = min(place.glob("*.md"))
         return f"[{text}]({depth}{place.relative_to(ROOT / 'docs').as_posix()}{anchor})"
 
-    return LINK.sub(rewritten, markdown)
+    return LINK.sub(rewritten, MEMBERS.sub(members, markdown))
+
+
+def members(match: re.Match[str]) -> str:
+    """A directive for each name that a package offers, in alphabetical order."""
+    package = match[1]
+    folder = ROOT / "src" / Path(*package.split("."))
+    source = next(path for path in map(folder.joinpath, FACES) if path.exists())
+    stub = source.suffix == ".pyi"  # there, every import is an offer
+    names = {
+        alias.name
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+        if stub or alias.asname == alias.name
+    }
+    return "\n\n".join(f"::: {package}.{name}" for name in sorted(names))

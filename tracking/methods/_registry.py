@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import difflib
+from importlib import import_module
 
 from servosight.models.core import InputError
 from servosight.tracking.methods._contract import Method
-from servosight.tracking.methods._marker import marker
-from servosight.tracking.methods._match import match
-from servosight.tracking.methods._refine import refine
+
+_NAMES = (
+    "refine",
+    "match",
+    "marker",
+)
+"""A method NAME is the function ``NAME`` in the file ``_NAME.py`` of this folder."""
 
 METHODS: dict[str, Method] = {
-    "refine": refine,
-    "match": match,
-    "marker": marker,
+    name: getattr(import_module(f"servosight.tracking.methods._{name}"), name) for name in _NAMES
 }
 
 

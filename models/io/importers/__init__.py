@@ -6,11 +6,10 @@ A format is a function ``(path, request) -> Imported``; ``FORMATS`` says which f
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from servosight.models.core import InputError, check_path
-from servosight.models.io.importers._bam import read_bam
-from servosight.models.io.importers._mat import read_mat
 from servosight.models.io.importers._request import (
     Column,
     Imported,
@@ -22,7 +21,16 @@ from servosight.models.io.importers._request import (
 )
 from servosight.models.io.importers._table import read_table
 
-FORMATS: dict[str, Callable[[Path, Request], Imported]] = {".json": read_bam, ".mat": read_mat}
+_READERS = {
+    ".json": "bam",
+    ".mat": "mat",
+}
+"""By the ending of a file's name: NAME is the function ``read_NAME`` in the file ``_NAME.py``."""
+
+FORMATS: dict[str, Callable[[Path, Request], Imported]] = {
+    ending: getattr(import_module(f"servosight.models.io.importers._{name}"), f"read_{name}")
+    for ending, name in _READERS.items()
+}
 """Readers by the ending of the name; whatever else is read as a table of text."""
 
 
