@@ -90,7 +90,8 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("log", "words"),
     [
-        ([], ("entries", "missing")),
+        ([], ("entries", "no table")),
+        ({}, ("entries", "missing")),
         (bam_log(entries=[]), ("entries", "empty")),
         (bam_log(entries=[3] * 60), ("entry 0", "object")),
         (bam_log(40), ("40 samples", "at least 50")),
@@ -98,7 +99,7 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
         (broken(7, position=True), ("entry 7", "position", "number")),
         (broken(7, position=None), ("entry 7", "position", "number")),
         (broken(7, position=math.nan), ("entry 7", "position", "finite")),
-        (broken(7, position=10**400), ("entry 7", "position", "finite")),
+        (broken(7, position=10**400), ("entries", "1329 bits", "at most 64")),
         (broken(7, torque_enable="on"), ("entry 7", "torque_enable", "true or false")),
         (broken(7, timestamp=0.03), ("entry 7", "timestamp", "stands still")),
         (broken(7, timestamp=0.01), ("entry 7", "timestamp", "runs back")),

@@ -84,7 +84,12 @@ def _relative_gain(log: dict[str, Any]) -> float:
 
 
 def _log(path: Path) -> dict[str, Any]:
-    log = read_settings(path, "a log as bam writes it", form="JSON", largest=LARGEST_LOG)
+    log = read_settings(
+        path,
+        "a whole log as bam writes it, with a list of entries",
+        form="JSON",
+        largest=LARGEST_LOG,
+    )
     if not isinstance(log.get("entries"), list) or not log["entries"]:
         raise InputError(
             f"{path}: key entries is missing or empty, expected a list of entries with timestamp, "
