@@ -105,11 +105,17 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def not_negative(text: str) -> float:
-    """A finite number from 0."""
+LARGEST_ERROR_DEG = 1e6
+"""No error of an angle comes near this."""
+
+
+def error_deg(text: str) -> float:
+    """An error of an angle [deg], from 0."""
     value = number(text)
-    if value < 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is negative, expected a number from 0")
+    if not 0.0 <= value <= LARGEST_ERROR_DEG:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is out of range, expected degrees from 0 to {LARGEST_ERROR_DEG:g}"
+        )
     return value
 
 

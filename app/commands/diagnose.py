@@ -14,8 +14,8 @@ from servosight.app.arguments import (
     add_report,
     add_seed,
     any_path,
+    error_deg,
     limit_pair,
-    not_negative,
 )
 from servosight.app.output import check_outputs, console, made, next_command, progress, write_json
 
@@ -52,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="DEG",
-        type=not_negative,
+        type=error_deg,
         help="error that no model is asked to beat (default: 0.05 %% of the moved range)",
     )
     parser.add_argument(

@@ -101,6 +101,7 @@ def test_a_board_of_another_size_is_refused() -> None:
         ("format = 1", "neither a table lens nor a table plane"),
         ("[lens]\nfocal_px = [1, 2, 3]", "lens.focal_px is not 2 numbers"),
         ("[plane]\nonto = [[1, 0, 0], [1, 0, 0], [0, 0, 1]]", "maps the picture to a line"),
+        ("[plane]\nonto = [[1, -1e308, 0], [0, 1, 0], [0, 0, 1]]", "holds -1e.308"),
         ("width = 10\nheight = 10", "calibrate again"),
     ],
 )

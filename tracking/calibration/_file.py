@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from servosight.tracking.calibration._board import Calibration
 
 FORMAT = 1
+LARGEST = 1e9
+"""No length, entry of a matrix or coefficient of a camera comes near this."""
 
 
 def write_camera(path: Path, calibration: Calibration) -> None:
@@ -95,5 +97,10 @@ def _numbers(
         raise InputError(
             f"{source}: key {part}.{key} is not {' x '.join(map(str, shape))} numbers; expected "
             "those that `servosight calibrate` writes."
+        )
+    if np.abs(values).max() > LARGEST:
+        raise InputError(
+            f"{source}: key {part}.{key} holds {values.flat[np.abs(values).argmax()]:g}; expected "
+            f"numbers up to {LARGEST:g}, as `servosight calibrate` writes them."
         )
     return values
