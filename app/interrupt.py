@@ -43,7 +43,7 @@ def install() -> None:
 
 
 def clean_with(cleaner: Callable[[], None]) -> None:
-    """Call ``cleaner`` before the second thread ends the process."""
+    """Call ``cleaner`` before an interrupted process ends."""
     if cleaner not in _cleaners:
         _cleaners.append(cleaner)
 
@@ -62,6 +62,8 @@ def leave(code: int) -> None:
     """End an interrupted process at once; from now on a signal ends any other at once, too."""
     _ending.append(True)
     if _received:
+        for cleaner in _cleaners:  # the signal may have come between a temporary and its block
+            cleaner()
         for stream in (sys.stdout, sys.stderr):
             try:
                 stream.flush()

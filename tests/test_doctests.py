@@ -32,6 +32,8 @@ def test_examples_in_docstrings(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    failed, tried = doctest.testmod(importlib.import_module(name), optionflags=FLAGS)
-    assert tried > 0
+    module = importlib.import_module(name)
+    skipped = "doctest: +SKIP" in Path(str(module.__file__)).read_text(encoding="utf-8")
+    failed, tried = doctest.testmod(module, optionflags=FLAGS)
+    assert tried > 0 or skipped
     assert failed == 0, capfd.readouterr().out

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from servosight.app.arguments import add_force, add_plugins, add_pulse
+from servosight.app.arguments import add_force, add_plugins, add_pulse, any_path
 from servosight.app.output import check_target, console, made, progress
 from servosight.models.base import Kind
 
@@ -13,17 +12,17 @@ from servosight.models.base import Kind
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight report``."""
     parser.add_argument(
-        "result", metavar="DIAGNOSIS.json", type=Path, help="what --json of diagnose wrote"
+        "result", metavar="DIAGNOSIS.json", type=any_path, help="what --json of diagnose wrote"
     )
     parser.add_argument(
         "recordings",
         metavar="REC",
         nargs="*",
-        type=Path,
+        type=any_path,
         help="its recordings, in their order (default: where they were)",
     )
     parser.add_argument(
-        "-o", "--output", metavar="REPORT.html", type=Path, required=True, help="page to write"
+        "-o", "--output", metavar="REPORT.html", type=any_path, required=True, help="page to write"
     )
     add_pulse(parser)
     add_plugins(parser)

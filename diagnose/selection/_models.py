@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import OwnValues, carried_over, own_point, own_values
 from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
@@ -176,6 +177,13 @@ class ModelSelection:
             fit = polish(problem, [trial.fit.outcome.point])
             known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
         return known
+
+    def explained_whole(self, trial: Trial, criterion: AcceptanceCriterion) -> bool:
+        """True where a model explains the data once it is fitted to the validation samples, too."""
+        if self.split.carried:
+            return False
+        floor_deg = criterion.policy.explained * criterion.floor_deg
+        return self.whole(trial).fit.rmse_deg <= floor_deg
 
     def judge(self, fit: Solution) -> Trial:
         """Simulate the recordings that fit or validate at the fitted point."""

@@ -63,8 +63,8 @@ class StepwiseSelector:
                 reached.score
             ):
                 added = self._pair(base, ranked) or added
-            if not added:
-                break
+            if not added or _effects(added[-1]) in map(_effects, steps):
+                break  # nothing earns its place, or only what was taken out again
             steps += added
             steps += self._settled(steps[-1].trial)
             ranked = None
@@ -131,14 +131,7 @@ class StepwiseSelector:
         """True where a model leaves much, and would if it were fitted to validation data too."""
         if not self.criterion.leaves_much(trial.score, linear.score):
             return False
-        return self._unexplained_whole(trial)
-
-    def _unexplained_whole(self, trial: Trial) -> bool:
-        """True where a model does not explain the data even when fitted to the validation's too."""
-        if self.models.split.carried:
-            return True
-        rmse = self.models.whole(trial).fit.rmse_deg
-        return rmse > self.criterion.policy.explained * self.criterion.floor_deg
+        return not self.models.explained_whole(trial, self.criterion)
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """A step for the best single candidate if it earns its place."""
@@ -239,7 +232,13 @@ class StepwiseSelector:
         """
         if not self.criterion.earns(trial.score, smaller.score, 1):
             return False
-        return self.criterion.explained(smaller.score) or self._unexplained_whole(smaller)
+        return self.criterion.explained(smaller.score) or not self.models.explained_whole(
+            smaller, self.criterion
+        )
+
+
+def _effects(step: Step) -> frozenset[str]:
+    return frozenset(step.trial.effects)
 
 
 def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:

@@ -38,7 +38,7 @@ class Recording:
 
     >>> time_s = np.arange(0.0, 2.0, 0.01)
     >>> Recording.from_arrays(time_s=time_s, angle_deg=np.sin(time_s), command_deg=np.sin(time_s))
-    <Recording arrays: 200 samples over 1.99 s, moved 1.00 deg>
+    <Recording arrays: 200 samples over 1.99 s, moved 1.000 deg>
 
     ``command_time_s`` (rows,) and ``command_deg`` (rows,): held between rows (``hold`` "zero")
     or joined by lines ("linear"); before the first row the first value holds, after the last

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import re
@@ -231,7 +232,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             "stopped": "converged",
             "warnings": ["xi: one frequency cannot tell it"],
         }
-        return SimpleNamespace(actuator=ACTUATOR, to_json=lambda: values)
+        return SimpleNamespace(actuator=ACTUATOR, to_dict=lambda: values)
 
     def write_report(path: Path, result: Any, recordings: Any, *rest: Any, **options: Any) -> None:
         path.write_text(f"{len(recordings)} recordings")
@@ -241,7 +242,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         ("servosight.diagnose", "add", add),
         ("servosight.app.report", "write_report", write_report),
     ):
-        monkeypatch.setattr(f"{module}.{name}", function)
+        monkeypatch.setattr(importlib.import_module(module), name, function)
     return kept
 
 

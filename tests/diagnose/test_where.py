@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from servosight.diagnose.residuals import Judged, shares, worst_windows
-from servosight.diagnose.residuals._where import Motion, classify, command_at
+from servosight.diagnose.residuals._where import Motion, classify
 from servosight.models.core import Array, Recording
 
 Shape = Callable[[Array], Array]
@@ -107,10 +106,3 @@ def test_every_sample_has_a_kind() -> None:
 def test_a_servo_that_never_moves_is_at_a_standstill() -> None:
     judged = case(np.zeros_like, bump(2.0))
     assert set(classify(Motion.of(judged), judged.recording.time_s)) == {"standstill"}
-
-
-def test_a_joined_command_is_read_between_its_rows() -> None:
-    held = Recording("c", np.array([0.0, 1.0]), np.array([0.0, 4.0]), np.arange(3.0), np.zeros(3))
-    at = np.array([0.5, 1.0, 1.5])
-    np.testing.assert_allclose(command_at(held, at), [0.0, 4.0, 4.0])
-    np.testing.assert_allclose(command_at(replace(held, hold="linear"), at), [2.0, 4.0, 4.0])

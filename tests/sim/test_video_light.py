@@ -86,7 +86,7 @@ def test_a_shake_has_the_rms_that_was_asked_for() -> None:
 
 
 def test_a_shaken_picture_is_the_picture_moved(layers: Layers) -> None:
-    studio = Studio(layers, VideoSettings(), seed=1)
+    studio = Studio(layers, VideoSettings(shake=Shake(shift_px=1.0)), seed=1)
     shares = np.ones((1, 180))
     rest = light_of(studio.plane, [Pose(5.0, 5.0)], shares)
     moved = light_of(studio.plane, [Pose(5.0, 5.0, None, (3.0, -2.0, 0.0))], shares)
