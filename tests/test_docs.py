@@ -26,7 +26,7 @@ INDENTED = re.compile(r"^ {4,}(?:\$ )?(servosight .*)$", re.MULTILINE)
 INLINE = re.compile(r"(?<!`)`(servosight [^`]+)`(?!`)")
 FOLDERS = "app|benchmarks|diagnose|docs|identify|models|scenarios|sim|tests|tools|tracking"
 FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
-MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z]\w*)", re.MULTILINE)
+MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 
@@ -73,7 +73,9 @@ def test_files_named_are_there(page: Path) -> None:
 
 @pages
 def test_targets_of_make_are_there(page: Path) -> None:
-    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    targets = re.findall(
+        r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE
+    )
     assert set(MAKE.findall(page.read_text(encoding="utf-8"))) <= set(targets)
 
 

@@ -111,7 +111,7 @@ def test_at_a_bound_the_profile_says_how_much_is_allowed(record: Any) -> None:
     assert (gap.value, gap.sigma) == (0.0, None)
     (warning,) = found.warnings
     allowed = re.fullmatch(
-        r"backlash.gap rests on a bound of its range, at most (\S+) deg with 95 % confidence",
+        r"backlash.gap is at a bound of its range, at most (\S+) deg with 95 % confidence",
         warning,
     )
     assert allowed is not None
