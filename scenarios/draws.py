@@ -8,10 +8,9 @@ from hashlib import sha256
 
 import numpy as np
 
-from servosight.models.core import Camera
+from servosight.models.core import Camera, require
 from servosight.models.effects import catalogue
 from servosight.scenarios.scenario import Motion, Response, Scenario
-from servosight.scenarios.toml_table import require
 
 Range = tuple[float, float]
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from servosight.models.core import check_fields, require
 from servosight.models.effects import catalogue
 from servosight.scenarios.camera_settings import check_camera, check_filming
-from servosight.scenarios.toml_table import require
-from servosight.sim.bench import LONGEST_STEP_S, SHORTEST_T_S, STEPS_PER_T
+from servosight.sim.bench import LONGEST_STEP_S, STEPS_PER_T
 from servosight.sim.effects import TWIN_EFFECTS, resolve
 
 if TYPE_CHECKING:
@@ -26,34 +25,15 @@ MAX_FILM_PX = 2e11
 MAX_SINES = 1e7
 """Rows of a multisine's command times its sines."""
 
-_MAX_ANGLE_DEG = 180.0
+LARGEST_DEG = 180.0
 _MAX_UNCATALOGUED = 1e4
-
-_RANGES: Mapping[str, tuple[float, float, str]] = {
-    "duration_s": (1.0, 600.0, "seconds"),
-    "noise_deg": (0.0, 90.0, "degrees"),
-    "servo.k": (-100.0, 100.0, "and not 0"),
-    "servo.T": (SHORTEST_T_S, 2.0, "seconds"),
-    "servo.xi": (0.02, 20.0, "as a ratio"),
-    "servo.bias": (-_MAX_ANGLE_DEG, _MAX_ANGLE_DEG, "degrees"),
-    "motion.amplitude_deg": (-_MAX_ANGLE_DEG, _MAX_ANGLE_DEG, "degrees"),
-    "motion.rate_hz": (1.0, 1e4, "Hz"),
-    "motion.dwell_s": (1e-3, 600.0, "seconds"),
-    "motion.frequency_hz": (1e-3, 5e3, "Hz"),
-    "motion.low_hz": (1e-3, 5e3, "Hz and less than high_hz"),
-    "motion.high_hz": (1e-3, 5e3, "Hz and more than low_hz"),
-}
 
 
 def check_scenario(scenario: Scenario, source: str) -> None:
     """Raise InputError, which names ``source`` and the key, for a value that makes no sense."""
     servo, motion = scenario.servo, scenario.motion
     require(motion.kind in KINDS, source, "motion.kind", motion.kind, f"one of {', '.join(KINDS)}")
-    require(scenario.seed >= 0, source, "seed", scenario.seed, "a whole number from 0")
-    for key, (low, high, unit) in _RANGES.items():
-        table, _, name = key.rpartition(".")
-        value = getattr(getattr(scenario, table) if table else scenario, name)
-        require(low <= value <= high, source, key, value, f"{low:g} to {high:g} {unit}")
+    check_fields(scenario, source)
     require(servo.k != 0.0, source, "servo.k", servo.k, "a gain that is not 0")
     require(
         motion.low_hz < motion.high_hz, source, "motion.low_hz", motion.low_hz, "less than high_hz"
@@ -69,11 +49,11 @@ def check_scenario(scenario: Scenario, source: str) -> None:
 def _check_angles(scenario: Scenario, source: str) -> None:
     reach = abs(scenario.servo.k * scenario.motion.amplitude_deg)
     require(
-        reach <= _MAX_ANGLE_DEG,
+        reach <= LARGEST_DEG,
         source,
         "servo.k",
         scenario.servo.k,
-        f"an angle of at most {_MAX_ANGLE_DEG:g} deg at motion.amplitude_deg = "
+        f"an angle of at most {LARGEST_DEG:g} deg at motion.amplitude_deg = "
         f"{scenario.motion.amplitude_deg:g}",
     )
 

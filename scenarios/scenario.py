@@ -5,31 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 
 from servosight.models import excitation as shapes
-from servosight.models.core import Array, Camera, InputError, read_settings
+from servosight.models.core import (
+    APART,
+    Array,
+    Camera,
+    InputError,
+    read_settings,
+    validated,
+    validated_value,
+    within,
+)
 from servosight.models.excitation import Excitation
 from servosight.scenarios.camera_settings import TABLES, read_filming
-from servosight.scenarios.limits import check_scenario
-from servosight.scenarios.toml_table import read_number, read_table
-from servosight.sim.bench import BenchParameters
+from servosight.scenarios.limits import LARGEST_DEG, check_scenario
+from servosight.sim.bench import SHORTEST_T_S, BenchParameters
 from servosight.sim.effects import resolve
 from servosight.sim.film import VideoSettings
 
-Effects = Mapping[str, Mapping[str, float]]
+_TABLES = Meta(
+    description="one table for each effect",
+    extra={"fix": "write [effects.backlash] and below it gap = 2.0"},
+)
+Effects = Annotated[Mapping[str, Annotated[Mapping[str, float], _TABLES]], _TABLES]
 
 
 @dataclass(frozen=True)
 class Response:
     """The servo's true linear model: k [-], T [s], xi [-], and the angle at zero command [deg]."""
 
-    k: float = 1.0
-    T: float = 0.02
-    xi: float = 0.6
-    bias: float = 0.0
+    k: Annotated[float, within(-100.0, 100.0, "and not 0")] = 1.0
+    T: Annotated[float, within(SHORTEST_T_S, 2.0, "seconds")] = 0.02
+    xi: Annotated[float, within(0.02, 20.0, "as a ratio")] = 0.6
+    bias: Annotated[float, within(-LARGEST_DEG, LARGEST_DEG, "degrees")] = 0.0
 
     def bench(self) -> BenchParameters:
         """A twin that has this model."""
@@ -45,12 +58,12 @@ class Motion:
     """
 
     kind: str = "standard"
-    amplitude_deg: float = 20.0
-    rate_hz: float = 250.0
-    dwell_s: float = 0.8
-    frequency_hz: float = 1.0
-    low_hz: float = 0.5
-    high_hz: float = 9.0
+    amplitude_deg: Annotated[float, within(-LARGEST_DEG, LARGEST_DEG, "degrees")] = 20.0
+    rate_hz: Annotated[float, within(1.0, 1e4, "Hz")] = 250.0
+    dwell_s: Annotated[float, within(1e-3, 600.0, "seconds")] = 0.8
+    frequency_hz: Annotated[float, within(1e-3, 5e3, "Hz")] = 1.0
+    low_hz: Annotated[float, within(1e-3, 5e3, "Hz and less than high_hz")] = 0.5
+    high_hz: Annotated[float, within(1e-3, 5e3, "Hz and more than low_hz")] = 9.0
 
 
 Shape = Callable[[Array, Motion, int], Array]
@@ -73,14 +86,14 @@ class Scenario:
     picture's.
     """
 
-    seed: int = 0
-    duration_s: float = 20.0
-    noise_deg: float = 0.03
+    seed: Annotated[int, Meta(ge=0, description="a whole number from 0")] = 0
+    duration_s: Annotated[float, within(1.0, 600.0, "seconds")] = 20.0
+    noise_deg: Annotated[float, within(0.0, 90.0, "degrees")] = 0.03
     video: bool = False
     servo: Response = field(default_factory=Response)
     motion: Motion = field(default_factory=Motion)
     camera: Camera = field(default_factory=Camera)
-    filming: VideoSettings = field(default_factory=VideoSettings)
+    filming: Annotated[VideoSettings, APART] = field(default_factory=VideoSettings)
     effects: Effects = field(default_factory=dict)
 
     @classmethod
@@ -149,34 +162,13 @@ def parse_settings(texts: Sequence[str]) -> dict[str, float]:
             number: object = float(value) if equals else text
         except ValueError:
             number = value
-        settings[name.strip()] = read_number(number, f"--set {text}: value")
+        settings[name.strip()] = validated_value(number, float, f"--set {text}", "value")
     return settings
 
 
 def _read(table: Mapping[str, Any], source: str) -> Scenario:
-    parts = ("servo", "motion", "camera", *TABLES, "effects")
-    scenario = read_table(Scenario, table, source, "", also=parts)
-    effects = table.get("effects", {})
-    if not isinstance(effects, Mapping) or not all(
-        isinstance(values, Mapping) for values in effects.values()
-    ):
-        raise InputError(
-            f"{source}: key effects is {effects!r}, expected one table for each effect; write "
-            f"[effects.backlash] and below it gap = 2.0"
-        )
     scenario = replace(
-        scenario,
-        servo=read_table(Response, table.get("servo", {}), source, "servo"),
-        motion=read_table(Motion, table.get("motion", {}), source, "motion"),
-        camera=read_table(Camera, table.get("camera", {}), source, "camera"),
-        filming=read_filming(table, source),
-        effects={
-            name: {
-                key: read_number(value, f"{source}: key effects.{name}.{key}")
-                for key, value in values.items()
-            }
-            for name, values in effects.items()
-        },
+        validated(table, Scenario, source, others=TABLES), filming=read_filming(table, source)
     )
     check_scenario(scenario, source)
     return scenario

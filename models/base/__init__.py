@@ -28,3 +28,10 @@ from servosight.models.base._temporary import discard_all as discard_all
 from servosight.models.base._temporary import sweep as sweep
 from servosight.models.base._temporary import temporary_file as temporary_file
 from servosight.models.base._temporary import temporary_folder as temporary_folder
+from servosight.models.base._validate import APART as APART
+from servosight.models.base._validate import check_fields as check_fields
+from servosight.models.base._validate import require as require
+from servosight.models.base._validate import share as share
+from servosight.models.base._validate import validated as validated
+from servosight.models.base._validate import validated_value as validated_value
+from servosight.models.base._validate import within as within

@@ -1,10 +1,12 @@
 """What everything else passes on: errors, parameters, recordings, the actuator and its card."""
 
+from servosight.models.base import APART as APART
 from servosight.models.base import LARGEST_LOG as LARGEST_LOG
 from servosight.models.base import LARGEST_TABLE as LARGEST_TABLE
 from servosight.models.base import MARK as MARK
 from servosight.models.base import InputError as InputError
 from servosight.models.base import Kind as Kind
+from servosight.models.base import check_fields as check_fields
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
 from servosight.models.base import json_text as json_text
@@ -19,9 +21,14 @@ from servosight.models.base import read_bytes as read_bytes
 from servosight.models.base import read_json as read_json
 from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text
+from servosight.models.base import require as require
+from servosight.models.base import share as share
 from servosight.models.base import sweep as sweep
 from servosight.models.base import typed as typed
 from servosight.models.base import unwritable as unwritable
+from servosight.models.base import validated as validated
+from servosight.models.base import validated_value as validated_value
+from servosight.models.base import within as within
 from servosight.models.base import write_bytes as write_bytes
 from servosight.models.base import write_text as write_text
 from servosight.models.core._actuator import Actuator as Actuator

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
+from servosight.models.base import share, within
 from servosight.models.core._arrays import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+LARGEST_SIDE_PX = 4096
 
 
 @dataclass(frozen=True)
@@ -23,15 +29,15 @@ class Camera:
     ``dropped`` [-] the share of frames that are lost; ``clock_seed`` draws both.
     """
 
-    rate_hz: float = 120.0
+    rate_hz: Annotated[float, within(1.0, 1e4, "Hz")] = 120.0
     exposure_s: float = 0.0
     readout_s: float = 0.0
-    width: int = 640
-    height: int = 480
+    width: Annotated[int, within(64, LARGEST_SIDE_PX, "pixels")] = 640
+    height: Annotated[int, within(64, LARGEST_SIDE_PX, "pixels")] = 480
     pivot_px: tuple[float, float] | None = None
     jitter_s: float = 0.0
-    dropped: float = 0.0
-    clock_seed: int = 0
+    dropped: Annotated[float, share(0.5)] = 0.0
+    clock_seed: Annotated[int, Meta(ge=0, description="a whole number from 0")] = 0
 
     def frame_starts(self, duration_s: float, start_s: float = 0.0) -> Array:
         """Start of exposure of each frame [s] that ends within ``duration_s``; shape (frames,).

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.models.core import Array, within
 
 _ROUNDS = 30  # of Newton's iteration; it ends at rounding error after a few
 
@@ -27,8 +28,8 @@ class Lens:
     r' = r (1 + k1 r^2 + k2 r^4); k1 < 0 is a barrel.
     """
 
-    yaw_deg: float = 0.0
-    pitch_deg: float = 0.0
+    yaw_deg: Annotated[float, within(-60.0, 60.0, "degrees")] = 0.0
+    pitch_deg: Annotated[float, within(-60.0, 60.0, "degrees")] = 0.0
     k1: float = 0.0
     k2: float = 0.0
 

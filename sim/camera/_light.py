@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.models.core import Array, share, within
 
 
 @dataclass(frozen=True)
@@ -22,11 +23,11 @@ class Light:
     being 1.
     """
 
-    ramp: float = 1.0
-    flicker: float = 0.0
-    flicker_hz: float = 100.0
-    shadow: float = 0.0
-    glint: float = 0.0
+    ramp: Annotated[float, within(0.0, 10.0, "times the brightness")] = 1.0
+    flicker: Annotated[float, share()] = 0.0
+    flicker_hz: Annotated[float, within(0.1, 1e5, "Hz")] = 100.0
+    shadow: Annotated[float, share()] = 0.0
+    glint: Annotated[float, within(0.0, 100.0, "times white")] = 0.0
 
     def mean(self, from_s: Array, to_s: Array, start_s: float, end_s: float) -> Array:
         """Mean brightness between instants, exactly; the recording is ``start_s`` to ``end_s``.

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Image
+from servosight.models.core import Image, within
 
 Light = NDArray[np.float32]
 
@@ -33,16 +34,16 @@ class Optics:
     of about 2 grey levels in mid grey.
     """
 
-    white_level: float = 235.0
-    dark_level: float = 4.0
-    gain: float = 0.03
-    read_noise_e: float = 25.0
-    pixel_gain_rms: float = 0.005
-    pixel_offset_rms: float = 0.3
-    blur_px: float = 0.6
-    defocus_px: float = 0.0
-    vignetting: float = 0.08
-    gamma: float = 1.0
+    white_level: Annotated[float, within(0.0, 1e3, "grey levels")] = 235.0
+    dark_level: Annotated[float, within(0.0, 1e3, "grey levels, less than white_level")] = 4.0
+    gain: Annotated[float, within(0.0, 10.0, "grey levels an electron")] = 0.03
+    read_noise_e: Annotated[float, within(0.0, 1e4, "electrons")] = 25.0
+    pixel_gain_rms: Annotated[float, within(0.0, 0.2, "of the signal")] = 0.005
+    pixel_offset_rms: Annotated[float, within(0.0, 50.0, "grey levels")] = 0.3
+    blur_px: Annotated[float, within(0.0, 10.0, "pixels")] = 0.6
+    defocus_px: Annotated[float, within(0.0, 20.0, "pixels")] = 0.0
+    vignetting: Annotated[float, within(0.0, 0.9, "of the light")] = 0.08
+    gamma: Annotated[float, within(0.2, 5.0, "")] = 1.0
 
     @property
     def margin_px(self) -> int:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import cv2
 import numpy as np
 
-from servosight.models.core import Image
+from servosight.models.core import Image, within
 
 NAMES = ("ffv1", "mjpeg", "h264")
 TICK = Fraction(1, 1_000_000)
@@ -24,8 +24,8 @@ class Codec:
     """
 
     name: str = "ffv1"
-    quality: int = 80
-    crf: int = 23
+    quality: Annotated[int, within(1, 100, "")] = 80
+    crf: Annotated[int, within(0, 51, "")] = 23
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from servosight.models.core import Camera
+from servosight.models.core import APART, Camera
 from servosight.sim.camera import ROOM_PX, Lens, Optics
 from servosight.sim.camera._light import Light
 from servosight.sim.film._codec import Codec
@@ -31,8 +32,8 @@ class VideoSettings:
     shake: Shake = field(default_factory=Shake)
     indicator: Indicator = field(default_factory=Indicator)
     codec: Codec = field(default_factory=Codec)
-    texture_seed: int = 1
-    workers: int = 2
+    texture_seed: Annotated[int, APART] = 1
+    workers: Annotated[int, APART] = 2
 
     def room_px(self, camera: Camera) -> int:
         """How far beyond the picture the camera may come to look [px]."""

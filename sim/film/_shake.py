@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
-from servosight.models.core import Array
+from servosight.models.core import Array, within
 
 _SINES = 24
 
@@ -20,9 +22,9 @@ class Shake:
     fall as 1/f, as a hand's do. Pan and tilt are small enough to be shifts.
     """
 
-    shift_px: float = 0.0
-    roll_deg: float = 0.0
-    highest_hz: float = 6.0
+    shift_px: Annotated[float, within(0.0, 50.0, "pixels")] = 0.0
+    roll_deg: Annotated[float, within(0.0, 10.0, "degrees")] = 0.0
+    highest_hz: Annotated[float, Meta(gt=0.3, le=100.0, description="0.3 to 100 Hz")] = 6.0
 
     @property
     def still(self) -> bool:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Annotated
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, within
 from servosight.sim.scene import _texture as texture
 from servosight.sim.scene._scene import FIN_OUTLINE
 
@@ -32,9 +34,9 @@ class Cover:
     zero angle.
     """
 
-    start_s: float = 0.0
-    duration_s: float = 0.0
-    share: float = 0.0
+    start_s: Annotated[float, within(0.0, math.inf, "seconds")] = 0.0
+    duration_s: Annotated[float, within(0.0, math.inf, "seconds")] = 0.0
+    share: Annotated[float, within(0.0, 0.7, "of the surface")] = 0.0
 
     def place_mm(self, time_s: Array) -> Array:
         """y of the card's middle [mm] at instants since the recording's start, (n,)."""
