@@ -10,9 +10,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from servosight.models.base import InputError, Kind, json_text, kind_of, sweep, write_text
+from servosight.models.base import (
+    InputError,
+    Kind,
+    StageProgress,
+    json_text,
+    kind_of,
+    silent,
+    sweep,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,13 +39,6 @@ WRITTEN = {
 """Arguments that name a file to write, beside ``-o``."""
 PIPED_WIDTH = 120
 _quiet = [False]  # of the command that runs
-
-
-class Report(Protocol):
-    """How work tells how far it is."""
-
-    def __call__(self, word: str, done: int, total: int | None = None) -> None:
-        """``done`` of ``total`` (None: not known) at what ``word`` says."""
 
 
 def check_outputs(args: argparse.Namespace, output: Kind = Kind.MODEL) -> None:
@@ -148,13 +150,13 @@ def made(args: argparse.Namespace) -> dict[str, Any]:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Report]:
+def progress(title: str) -> Iterator[StageProgress]:
     """A bar on standard error while the block runs; silent where that is no terminal.
 
-    Gives a function that takes a word, what is done and, where it is known, of how much.
+    Gives a function that takes the stage, what is done and, where it is known, of how much.
     """
     if _quiet[0] or not sys.stderr.isatty():
-        yield _silent
+        yield silent
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -163,11 +165,7 @@ def progress(title: str) -> Iterator[Report]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)
 
-        def report(word: str, done: int, total: int | None = None) -> None:
-            bar.update(task, description=f"{title}: {word}", completed=done, total=total)
+        def report(stage: str, done: int, total: int | None = None) -> None:
+            bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
 
         yield report
-
-
-def _silent(word: str, done: int, total: int | None = None) -> None:
-    """Nobody watches."""

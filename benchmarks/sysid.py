@@ -26,7 +26,7 @@ from servosight.identify.fit import identify
 from servosight.models.core import Array, Camera, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
-from servosight.scenarios.scenario import Response
+from servosight.scenarios.scenario import LinearServo
 from servosight.sim.run import angle_recording, run
 
 Start = Mapping[str, tuple[float, float, float]]
@@ -47,7 +47,7 @@ HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 def recorded(hidden: Mapping[str, Mapping[str, float]]) -> Recording:
     """What the twin did, with noise."""
     command = standard(20.0, 20.0, seed=1, rate_hz=240.0)
-    trajectory = run(Response(1.0, 0.02, 0.6, 0.3).bench(), hidden, command)
+    trajectory = run(LinearServo(1.0, 0.02, 0.6, 0.3).bench(), hidden, command)
     return angle_recording(trajectory, Camera(rate_hz=RATE_HZ, exposure_s=0.0), NOISE_DEG, seed=1)
 
 

@@ -32,7 +32,6 @@ from servosight.diagnose.residuals import (
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,
-    Progress,
     Resolution,
     Selected,
     SelectionPolicy,
@@ -42,11 +41,10 @@ from servosight.diagnose.selection import (
     Trial,
     alternatives,
     confounded,
-    silent,
 )
 from servosight.identify.fit import floor_deg, parameter_table
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned
-from servosight.models.core import Mask, Recording, Table, views
+from servosight.models.core import Mask, Recording, StageProgress, Table, silent, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import Limits
@@ -62,7 +60,7 @@ def diagnose(
     tolerance: float | None = None,
     limits: Limits | None = None,
     policy: SelectionPolicy | None = None,
-    progress: Progress = silent,
+    progress: StageProgress = silent,
 ) -> Diagnosis:
     """Compare the linear model with recordings, rank what could be missing; add with ``auto``.
 
@@ -226,7 +224,7 @@ def _law(
     linear: Trial,
     last: Trial,
     noise: float,
-    progress: Progress,
+    progress: StageProgress,
 ) -> Law | None:
     """What the ladder left, as a law; None where it left nothing or nothing lawful."""
     if criterion.explained(last.score):

@@ -12,7 +12,7 @@ from typing import Any
 from servosight.models.core import Camera, require, validated
 from servosight.sim.camera import folds
 from servosight.sim.film import NAMES, SHOWS, VideoSettings
-from servosight.sim.scene import View
+from servosight.sim.scene import Viewport
 
 TABLES = ("optics", "lens", "light", "cover", "shake", "indicator", "codec")
 """Fields of :class:`VideoSettings` that a scenario declares; docs/camera.md lists their keys."""
@@ -62,7 +62,7 @@ def check_filming(filming: VideoSettings, camera: Camera, source: str) -> None:
             "less than white_level",
         ),
         (
-            not folds(View.of(camera), filming.lens),
+            not folds(Viewport.of(camera), filming.lens),
             "lens.k1",
             filming.lens.k1,
             "coefficients that do not fold the picture over itself",

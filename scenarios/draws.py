@@ -10,13 +10,13 @@ import numpy as np
 
 from servosight.models.core import Camera, require
 from servosight.models.effects import catalogue
-from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 
 Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Draw:
+class ParameterRanges:
     """Ranges for an effect's parameters, and for the servo and the motion that show it.
 
     Over these the linear model misses the effect by at least 0.3 deg rms, ten times the default
@@ -31,51 +31,59 @@ class Draw:
     """Parameter whose value is added to the bias: a servo that was trimmed under its load."""
 
 
-USUAL = Draw({})
+DEFAULT_RANGES = ParameterRanges({})
 """The servo and the motion where nothing special is needed."""
 
-DRAWS: Mapping[str, Draw] = {
-    "dead_time": Draw({"delay": (0.009, 0.020)}),
-    "command_quantization": Draw({"step": (2.5, 4.5)}),
-    "rate_limit": Draw({"rate": (150.0, 300.0)}),
-    "asymmetric_gain": Draw({"ratio": (0.55, 0.75)}),
-    "dead_zone": Draw({"half_width": (0.8, 2.0)}),
-    "torque_saturation": Draw({"limit": (4.0, 9.0)}),
-    "speed_limit": Draw({"stall": (8.0, 14.0), "no_load_speed": (180.0, 280.0)}),
-    "coulomb_friction": Draw({"level": (0.8, 2.0)}),
-    "stribeck_friction": Draw({"level": (0.6, 1.2), "excess": (0.8, 1.6), "speed": (8.0, 25.0)}),
+DRAWS: Mapping[str, ParameterRanges] = {
+    "dead_time": ParameterRanges({"delay": (0.009, 0.020)}),
+    "command_quantization": ParameterRanges({"step": (2.5, 4.5)}),
+    "rate_limit": ParameterRanges({"rate": (150.0, 300.0)}),
+    "asymmetric_gain": ParameterRanges({"ratio": (0.55, 0.75)}),
+    "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
+    "torque_saturation": ParameterRanges({"limit": (4.0, 9.0)}),
+    "speed_limit": ParameterRanges({"stall": (8.0, 14.0), "no_load_speed": (180.0, 280.0)}),
+    "coulomb_friction": ParameterRanges({"level": (0.8, 2.0)}),
+    "stribeck_friction": ParameterRanges(
+        {"level": (0.6, 1.2), "excess": (0.8, 1.6), "speed": (8.0, 25.0)}
+    ),
     # Without a load to carry, it shows only where a lively servo brakes against itself.
-    "load_dependent_friction": Draw(
+    "load_dependent_friction": ParameterRanges(
         {"ratio": (0.5, 0.65)}, T=(0.05, 0.07), xi=(0.35, 0.42), amplitude_deg=30.0
     ),
-    "presliding": Draw({"level": (1.2, 2.4), "stiffness": (2.0, 6.0)}),
-    "quadratic_drag": Draw({"coefficient": (2e-4, 6e-4)}),
+    "presliding": ParameterRanges({"level": (1.2, 2.4), "stiffness": (2.0, 6.0)}),
+    "quadratic_drag": ParameterRanges({"coefficient": (2e-4, 6e-4)}),
     # Its sine looks like a spring; the cosine bends only over a wide motion.
-    "gravity_load": Draw(
+    "gravity_load": ParameterRanges(
         {"sine": (-4.0, 4.0), "cosine": (18.0, 28.0)}, amplitude_deg=30.0, trimmed="cosine"
     ),
-    "hinge_hardening": Draw({"cubic": (3e-4, 1e-3)}, amplitude_deg=30.0),
-    "cogging": Draw({"amplitude": (0.8, 1.6), "period": (10.0, 25.0), "phase": (-3.0, 3.0)}),
-    "supply_sag": Draw({"sag": (0.045, 0.06), "time": (0.05, 0.2)}),
-    "flexible_shaft": Draw(
+    "hinge_hardening": ParameterRanges({"cubic": (3e-4, 1e-3)}, amplitude_deg=30.0),
+    "cogging": ParameterRanges(
+        {"amplitude": (0.8, 1.6), "period": (10.0, 25.0), "phase": (-3.0, 3.0)}
+    ),
+    "supply_sag": ParameterRanges({"sag": (0.045, 0.06), "time": (0.05, 0.2)}),
+    "flexible_shaft": ParameterRanges(
         {"frequency": (9.0, 13.0), "damping": (0.05, 0.12), "inertia_ratio": (0.25, 0.45)}
     ),
-    "backlash": Draw({"gap": (1.2, 3.0)}),
-    "linkage_geometry": Draw({"horn": (0.95, 1.25), "offset": (20.0, 32.0)}),
-    "sensor_nonlinearity": Draw(
+    "backlash": ParameterRanges({"gap": (1.2, 3.0)}),
+    "linkage_geometry": ParameterRanges({"horn": (0.95, 1.25), "offset": (20.0, 32.0)}),
+    "sensor_nonlinearity": ParameterRanges(
         {"amplitude": (0.8, 1.6), "period": (12.0, 40.0), "phase": (-3.0, 3.0)}
     ),
-    "feedback_backlash": Draw({"gap": (1.7, 3.0)}),
+    "feedback_backlash": ParameterRanges({"gap": (1.7, 3.0)}),
 }
 
-UNCATALOGUED_DRAWS: Mapping[str, Draw] = {
-    "moving_average": Draw({"window": (0.07, 0.12)}),
-    "integrator_windup": Draw({"rate": (4.0, 8.0), "limit": (2.0, 5.0)}),
-    "thermal_drift": Draw({"drift": (0.08, 0.15), "time": (3.0, 8.0)}),
-    "bent_shaft": Draw({"level": (1.0, 2.0), "depth": (0.8, 1.0), "period": (20.0, 40.0)}),
-    "end_stop": Draw({"angle": (8.0, 13.0), "time": (0.01, 0.03)}),
-    "buffeting": Draw({"amplitude": (0.6, 1.5), "frequency": (1.5, 5.0)}),
-    "sticky_play": Draw({"gap": (1.5, 3.0), "share": (0.15, 0.3), "friction": (0.3, 0.8)}),
+UNCATALOGUED_DRAWS: Mapping[str, ParameterRanges] = {
+    "moving_average": ParameterRanges({"window": (0.07, 0.12)}),
+    "integrator_windup": ParameterRanges({"rate": (4.0, 8.0), "limit": (2.0, 5.0)}),
+    "thermal_drift": ParameterRanges({"drift": (0.08, 0.15), "time": (3.0, 8.0)}),
+    "bent_shaft": ParameterRanges(
+        {"level": (1.0, 2.0), "depth": (0.8, 1.0), "period": (20.0, 40.0)}
+    ),
+    "end_stop": ParameterRanges({"angle": (8.0, 13.0), "time": (0.01, 0.03)}),
+    "buffeting": ParameterRanges({"amplitude": (0.6, 1.5), "frequency": (1.5, 5.0)}),
+    "sticky_play": ParameterRanges(
+        {"gap": (1.5, 3.0), "share": (0.15, 0.3), "friction": (0.3, 0.8)}
+    ),
 }
 """For the twin's effects that no catalogue has."""
 
@@ -101,7 +109,8 @@ def scaled(effect: str, values: Mapping[str, float], strength: float) -> dict[st
 
 
 def hidden(seed: int, *, video: bool = True) -> Scenario:
-    """A short scenario with one effect of the catalogue that the user is not given the name of.
+    """A short scenario with one effect of the catalogue, whose name the user is not given.
+
 
     Effect, strength, servo and command vary with ``seed``. Raises InputError for a negative seed.
 
@@ -134,8 +143,12 @@ def hidden_effects(
     first that needs a special one, and the widest motion.
     """
     draws = {name: {**DRAWS, **UNCATALOGUED_DRAWS}[name] for name in effects}
-    special = [draw for draw in draws.values() if (draw.T, draw.xi) != (USUAL.T, USUAL.xi)]
-    servo = (special or [USUAL])[0]
+    special = [
+        draw
+        for draw in draws.values()
+        if (draw.T, draw.xi) != (DEFAULT_RANGES.T, DEFAULT_RANGES.xi)
+    ]
+    servo = (special or [DEFAULT_RANGES])[0]
     rng = np.random.default_rng([seed, 1])
 
     def pick(low: float, high: float) -> float:
@@ -152,8 +165,10 @@ def hidden_effects(
         seed=seed,
         duration_s=12.0,
         video=video,
-        servo=Response(pick(0.95, 1.05), pick(*servo.T), pick(*servo.xi), bias),
-        motion=Motion(amplitude_deg=max(draw.amplitude_deg for draw in (USUAL, *draws.values()))),
+        servo=LinearServo(pick(0.95, 1.05), pick(*servo.T), pick(*servo.xi), bias),
+        motion=CommandSettings(
+            amplitude_deg=max(draw.amplitude_deg for draw in (DEFAULT_RANGES, *draws.values()))
+        ),
         camera=Camera(rate_hz=120.0, exposure_s=0.002),
         effects=values,
     )

@@ -1,4 +1,4 @@
-"""What a scenario may ask for: values beyond these are refused before anything is computed."""
+"""Limits of a scenario's values: what lies beyond is rejected before anything is computed."""
 
 from __future__ import annotations
 

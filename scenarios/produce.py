@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from servosight.models.core import Camera, Recording, check_folder, new_folder, write_text
+from servosight.models.core import (
+    Camera,
+    FrameProgress,
+    Recording,
+    check_folder,
+    new_folder,
+    write_text,
+)
 from servosight.models.io import FILES, save_recording, table_text, write_angle
 from servosight.scenarios.camera_settings import filming_tables
 from servosight.scenarios.scenario import Scenario
@@ -27,12 +34,10 @@ DRAWN = ("track_overlay.mp4", "track_sheet.png")
 OURS = (*FILES, VIDEO, "frames.csv", "track.toml", *DRAWN, TRUTH, TRUE_ANGLE, TRUE_FRAMES)
 KNOWN = ("rate_hz", "exposure_s", "readout_s", "width", "height")
 
-Progress = Callable[[int, int], None]
-
 
 @dataclass(frozen=True, repr=False)
 class SimulatedRecording(Recording):
-    """A recording of the twin; ``truth`` is what its truth.toml would hold, for whoever scores."""
+    """A recording of the twin; ``truth`` has the contents of its truth.toml, for scoring."""
 
     truth: Mapping[str, Any] = field(default_factory=dict)
 
@@ -48,9 +53,9 @@ def simulated(scenario: Scenario) -> SimulatedRecording:
 
 
 def produce(
-    scenario: Scenario, folder: Path, progress: Progress | None = None, *, force: bool = False
+    scenario: Scenario, folder: Path, progress: FrameProgress | None = None, *, force: bool = False
 ) -> Trajectory:
-    """Run ``scenario`` and write ``folder`` whole or not at all; returns what the twin did.
+    """Run ``scenario`` and write ``folder`` whole or not at all; returns the true trajectory.
 
     With a video there is no angle.csv: it is tracked first. ``progress`` receives the frames done
     and the number of all frames. Raises InputError where ``folder`` is not empty, unless it was
@@ -81,7 +86,7 @@ def _camera(scenario: Scenario) -> Camera:
 
 
 def _truth(scenario: Scenario) -> dict[str, Any]:
-    """What was hidden, and all that it takes to do it again."""
+    """The hidden effects and parameters, and the scenario to repeat them."""
     return {
         "format": 1,
         "effects": list(scenario.effects),
@@ -95,9 +100,9 @@ def _render(
     camera: Camera,
     trajectory: Trajectory,
     folder: Path,
-    progress: Progress | None,
+    progress: FrameProgress | None,
 ) -> dict[str, Any]:
-    """Render the video; what the renderer knows and the tracker has to find out."""
+    """Render the video; returns the truth that the tracker has to find."""
     from servosight.sim.film import render_video
 
     frames = render_video(
@@ -127,7 +132,7 @@ def _stream(scenario: Scenario, number: int) -> int:
 
 
 def _known(scenario: Scenario) -> dict[str, Any]:
-    """What recording.toml says of the camera: what its maker's sheet would, and whose clock it has.
+    """What recording.toml says of the camera: the data of its data sheet, and its clock.
 
     Times in the twin's video count from its first frame, which starts with the command's clock.
     """

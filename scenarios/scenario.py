@@ -36,8 +36,8 @@ Effects = Annotated[Mapping[str, Annotated[Mapping[str, float], _TABLES]], _TABL
 
 
 @dataclass(frozen=True)
-class Response:
-    """The servo's true linear model: k [-], T [s], xi [-], and the angle at zero command [deg]."""
+class LinearServo:
+    """The true linear servo: gain k [-], T [s], xi [-], and the angle at zero command [deg]."""
 
     k: Annotated[float, within(-100.0, 100.0, "and not 0")] = 1.0
     T: Annotated[float, within(SHORTEST_T_S, 2.0, "seconds")] = 0.02
@@ -50,7 +50,7 @@ class Response:
 
 
 @dataclass(frozen=True)
-class Motion:
+class CommandSettings:
     """The command: a ``kind`` of ``limits.KINDS``, in rows at ``rate_hz``.
 
     ``dwell_s`` is for steps, ``frequency_hz`` for sine and triangle, ``low_hz`` and ``high_hz``
@@ -66,9 +66,9 @@ class Motion:
     high_hz: Annotated[float, within(1e-3, 5e3, "Hz and more than low_hz")] = 9.0
 
 
-Shape = Callable[[Array, Motion, int], Array]
+CommandFunction = Callable[[Array, CommandSettings, int], Array]
 
-_SHAPES: Mapping[str, Shape] = {
+_SHAPES: Mapping[str, CommandFunction] = {
     "steps": lambda t, m, seed: shapes.steps(t, m.amplitude_deg, m.dwell_s, seed),
     "chirp": lambda t, m, seed: shapes.chirp(t, m.amplitude_deg, m.low_hz, m.high_hz),
     "triangle": lambda t, m, seed: shapes.triangle(t, m.amplitude_deg, m.frequency_hz),
@@ -90,8 +90,8 @@ class Scenario:
     duration_s: Annotated[float, within(1.0, 600.0, "seconds")] = 20.0
     noise_deg: Annotated[float, within(0.0, 90.0, "degrees")] = 0.03
     video: bool = False
-    servo: Response = field(default_factory=Response)
-    motion: Motion = field(default_factory=Motion)
+    servo: LinearServo = field(default_factory=LinearServo)
+    motion: CommandSettings = field(default_factory=CommandSettings)
     camera: Camera = field(default_factory=Camera)
     filming: Annotated[VideoSettings, APART] = field(default_factory=VideoSettings)
     effects: Effects = field(default_factory=dict)
@@ -148,7 +148,7 @@ def with_effects(scenario: Scenario, ids: Sequence[str], settings: Mapping[str, 
                 f"--set {name}: no such parameter, expected one of {', '.join(servo)} or "
                 f"EFFECT.PARAMETER; write for instance backlash.gap=2"
             )
-    changed = replace(scenario, effects=effects, servo=Response(**servo))
+    changed = replace(scenario, effects=effects, servo=LinearServo(**servo))
     check_scenario(changed, "--set")
     return changed
 

@@ -1,4 +1,4 @@
-"""Run the twin, and read its angles as a camera of known timing and noise would."""
+"""Simulate the twin, and sample its angle like a camera of known timing and noise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from servosight.sim.bench import (
 )
 from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Polyline, Twin, Values, resolve
 
-Chosen = Sequence[tuple[HiddenEffect, Values]]
+ActiveEffects = Sequence[tuple[HiddenEffect, Values]]
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -33,7 +33,7 @@ _UNSTABLE = (
 _SAME_S = 1e-8  # instants closer than this are one
 
 SETTLE = 25.0
-"""Time constants for which the first command holds before the record begins."""
+"""Time constants for which the first command is applied before the record begins."""
 
 
 def run(
@@ -49,7 +49,7 @@ def run(
     chosen = [(TWIN_EFFECTS[name], values) for name, values in resolve(effects).items()]
     step_s = min(LONGEST_STEP_S, bench.T / max([STEPS_PER_T, *(e.steps_per_T for e, _ in chosen)]))
     assembly = assemble(bench, step_s)
-    line = held(excitation)
+    line = zero_order_hold(excitation)
     for effect, values in chosen:
         effect.edit(assembly, values)
         line = effect.command(line, values)
@@ -100,7 +100,7 @@ def _quiet() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _impossible(chosen: Chosen, reason: str) -> InputError:
+def _impossible(chosen: ActiveEffects, reason: str) -> InputError:
     values = ", ".join(f"{e.id}.{key} = {v:g}" for e, set_ in chosen for key, v in set_.items())
     return InputError(
         f"the twin cannot be simulated with {values or 'this servo'} ({reason}); expected values "
@@ -108,7 +108,9 @@ def _impossible(chosen: Chosen, reason: str) -> InputError:
     )
 
 
-def _integrate(twin: Twin, chosen: Chosen, edges_s: Array, wanted: Array) -> tuple[Array, Array]:
+def _integrate(
+    twin: Twin, chosen: ActiveEffects, edges_s: Array, wanted: Array
+) -> tuple[Array, Array]:
     """Angles and speeds [rad, rad/s] of all hinges at ``edges_s`` (n,), each (n, hinges)."""
     senses = [e.sense(twin, values) for e, values in chosen if e.sense is not None]
     regulators = [e.supply(twin, values) for e, values in chosen if e.supply is not None]
@@ -141,7 +143,7 @@ def _integrate(twin: Twin, chosen: Chosen, edges_s: Array, wanted: Array) -> tup
         step(angle, width)
         now = speed[motor]
         if before * now < 0.0:
-            # The motor turned round, where friction jumps: step up to there, and then on.
+            # The motor reversed, and friction jumps there: step up to the reversal, then on.
             position[:], speed[:], data.time = angles[n - 1], speeds[n - 1], data.time - width
             mujoco.mj_forward(model, data)
             slowing = -float(data.qacc[motor])
@@ -155,7 +157,7 @@ def _integrate(twin: Twin, chosen: Chosen, edges_s: Array, wanted: Array) -> tup
     return angles, speeds
 
 
-def held(excitation: Excitation) -> Polyline:
+def zero_order_hold(excitation: Excitation) -> Polyline:
     """Knots of the held command: each row begins a flat piece, with a jump to the next."""
     return (
         np.repeat(excitation.time_s, 2)[1:].astype(np.float64),

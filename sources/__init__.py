@@ -6,7 +6,6 @@ from servosight.sources._clock import video_offset as video_offset
 from servosight.sources._film import HORN as HORN
 from servosight.sources._film import Part as Part
 from servosight.sources._film import Parts as Parts
-from servosight.sources._film import Progress as Progress
 from servosight.sources._film import Tracking as Tracking
 from servosight.sources._film import follow_folder as follow_folder
 from servosight.sources._film import measure as measure

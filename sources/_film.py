@@ -7,7 +7,9 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
+
+from servosight.models.core import StageProgress, silent
 
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder
@@ -15,17 +17,6 @@ if TYPE_CHECKING:
     from servosight.tracking.core import CameraGeometry, Family, Track
 
 HORN = "horn.csv"
-
-
-class Progress(Protocol):
-    """How long work says how far it is."""
-
-    def __call__(self, word: str, done: int, total: int | None = None) -> None:
-        """``done`` of ``total`` (None: not known) at what ``word`` says."""
-
-
-def silent(word: str, done: int, total: int | None = None) -> None:
-    """Say nothing."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +51,7 @@ class Tracking:
 
 
 def follow_folder(
-    folder: RecordingFolder, how: Tracking = Tracking(), progress: Progress = silent
+    folder: RecordingFolder, how: Tracking = Tracking(), progress: StageProgress = silent
 ) -> tuple[list[Track], Offset]:
     """Track a recording's video: each part on the video's clock, and that clock's offset.
 
@@ -91,7 +82,7 @@ def track_folder(
     folder: RecordingFolder,
     output: Path | None = None,
     how: Tracking = Tracking(),
-    progress: Progress = silent,
+    progress: StageProgress = silent,
 ) -> list[Track]:
     """Track a recording's video and write its ``angle.csv``, on the command's clock.
 
@@ -125,7 +116,7 @@ def track_folder(
 
 
 def track_video(
-    video: Path, output: Path, how: Tracking = Tracking(), progress: Progress = silent
+    video: Path, output: Path, how: Tracking = Tracking(), progress: StageProgress = silent
 ) -> list[Track]:
     """Track a video, write ``output`` and, for a second part, horn.csv beside it."""
     tracks = measure(video, how, progress)
@@ -134,7 +125,7 @@ def track_video(
 
 
 def measure(
-    video: Path, how: Tracking = Tracking(), progress: Progress = silent, **known: Any
+    video: Path, how: Tracking = Tracking(), progress: StageProgress = silent, **known: Any
 ) -> list[Track]:
     """Track the surface in a video and, where one is wanted, a second part.
 
@@ -171,7 +162,7 @@ def _write_tracks(
         write_text(output.with_name(name), _table(track, later_s, scale))
 
 
-def _paced(show: Progress, prefix: str) -> Callable[[int, int], None]:
+def _paced(show: StageProgress, prefix: str) -> Callable[[int, int], None]:
     """Progress with frames a second, counted from the first frame that was measured."""
     began = time.perf_counter()
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Recording, check_path
+from servosight.models.core import Recording, StageProgress, check_path, silent
 from servosight.models.io import inspect_folder, load_recording
-from servosight.sources._film import Progress, silent, track_folder
+from servosight.sources._film import track_folder
 
 if TYPE_CHECKING:
     from servosight.models.io.importers import Imported
@@ -47,7 +47,9 @@ class Options:
         return bool(self.columns) or self.unit is not None or self.unit_scale is not None
 
 
-def read(source: Source, options: Options = Options(), progress: Progress = silent) -> Recording:
+def read(
+    source: Source, options: Options = Options(), progress: StageProgress = silent
+) -> Recording:
     """A recording as it is, or read from a folder, a CSV file or a log of another program.
 
     A folder with a video and no angle is tracked first. Raises InputError for whatever a recording
@@ -67,7 +69,9 @@ def read(source: Source, options: Options = Options(), progress: Progress = sile
 
 
 def read_all(
-    sources: Source | Sequence[Source], options: Options = Options(), progress: Progress = silent
+    sources: Source | Sequence[Source],
+    options: Options = Options(),
+    progress: StageProgress = silent,
 ) -> list[Recording]:
     """One or several recordings, in order."""
     several = [sources] if isinstance(sources, Recording | Path | str) else sources

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from servosight.tracking.core import Progress, Track, TrackOptions
+from servosight.models.core import FrameProgress
+from servosight.tracking.core import Track, TrackOptions
 from servosight.tracking.methods import method_of
 from servosight.tracking.video import open_film
 
@@ -13,7 +14,7 @@ def track(
     video: Path | str,
     options: TrackOptions | None = None,
     *,
-    progress: Progress | None = None,
+    progress: FrameProgress | None = None,
 ) -> Track:
     """Measure the angle of the moving part in every frame of a video.
 

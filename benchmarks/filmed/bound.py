@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.models.core import Array, Camera
-from servosight.sim.camera import Plane, Pose, light_of, render_layers, vignette
+from servosight.sim.camera import MonoScene, Pose, light_of, render_layers, vignette
 from servosight.sim.camera._optics import variance
 from servosight.sim.film import VideoSettings
 
@@ -29,16 +29,16 @@ def bound_deg(
     """
     optics = settings.optics
     layers = render_layers(camera, settings.texture_seed, settings.room_px(camera))
-    plane = Plane.of(layers, optics, lens=settings.lens)
-    view = layers.view
-    falloff = vignette(view.height, view.width, view.pivot_px, optics.vignetting)
-    largest_px = 0.4 * view.width
+    scene = MonoScene.of(layers, optics, lens=settings.lens)
+    viewport = layers.viewport
+    falloff = vignette(viewport.height, viewport.width, viewport.pivot_px, optics.vignetting)
+    largest_px = 0.4 * viewport.width
 
     def level(angle_deg: float, smear_deg: float) -> Array:
         count = 1 + int(2.0 * np.deg2rad(smear_deg) * largest_px)
         parts = ((np.arange(count) + 0.5) / count - 0.5) * smear_deg
-        weights = np.full((count, view.height), 1.0 / count)
-        light = light_of(plane, [Pose(angle_deg + part, 0.0) for part in parts], weights) * falloff
+        weights = np.full((count, viewport.height), 1.0 / count)
+        light = light_of(scene, [Pose(angle_deg + part, 0.0) for part in parts], weights) * falloff
         signal = (optics.white_level - optics.dark_level) * light
         return np.asarray(optics.dark_level + signal, dtype=np.float64)
 

@@ -11,8 +11,7 @@ import numpy as np
 from servosight.models.core import Array, Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.bench import Trajectory
-from servosight.sim.camera import Optics
-from servosight.sim.camera._light import Light
+from servosight.sim.camera import Lighting, Optics
 from servosight.sim.film import VideoSettings, render_video
 from servosight.sim.film._codec import Codec
 from servosight.sim.scene import Cover
@@ -79,7 +78,7 @@ SHOTS = (
     Shot(
         "light falls by half, flickers by 20 % at 100 Hz",
         two_sines,
-        settings=VideoSettings(light=Light(ramp=0.5, flicker=0.2)),
+        settings=VideoSettings(light=Lighting(ramp=0.5, flicker=0.2)),
         goal_deg=0.005,
     ),
     Shot("H.264, crf 23", two_sines, settings=VideoSettings(codec=Codec("h264")), goal_deg=0.01),

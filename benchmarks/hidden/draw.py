@@ -18,7 +18,7 @@ from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.scenarios.draws import DRAWS, scaled
-from servosight.scenarios.scenario import Response
+from servosight.scenarios.scenario import LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording
 
@@ -67,7 +67,7 @@ class Setup:
     seed: int
     attempt: int
     truth: str
-    servo: Response
+    servo: LinearServo
     effects: Mapping[str, Mapping[str, float]]
     excitation: Excitation
     camera: Camera
@@ -112,7 +112,7 @@ def propose(row_name: str, seed: int, attempt: int) -> Setup:
     for name in names:
         if name in DRAWS and DRAWS[name].trimmed:
             bias += effects[name][DRAWS[name].trimmed]
-    servo = Response(
+    servo = LinearServo(
         k=float(rng.uniform(0.8, 1.2)),
         T=_log_uniform(rng, 0.012, 0.05),
         xi=float(rng.uniform(0.35, 1.2)),

@@ -12,14 +12,14 @@ from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import UNCATALOGUED_DRAWS
-from servosight.scenarios.scenario import Effects, Response
+from servosight.scenarios.scenario import Effects, LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import SETTLE, run
 
 from .plant import KEPT, STEP_S, Physics, march
 
-Truth = Callable[[Response, Effects, Excitation], Trajectory]
+Truth = Callable[[LinearServo, Effects, Excitation], Trajectory]
 
 GRID_S = KEPT * STEP_S
 
@@ -36,7 +36,7 @@ integrator in the firmware, somebody else's machine on the bench, wind, a motor 
 surface that creeps. Ranges of the parameters, in seconds, degrees, Hz and their quotients."""
 
 
-def fixed_steps(servo: Response, effects: Effects, excitation: Excitation) -> Trajectory:
+def fixed_steps(servo: LinearServo, effects: Effects, excitation: Excitation) -> Trajectory:
     """:mod:`hidden_plant` under a held command; the same settling as the twin's."""
     values = {f"{name}_{key}": x for name, group in effects.items() for key, x in group.items()}
     numbers = {"k": servo.k, "T": servo.T, "xi": servo.xi, "bias": servo.bias, **values}
@@ -52,7 +52,7 @@ def fixed_steps(servo: Response, effects: Effects, excitation: Excitation) -> Tr
     return _trajectory(excitation, motor[settle:], surface[settle:])
 
 
-def equation(servo: Response, effects: Effects, excitation: Excitation) -> Trajectory:
+def equation(servo: LinearServo, effects: Effects, excitation: Excitation) -> Trajectory:
     """The plant equation that is fitted; the same settling as the twin's."""
     plant = Plant.of(catalogue())
     row = np.array(plant.layout.neutral_row())
@@ -69,7 +69,7 @@ def equation(servo: Response, effects: Effects, excitation: Excitation) -> Traje
     return _trajectory(excitation, angle, angle)
 
 
-def twin(servo: Response, effects: Effects, excitation: Excitation) -> Trajectory:
+def twin(servo: LinearServo, effects: Effects, excitation: Excitation) -> Trajectory:
     """The MuJoCo twin."""
     return run(servo.bench(), effects, excitation)
 

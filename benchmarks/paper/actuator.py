@@ -15,7 +15,7 @@ from servosight.identify.fit import Solution, identify
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.scenarios.produce import produce
-from servosight.scenarios.scenario import Motion
+from servosight.scenarios.scenario import CommandSettings
 from servosight.sources import read
 
 from .actuator_model import (
@@ -34,7 +34,7 @@ TIMES_S = (0.001, 0.002, 0.004, 0.0078, 0.012, 0.016, 0.02)
 TEMPLATE_DEG = 0.02
 """What matching an unrotated template on a textured fin scatters by; see docs/tracking.md."""
 SEEDS = range(20)
-MOTIONS: dict[str, Motion] = {"20 deg, 1 Hz sine": SINE, "servosight's standard": RICH}
+MOTIONS: dict[str, CommandSettings] = {"20 deg, 1 Hz sine": SINE, "servosight's standard": RICH}
 
 
 def conversion() -> str:
@@ -69,7 +69,7 @@ def line(name: str, one: Difference, linear: Linear) -> list[str]:
     ]
 
 
-def filmed(motion: Motion, duration_s: float) -> Recording:
+def filmed(motion: CommandSettings, duration_s: float) -> Recording:
     """Simulate, film, track: what `servosight simulate` and `servosight track` do."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "recording"

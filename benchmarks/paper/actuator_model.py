@@ -17,20 +17,20 @@ from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 
-TRUE = Response(1.027, 0.0078, 0.55, 0.0)
+TRUE = LinearServo(1.027, 0.0078, 0.55, 0.0)
 PRINTED = Difference(0.01, -0.56, 0.33, 0.198, 0.34, 0.198)
 """Eq. 2 as printed; the sample time is what makes it agree with k, T and xi."""
 
-SINE = Motion("sine", 20.0, rate_hz=1000.0, frequency_hz=1.0)
+SINE = CommandSettings("sine", 20.0, rate_hz=1000.0, frequency_hz=1.0)
 """The paper's command, in rows so fine that their steps tell nothing."""
-RICH = Motion("standard", 20.0, rate_hz=1000.0)
+RICH = CommandSettings("standard", 20.0, rate_hz=1000.0)
 SETTLED_S = 1.0
 """After a second nothing is left of how the motion began."""
 
 
-def scenario(motion: Motion, duration_s: float, *, video: bool, seed: int = 5) -> Scenario:
+def scenario(motion: CommandSettings, duration_s: float, *, video: bool, seed: int = 5) -> Scenario:
     """The paper's actuator under ``motion`` before a camera of 120 frames/s."""
     return Scenario(
         seed=seed,
@@ -55,7 +55,7 @@ def settled(recording: Recording, after_s: float = SETTLED_S) -> Recording:
     )
 
 
-def made(motion: Motion, duration_s: float, noise_deg: float, seed: int) -> Recording:
+def made(motion: CommandSettings, duration_s: float, noise_deg: float, seed: int) -> Recording:
     """Angles by the plant equation at 120 Hz with white noise, without a picture."""
     command = scenario(motion, duration_s, video=False).excitation()
     plant = Plant.of(catalogue())

@@ -18,7 +18,7 @@ from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.scenarios.scenario import Response, Scenario
+from servosight.scenarios.scenario import LinearServo, Scenario
 
 WITHIN = 1.01
 """A fit has arrived within 1 % of the least-squares cost."""
@@ -115,7 +115,7 @@ class Traps:
         scenario = Scenario(
             seed=self.seed,
             duration_s=6.0,
-            servo=Response(1.0, 0.025, 0.6, 0.3),
+            servo=LinearServo(1.0, 0.025, 0.6, 0.3),
             effects={
                 "backlash": {"gap": self.gap_deg},
                 "coulomb_friction": {"level": self.level_deg},

@@ -12,13 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.diagnose.residuals._judged import Judged
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array, Complex, Recording
 from servosight.models.excitation import Grid, grid_of
-
-Complex = NDArray[np.complex128]
 
 FEWEST_SEGMENTS = 4
 EXCITED = 0.003

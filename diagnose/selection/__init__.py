@@ -13,10 +13,8 @@ from servosight.diagnose.selection._prediction import own_values as own_values
 from servosight.diagnose.selection._prediction import predict_fixed as predict_fixed
 from servosight.diagnose.selection._split import BLOCK_S as BLOCK_S
 from servosight.diagnose.selection._split import Split as Split
-from servosight.diagnose.selection._steps import Progress as Progress
 from servosight.diagnose.selection._steps import SearchEffort as SearchEffort
 from servosight.diagnose.selection._steps import Selected as Selected
 from servosight.diagnose.selection._steps import Step as Step
-from servosight.diagnose.selection._steps import silent as silent
 from servosight.diagnose.selection._stepwise import StepwiseSelector as StepwiseSelector
 from servosight.diagnose.selection._trial import Trial as Trial

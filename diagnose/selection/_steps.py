@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from servosight.diagnose.selection._trial import Trial
@@ -27,13 +26,6 @@ class SearchEffort:
     partners: int = 3
     pairs: int = 12
     finalists: int = 6
-
-
-Progress = Callable[[str, int, int], None]
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress shown."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
-from servosight.diagnose.selection._steps import Progress, SearchEffort, Selected, Step, silent
+from servosight.diagnose.selection._steps import SearchEffort, Selected, Step
 from servosight.diagnose.selection._trial import Trial
+from servosight.models.core import StageProgress, silent
 
 
 def _score(trial: Trial) -> Score:
@@ -25,7 +26,7 @@ class StepwiseSelector:
 
     models: ModelSelection
     criterion: AcceptanceCriterion
-    progress: Progress = silent
+    progress: StageProgress = silent
     effort: SearchEffort = field(default_factory=SearchEffort)
 
     def first_step(self) -> Selected:

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from servosight.models.core import Array, InputError, Recording
+from servosight.models.core import Array, Complex, InputError, Recording
 from servosight.models.excitation import Grid, grid_of
 
-Complex = NDArray[np.complex128]
 Kind = Literal["excited", "odd", "even"]
 
 CHANCE = 1e-3

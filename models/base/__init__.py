@@ -24,6 +24,9 @@ from servosight.models.base._mark import Kind as Kind
 from servosight.models.base._mark import kind_of as kind_of
 from servosight.models.base._mark import marked_png as marked_png
 from servosight.models.base._mark import marked_toml as marked_toml
+from servosight.models.base._progress import FrameProgress as FrameProgress
+from servosight.models.base._progress import StageProgress as StageProgress
+from servosight.models.base._progress import silent as silent
 from servosight.models.base._temporary import discard_all as discard_all
 from servosight.models.base._temporary import sweep as sweep
 from servosight.models.base._temporary import temporary_file as temporary_file

@@ -4,8 +4,10 @@ from servosight.models.base import APART as APART
 from servosight.models.base import LARGEST_LOG as LARGEST_LOG
 from servosight.models.base import LARGEST_TABLE as LARGEST_TABLE
 from servosight.models.base import MARK as MARK
+from servosight.models.base import FrameProgress as FrameProgress
 from servosight.models.base import InputError as InputError
 from servosight.models.base import Kind as Kind
+from servosight.models.base import StageProgress as StageProgress
 from servosight.models.base import check_fields as check_fields
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
@@ -23,6 +25,7 @@ from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text
 from servosight.models.base import require as require
 from servosight.models.base import share as share
+from servosight.models.base import silent as silent
 from servosight.models.base import sweep as sweep
 from servosight.models.base import typed as typed
 from servosight.models.base import unwritable as unwritable
@@ -34,6 +37,7 @@ from servosight.models.base import write_text as write_text
 from servosight.models.core._actuator import Actuator as Actuator
 from servosight.models.core._actuator import Estimate as Estimate
 from servosight.models.core._arrays import Array as Array
+from servosight.models.core._arrays import Complex as Complex
 from servosight.models.core._arrays import Image as Image
 from servosight.models.core._arrays import Mask as Mask
 from servosight.models.core._arrays import Single as Single

@@ -7,5 +7,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+Complex = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 Image = NDArray[np.uint8]

@@ -26,9 +26,9 @@ HARD_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 default softness friction creeps."""
 
 STRONG_NM = 1e6
-"""No limit, for what MuJoCo wants to have one."""
+"""No limit, where MuJoCo requires one."""
 
-_LINK_INERTIA = 1e-12  # MuJoCo wants moving bodies to have some, kg m^2
+_LINK_INERTIA = 1e-12  # MuJoCo requires some of moving bodies, kg m^2
 
 
 @dataclass(frozen=True)

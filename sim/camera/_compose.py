@@ -1,4 +1,4 @@
-"""Move the bench's layers and sum them in linear light: what one exposure gathers."""
+"""Move the bench's layers and sum them in linear light over one exposure."""
 
 from __future__ import annotations
 
@@ -9,17 +9,14 @@ from dataclasses import dataclass, replace
 from threading import Event
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, Single
 from servosight.sim.camera._kernel import lay_along_rays, lay_over
-from servosight.sim.camera._lens import Lens
+from servosight.sim.camera._lens import TiltedLens
 from servosight.sim.camera._optics import Optics, blur_and_bin
-from servosight.sim.camera._projection import Sight, onto_layer, shaken
-from servosight.sim.camera._render import SUPERSAMPLING, Layer, LayerGeometry, Layers
+from servosight.sim.camera._projection import Projection, onto_layer, shaken
+from servosight.sim.camera._render import SUPERSAMPLING, BenchLayers, Layer, LayerGeometry
 from servosight.sim.scene import CRANK_MM
-
-Light = NDArray[np.float32]
 
 MONO = (0.30, 0.59, 0.11)
 """Response of a monochrome sensor to red, green and blue."""
@@ -43,8 +40,8 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Props:
-    """What may lie above the bench: a band of shadow, a highlight on the surface, a card."""
+class Overlays:
+    """What may lie over the bench: a band of shadow, a highlight on the surface, a card."""
 
     shadow: Layer | None = None
     glint: Layer | None = None
@@ -56,11 +53,11 @@ class MonoLayer:
     """A layer as one channel of light sees it: ``body`` (rows, columns, 2), light and cover."""
 
     geometry: LayerGeometry
-    body: Light
+    body: Single
 
 
 @dataclass(frozen=True)
-class Plane:
+class MonoScene:
     """The bench as one channel of light sees it, through a lens of ``optics``.
 
     ``layers`` by name; "gloss" is the part of the fin that can glint. ``background`` (height,
@@ -68,25 +65,25 @@ class Plane:
     supersampled.
     """
 
-    sight: Sight
+    projection: Projection
     optics: Optics
     layers: dict[str, MonoLayer]
-    still: Light
-    background: Light
+    still: Single
+    background: Single
 
     @classmethod
     def of(
         cls,
-        layers: Layers,
+        layers: BenchLayers,
         optics: Optics,
         response: Sequence[float] = MONO,
         *,
-        lens: Lens | None = None,
-        props: Props | None = None,
-    ) -> Plane:
+        lens: TiltedLens | None = None,
+        overlays: Overlays | None = None,
+    ) -> MonoScene:
         """Weigh the colours by ``response`` (red, green, blue)."""
         weights = np.array(response, dtype=np.float32)
-        above = props or Props()
+        above = overlays or Overlays()
         drawn = {
             "still": layers.still,
             "led": layers.led,
@@ -101,126 +98,132 @@ class Plane:
         if "glint" in mono:
             solid = layers.fin.rgba[:, :, 3] if layers.fin.solid is None else layers.fin.solid
             mono["gloss"] = MonoLayer(layers.fin.geometry, np.dstack([solid, solid]))
-        sight = Sight(layers.view, lens or Lens(), optics.margin_px)
-        still = np.zeros(sight.size, dtype=np.float32)
-        _lay(still, (0, 0), sight, _placed(sight, mono["still"], TRIPOD))
-        background = blur_and_bin(still, optics, SUPERSAMPLING, sight.margin)
-        return cls(sight, optics, mono, still, background)
+        projection = Projection(layers.viewport, lens or TiltedLens(), optics.margin_px)
+        still = np.zeros(projection.size, dtype=np.float32)
+        _lay(still, (0, 0), projection, _placed(projection, mono["still"], TRIPOD))
+        background = blur_and_bin(still, optics, SUPERSAMPLING, projection.margin)
+        return cls(projection, optics, mono, still, background)
 
     @property
-    def on_tripod(self) -> Plane:
+    def on_tripod(self) -> MonoScene:
         """The same without what only a camera that shakes draws again: most of the memory."""
         moving = {name: layer for name, layer in self.layers.items() if name not in _ON_THE_PLATE}
         return replace(self, layers=moving)
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedLayer:
     """A layer in the picture.
 
-    ``onto`` (3, 3) takes undistorted pixels to its samples; ``box`` is the first and last column
-    and row of the padded picture's samples that it may touch. ``within``: a layer outside of
-    which it is not seen.
+    ``onto`` (3, 3) maps undistorted pixels to its samples; ``box`` is the first and last column
+    and row of the padded picture's samples that it may cover. Outside the layer ``within`` it is
+    not visible.
     """
 
-    body: Light
+    body: Single
     onto: Array
     box: tuple[float, float, float, float]
-    within: Placed | None = None
+    within: PlacedLayer | None = None
 
 
-def _mono(layer: Layer, weights: Light) -> MonoLayer:
+def _mono(layer: Layer, weights: Single) -> MonoLayer:
     light = layer.rgba[:, :, :3] @ weights
     return MonoLayer(layer.geometry, np.stack([light, layer.rgba[:, :, 3]], axis=2))
 
 
 def _placed(
-    sight: Sight,
+    projection: Projection,
     layer: MonoLayer,
     shake: tuple[float, float, float],
     turn_deg: float = 0.0,
     shift_mm: tuple[float, float] = (0.0, 0.0),
-    within: Placed | None = None,
-) -> Placed:
-    plane = shaken(sight, shake) @ sight.plane(layer.geometry.centre_mm[2])
+    within: PlacedLayer | None = None,
+) -> PlacedLayer:
+    plane = shaken(projection, shake) @ projection.plane(layer.geometry.centre_mm[2])
     onto = onto_layer(layer.geometry, math.radians(turn_deg), shift_mm) @ np.linalg.inv(plane)
     rows, columns = layer.body.shape[:2]
-    return Placed(layer.body, onto, sight.box(onto, rows, columns), within)
+    return PlacedLayer(layer.body, onto, projection.box(onto, rows, columns), within)
 
 
-def place(plane: Plane, pose: Pose) -> list[Placed]:
+def place(scene: MonoScene, pose: Pose) -> list[PlacedLayer]:
     """What lies on the background in a pose, from the back to the front.
 
     Where the camera shakes, the background is among it.
     """
-    sight, layers, shake = plane.sight, plane.layers, pose.shake
+    projection, layers, shake = scene.projection, scene.layers, pose.shake
     crank = math.radians(pose.motor_deg)
     rod_mm = (CRANK_MM * (1.0 - math.cos(crank)), -CRANK_MM * math.sin(crank))
-    items = [] if shake == TRIPOD else [_placed(sight, layers["still"], shake)]
-    items.append(_placed(sight, layers["rod"], shake, 0.0, rod_mm))
-    items.append(_placed(sight, layers["arm"], shake, pose.motor_deg))
-    items.append(_placed(sight, layers["fin"], shake, pose.surface_deg))
+    items = [] if shake == TRIPOD else [_placed(projection, layers["still"], shake)]
+    items.append(_placed(projection, layers["rod"], shake, 0.0, rod_mm))
+    items.append(_placed(projection, layers["arm"], shake, pose.motor_deg))
+    items.append(_placed(projection, layers["fin"], shake, pose.surface_deg))
     if "shadow" in layers:
-        items.append(_placed(sight, layers["shadow"], shake))
+        items.append(_placed(projection, layers["shadow"], shake))
     if "glint" in layers:
-        gloss = _placed(sight, layers["gloss"], shake, pose.surface_deg)
-        items.append(_placed(sight, layers["glint"], shake, within=gloss))
+        gloss = _placed(projection, layers["gloss"], shake, pose.surface_deg)
+        items.append(_placed(projection, layers["glint"], shake, within=gloss))
     if pose.card_mm is not None:
-        items.append(_placed(sight, layers["card"], shake, 0.0, (0.0, pose.card_mm)))
+        items.append(_placed(projection, layers["card"], shake, 0.0, (0.0, pose.card_mm)))
     return items
 
 
 def light_of(
-    plane: Plane, poses: Sequence[Pose], weights: Array, stop: Event | None = None
-) -> Light:
+    scene: MonoScene, poses: Sequence[Pose], weights: Array, stop: Event | None = None
+) -> Single:
     """Light on the pixels (height, width), summed over sub-frames; the LED is off.
 
     ``weights`` (sub-frames, height): the share of each row's exposure that a pose fills; each
     row's shares add up to one. Raises CancelledError between sub-frames once ``stop`` is set.
     """
-    sight = plane.sight
-    scenes = [place(plane, pose) for pose in poses]
-    light = plane.background.copy()
-    left, right, top, bottom = _window(sight, scenes)
+    projection = scene.projection
+    placed = [place(scene, pose) for pose in poses]
+    light = scene.background.copy()
+    left, right, top, bottom = _window(projection, placed)
     if left >= right or top >= bottom:
         return light
     # The samples of the window and of a margin about it.
     y0, x0 = top * SUPERSAMPLING, left * SUPERSAMPLING
-    y1, x1 = ((n + 2 * sight.margin) * SUPERSAMPLING for n in (bottom, right))
-    background = plane.still[y0:y1, x0:x1]
+    y1, x1 = ((n + 2 * projection.margin) * SUPERSAMPLING for n in (bottom, right))
+    background = scene.still[y0:y1, x0:x1]
     total = np.zeros_like(background)
-    row = np.clip(np.arange(y0, y1) // SUPERSAMPLING - sight.margin, 0, sight.view.height - 1)
-    for scene, share in zip(scenes, weights.astype(np.float32), strict=True):
+    row = np.clip(
+        np.arange(y0, y1) // SUPERSAMPLING - projection.margin, 0, projection.viewport.height - 1
+    )
+    for items, share in zip(placed, weights.astype(np.float32), strict=True):
         if stop is not None and stop.is_set():
             raise CancelledError
         if not share.any():
             continue
         picture = background.copy()
-        for item in scene:
-            _lay(picture, (x0, y0), sight, item)
+        for item in items:
+            _lay(picture, (x0, y0), projection, item)
         total += share[row, None] * picture
-    light[top:bottom, left:right] = blur_and_bin(total, plane.optics, SUPERSAMPLING, sight.margin)
+    light[top:bottom, left:right] = blur_and_bin(
+        total, scene.optics, SUPERSAMPLING, projection.margin
+    )
     return light
 
 
-def led_of(plane: Plane, shake: tuple[float, float, float] = TRIPOD) -> Light:
+def led_of(scene: MonoScene, shake: tuple[float, float, float] = TRIPOD) -> Single:
     """Light that the LED adds to the pixels when it is on, (height, width)."""
-    samples = np.zeros(plane.sight.size, dtype=np.float32)
-    _lay(samples, (0, 0), plane.sight, _placed(plane.sight, plane.layers["led"], shake))
-    return blur_and_bin(samples, plane.optics, SUPERSAMPLING, plane.sight.margin)
+    samples = np.zeros(scene.projection.size, dtype=np.float32)
+    _lay(samples, (0, 0), scene.projection, _placed(scene.projection, scene.layers["led"], shake))
+    return blur_and_bin(samples, scene.optics, SUPERSAMPLING, scene.projection.margin)
 
 
-def _lay(picture: Light, corner: tuple[int, int], sight: Sight, item: Placed) -> None:
+def _lay(
+    picture: Single, corner: tuple[int, int], projection: Projection, item: PlacedLayer
+) -> None:
     """Lay a layer over ``picture`` in place, whose first sample (x, y) is ``corner``."""
     if item.within is not None:
         light, inside = np.zeros_like(picture), np.zeros_like(picture)
-        _lay(light, corner, sight, Placed(item.body, item.onto, item.box))
-        _lay(inside, corner, sight, item.within)
+        _lay(light, corner, projection, PlacedLayer(item.body, item.onto, item.box))
+        _lay(inside, corner, projection, item.within)
         picture += light * inside
         return
-    rays = sight.rays
+    rays = projection.rays
     if rays is None:
-        matrix = item.onto @ sight.pixel_of_sample(corner)
+        matrix = item.onto @ projection.pixel_of_sample(corner)
         lay_over(picture, item.body, matrix / matrix[2, 2])
         return
     left, right, top, bottom = (math.floor(edge) for edge in item.box)
@@ -231,15 +234,17 @@ def _lay(picture: Light, corner: tuple[int, int], sight: Sight, item: Placed) ->
     lay_along_rays(picture[rows, columns], item.body, seen, item.onto)
 
 
-def _window(sight: Sight, scenes: Sequence[Sequence[Placed]]) -> tuple[int, int, int, int]:
-    """Left, right, top, bottom [px] of what the moving bodies touch in any of the scenes."""
-    boxes = np.array([item.box for scene in scenes for item in scene]) / SUPERSAMPLING
-    reach = 1.0 + sight.margin  # blur carries a moving edge this far
-    left, top = (math.floor(boxes[:, n].min() - sight.margin - reach) for n in (0, 2))
-    right, bottom = (math.ceil(boxes[:, n].max() - sight.margin + reach) for n in (1, 3))
+def _window(
+    projection: Projection, placed: Sequence[Sequence[PlacedLayer]]
+) -> tuple[int, int, int, int]:
+    """Left, right, top, bottom [px] of what the moving bodies touch in any of the sub-frames."""
+    boxes = np.array([item.box for items in placed for item in items]) / SUPERSAMPLING
+    reach = 1.0 + projection.margin  # blur carries a moving edge this far
+    left, top = (math.floor(boxes[:, n].min() - projection.margin - reach) for n in (0, 2))
+    right, bottom = (math.ceil(boxes[:, n].max() - projection.margin + reach) for n in (1, 3))
     return (
         max(left, 0),
-        min(right, sight.view.width),
+        min(right, projection.viewport.width),
         max(top, 0),
-        min(bottom, sight.view.height),
+        min(bottom, projection.viewport.height),
     )

@@ -1,4 +1,4 @@
-"""Where a point of the bench is seen: a pinhole off the axis, and a lens that bends straight lines.
+"""Where a point of the bench is seen: a pinhole off the axis with radial distortion.
 
 The camera looks at the hinge from ``distance`` away. Its principal point is where the hinge is
 seen at rest, as with a sensor that is shifted behind a lens above the hinge. All that is flat and
@@ -20,7 +20,7 @@ _ROUNDS = 30  # of Newton's iteration; it ends at rounding error after a few
 
 
 @dataclass(frozen=True)
-class Lens:
+class TiltedLens:
     """How the camera stands and what its lens does; the default looks straight along the hinge.
 
     ``yaw_deg`` moves the camera to the right about the hinge, ``pitch_deg`` up (-60 to 60).
@@ -36,7 +36,7 @@ class Lens:
     @property
     def on_axis(self) -> bool:
         """True where planes parallel to the surface are only scaled: layers may be moved as is."""
-        return self == Lens()
+        return self == TiltedLens()
 
     @property
     def rotation(self) -> Array:

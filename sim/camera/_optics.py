@@ -14,11 +14,8 @@ from typing import Annotated
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from servosight.models.core import Image, within
-
-Light = NDArray[np.float32]
+from servosight.models.core import Image, Single, within
 
 
 @dataclass(frozen=True)
@@ -60,8 +57,8 @@ class Optics:
 class FixedPattern:
     """Each pixel's relative gain and its offset [grey levels]; (height, width) float32."""
 
-    gain: Light
-    offset: Light
+    gain: Single
+    offset: Single
 
 
 def fixed_pattern(optics: Optics, height: int, width: int, seed: int) -> FixedPattern:
@@ -74,7 +71,7 @@ def fixed_pattern(optics: Optics, height: int, width: int, seed: int) -> FixedPa
     )
 
 
-def blur_and_bin(light: Light, optics: Optics, factor: int, margin: int) -> Light:
+def blur_and_bin(light: Single, optics: Optics, factor: int, margin: int) -> Single:
     """Blur by the lens, then average over square pixels of ``factor`` x ``factor`` samples.
 
     ``light`` (rows, columns) has ``margin`` pixels more on each side than the result, at least
@@ -98,7 +95,7 @@ def blur_and_bin(light: Light, optics: Optics, factor: int, margin: int) -> Ligh
     return np.asarray(total / factor**2, dtype=np.float32)
 
 
-def disc(radius: float) -> Light:
+def disc(radius: float) -> Single:
     """A pillbox of ``radius`` samples that sums to one, each sample by the share it covers."""
     reach, fine = math.ceil(radius), 16
     at = (np.arange((2 * reach + 1) * fine) + 0.5) / fine - 0.5 - reach
@@ -108,7 +105,7 @@ def disc(radius: float) -> Light:
     return np.asarray(kernel / kernel.sum())
 
 
-def vignette(height: int, width: int, axis_px: tuple[float, float], loss: float) -> Light:
+def vignette(height: int, width: int, axis_px: tuple[float, float], loss: float) -> Single:
     """Relative light over the picture, 1 on the optical axis; falls with the radius squared."""
     x = np.arange(width) - axis_px[0]
     y = np.arange(height) - axis_px[1]
@@ -116,7 +113,7 @@ def vignette(height: int, width: int, axis_px: tuple[float, float], loss: float)
     return (1.0 / (1.0 + loss / (1.0 - loss) * radius2)).astype(np.float32)
 
 
-def variance(mean: Light, optics: Optics) -> Light:
+def variance(mean: Single, optics: Optics) -> Single:
     """Temporal variance [grey levels^2] before quantization, EMVA 1288 release 4, eq. (17).
 
     var = K^2 sigma_d^2 + K (mean - dark); quantization adds 1/12.
@@ -126,7 +123,7 @@ def variance(mean: Light, optics: Optics) -> Light:
     return np.asarray(read + np.float32(optics.gain) * signal, dtype=np.float32)
 
 
-def expose(light: Light, optics: Optics, pattern: FixedPattern, rng: np.random.Generator) -> Image:
+def expose(light: Single, optics: Optics, pattern: FixedPattern, rng: np.random.Generator) -> Image:
     """One picture of ``light`` (height, width), where 1 is white; uint8.
 
     Shot noise is drawn from a Gaussian of the Poisson variance: at 100 electrons and more, where
@@ -140,7 +137,7 @@ def expose(light: Light, optics: Optics, pattern: FixedPattern, rng: np.random.G
     return encode(level + pattern.offset, optics.gamma)
 
 
-def encode(level: Light, gamma: float) -> Image:
+def encode(level: Single, gamma: float) -> Image:
     """Clip to 0 to 255, quantize, and apply the transfer curve."""
     code = np.clip(np.rint(level), 0, 255).astype(np.uint8)
     if gamma == 1.0:

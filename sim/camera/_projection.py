@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servosight.models.core import Array
-from servosight.sim.camera._lens import Lens
+from servosight.models.core import Array, Single
+from servosight.sim.camera._lens import TiltedLens
 from servosight.sim.camera._render import SUPERSAMPLING, LayerGeometry
-from servosight.sim.scene import LENS_HEIGHT_MM, View
-
-Light = NDArray[np.float32]
+from servosight.sim.scene import LENS_HEIGHT_MM, Viewport
 
 _EDGE = np.linspace(0.0, 1.0, 17)  # where a layer's border is followed through the lens
 
@@ -22,30 +19,32 @@ _BEYOND_PX = 64.0  # blur reaches that far at most
 
 
 @dataclass(frozen=True)
-class Sight:
+class Projection:
     """A view through a lens, padded by ``margin`` pixels on each side.
 
     "Undistorted pixels" are those of the pinhole without the lens's distortion.
     """
 
-    view: View
-    lens: Lens
+    viewport: Viewport
+    lens: TiltedLens
     margin: int
 
     @property
     def focal_px(self) -> float:
         """Focal length [px]."""
-        return self.view.scale * LENS_HEIGHT_MM
+        return self.viewport.scale * LENS_HEIGHT_MM
 
     @property
     def size(self) -> tuple[int, int]:
         """Rows and columns of samples of the padded picture."""
         pad = 2 * self.margin
-        return (self.view.height + pad) * SUPERSAMPLING, (self.view.width + pad) * SUPERSAMPLING
+        return (self.viewport.height + pad) * SUPERSAMPLING, (
+            self.viewport.width + pad
+        ) * SUPERSAMPLING
 
     def plane(self, z_mm: float) -> Array:
         """Bench (x, y, 1) [mm] at height ``z_mm`` to homogeneous undistorted pixels (3, 3)."""
-        return self.lens.homography(self.focal_px, self.view.pivot_px, LENS_HEIGHT_MM, z_mm)
+        return self.lens.homography(self.focal_px, self.viewport.pivot_px, LENS_HEIGHT_MM, z_mm)
 
     def pixel_of_sample(self, corner: tuple[int, int] = (0, 0)) -> Array:
         """Samples from ``corner`` (x, y) on to pixels, integer centres in both; (3, 3)."""
@@ -54,7 +53,7 @@ class Sight:
         return np.array([[step, 0.0, x], [0.0, step, y], [0.0, 0.0, 1.0]])
 
     @cached_property
-    def rays(self) -> Light | None:
+    def rays(self) -> Single | None:
         """Undistorted pixel (x, y) that each sample shows, (rows, columns, 2); None on the axis."""
         if self.lens.on_axis:
             return None
@@ -62,7 +61,7 @@ class Sight:
         x, y = np.meshgrid(np.arange(columns), np.arange(rows))
         step, shift = 1.0 / SUPERSAMPLING, 0.5 / SUPERSAMPLING - 0.5 - self.margin
         seen = np.stack([x, y], axis=2).astype(np.float64) * step + shift
-        return self.lens.undistort(seen, self.focal_px, self.view.pivot_px).astype(np.float32)
+        return self.lens.undistort(seen, self.focal_px, self.viewport.pivot_px).astype(np.float32)
 
     def box(self, onto: Array, rows: int, columns: int) -> tuple[float, float, float, float]:
         """First and last column, first and last row of samples that a layer may touch.
@@ -89,28 +88,28 @@ class Sight:
 
     @property
     def _lens_px(self) -> tuple[float, tuple[float, float]]:
-        return self.focal_px, self.view.pivot_px
+        return self.focal_px, self.viewport.pivot_px
 
 
-def folds(view: View, lens: Lens) -> bool:
+def folds(viewport: Viewport, lens: TiltedLens) -> bool:
     """True where the lens would show two places of the bench at one in the picture."""
-    far = [(x, y) for x in (-_BEYOND_PX, view.width + _BEYOND_PX)
-           for y in (-_BEYOND_PX, view.height + _BEYOND_PX)]  # fmt: skip
+    far = [(x, y) for x in (-_BEYOND_PX, viewport.width + _BEYOND_PX)
+           for y in (-_BEYOND_PX, viewport.height + _BEYOND_PX)]  # fmt: skip
     try:
-        lens.undistort(np.array(far), view.scale * LENS_HEIGHT_MM, view.pivot_px)
+        lens.undistort(np.array(far), viewport.scale * LENS_HEIGHT_MM, viewport.pivot_px)
     except ValueError:
         return True
     return False
 
 
-def shaken(sight: Sight, shake: tuple[float, float, float]) -> Array:
+def shaken(projection: Projection, shake: tuple[float, float, float]) -> Array:
     """Undistorted pixels at rest to those of a shaken camera (3, 3).
 
     ``shake``: shift in x and y [px], roll [deg, counter-clockwise] about the picture's middle.
     """
     right, down, roll = shake
     c, s = math.cos(math.radians(roll)), math.sin(math.radians(roll))
-    x, y = 0.5 * (sight.view.width - 1), 0.5 * (sight.view.height - 1)
+    x, y = 0.5 * (projection.viewport.width - 1), 0.5 * (projection.viewport.height - 1)
     return np.array(
         [
             [c, s, x - c * x - s * y + right],

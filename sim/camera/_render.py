@@ -16,16 +16,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servosight.models.core import Camera
+from servosight.models.core import Camera, Single
 from servosight.sim import scene
-from servosight.sim.scene import LENS_HEIGHT_MM, Part, View
+from servosight.sim.scene import LENS_HEIGHT_MM, Part, Viewport
 
 if TYPE_CHECKING:
     import pyrender
-
-Light = NDArray[np.float32]
 
 SUPERSAMPLING = 2
 """Samples per pixel and axis of what does not move, and of the picture that is put together."""
@@ -72,20 +69,20 @@ class Layer:
     shadow about the body.
     """
 
-    rgba: Light
+    rgba: Single
     geometry: LayerGeometry
-    solid: Light | None = None
+    solid: Single | None = None
 
 
 @dataclass(frozen=True)
-class Layers:
+class BenchLayers:
     """The bench in linear light (a white sheet at the hinge: about 1).
 
     ``still`` is all that does not move, ``led`` what the light adds to it when on. ``rod``,
     ``arm``, ``fin`` lie on it in this order.
     """
 
-    view: View
+    viewport: Viewport
     still: Layer
     led: Layer
     rod: Layer
@@ -93,7 +90,7 @@ class Layers:
     fin: Layer
 
 
-def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> Layers:
+def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> BenchLayers:
     """Draw the bench for ``camera`` with the surfaces that belong to ``seed``.
 
     ``room_px``: how far beyond the picture the bench is drawn.
@@ -102,30 +99,32 @@ def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> Layers:
     os.environ.setdefault("PYGLET_HEADLESS", "1")  # pyrender imports pyglet: no X libraries
     import pyrender
 
-    view = View.of(camera)
+    viewport = Viewport.of(camera)
     renderer = pyrender.OffscreenRenderer(64, 64)
     try:
-        still = _still(renderer, view, seed, room_px)  # first: it needs the most memory
+        still = _still(renderer, viewport, seed, room_px)  # first: it needs the most memory
         fin, rod, arm = (
-            _layer(renderer, part, view, seed) for part in (scene.FIN, scene.ROD, scene.ARM)
+            _layer(renderer, part, viewport, seed) for part in (scene.FIN, scene.ROD, scene.ARM)
         )
     finally:
         renderer.delete()
-    return Layers(view, still, _led(view), rod, arm, fin)
+    return BenchLayers(viewport, still, _led(viewport), rod, arm, fin)
 
 
-def _per_mm(view: View, z_mm: float, samples: int) -> float:
+def _per_mm(viewport: Viewport, z_mm: float, samples: int) -> float:
     """Samples a millimetre at height ``z_mm``, seen from above the hinge."""
-    return view.scale * samples * LENS_HEIGHT_MM / (LENS_HEIGHT_MM - z_mm)
+    return viewport.scale * samples * LENS_HEIGHT_MM / (LENS_HEIGHT_MM - z_mm)
 
 
-def _still(renderer: pyrender.OffscreenRenderer, view: View, seed: int, room_px: int) -> Layer:
+def _still(
+    renderer: pyrender.OffscreenRenderer, viewport: Viewport, seed: int, room_px: int
+) -> Layer:
     """Table, plate and case, with the shadow about the case."""
-    size = tuple((n + 2 * room_px) * SUPERSAMPLING for n in (view.height, view.width))
-    x, y = ((p + 0.5 + room_px) * SUPERSAMPLING - 0.5 for p in view.pivot_px)
+    size = tuple((n + 2 * room_px) * SUPERSAMPLING for n in (viewport.height, viewport.width))
+    x, y = ((p + 0.5 + room_px) * SUPERSAMPLING - 0.5 for p in viewport.pivot_px)
     meshes = [scene.table(seed), *scene.case_meshes(seed)]
-    rgba = _draw(renderer, meshes, view, (x, y), (size[0], size[1]), SUPERSAMPLING)
-    per_mm = _per_mm(view, scene.PLATE_Z_MM, SUPERSAMPLING)
+    rgba = _draw(renderer, meshes, viewport, (x, y), (size[0], size[1]), SUPERSAMPLING)
+    per_mm = _per_mm(viewport, scene.PLATE_Z_MM, SUPERSAMPLING)
     across = ((np.arange(size[1]) - x) / per_mm).astype(np.float32)
     along = ((y - np.arange(size[0])) / per_mm).astype(np.float32)
     for rows in _strips(size[0]):
@@ -133,24 +132,26 @@ def _still(renderer: pyrender.OffscreenRenderer, view: View, seed: int, room_px:
     return Layer(rgba, LayerGeometry((x, y), (0.0, 0.0, scene.PLATE_Z_MM), per_mm))
 
 
-def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: int) -> Layer:
+def _layer(
+    renderer: pyrender.OffscreenRenderer, part: Part, viewport: Viewport, seed: int
+) -> Layer:
     """Draw one body alone and give it the soft shadow that the ring light leaves about it."""
     from cv2 import GaussianBlur
 
     left, bottom, right, top = part.box_mm
     x, y, z = part.centre_mm
     room = 2.2 * _PENUMBRA_MM
-    per_mm = _per_mm(view, z, SUPERSAMPLING * FINER)
+    per_mm = _per_mm(viewport, z, SUPERSAMPLING * FINER)
     # The hinge lies on a sample, wherever it lies in the picture.
     axis = (math.ceil((room - left) * per_mm), math.ceil((top + room) * per_mm))
     size = (
         axis[1] + math.ceil((room - bottom) * per_mm) + 1,
         axis[0] + math.ceil((right + room) * per_mm) + 1,
     )
-    sharp = _draw(renderer, part.build(seed), view, axis, size, SUPERSAMPLING * FINER)
+    sharp = _draw(renderer, part.build(seed), viewport, axis, size, SUPERSAMPLING * FINER)
     soft = SOFT_PX * SUPERSAMPLING * FINER
     rgba = np.asarray(GaussianBlur(sharp, (0, 0), soft, dst=sharp), dtype=np.float32)
-    sigma = _PENUMBRA_MM * view.scale * SUPERSAMPLING * FINER
+    sigma = _PENUMBRA_MM * viewport.scale * SUPERSAMPLING * FINER
     solid = rgba[:, :, 3].copy()
     shadow = _SHADOW * np.asarray(GaussianBlur(solid, (0, 0), sigma))
     rgba[:, :, 3] = solid + (1.0 - solid) * shadow * _fade(size, sigma)
@@ -158,7 +159,7 @@ def _layer(renderer: pyrender.OffscreenRenderer, part: Part, view: View, seed: i
     return Layer(rgba, LayerGeometry(anchor, part.centre_mm, per_mm), solid)
 
 
-def _fade(size: tuple[int, int], width: float) -> Light:
+def _fade(size: tuple[int, int], width: float) -> Single:
     """One inside, falling smoothly to zero at the border, so that no shadow ends in a step."""
     sides = [np.clip((np.minimum(np.arange(n), np.arange(n)[::-1])) / width, 0, 1) for n in size]
     y, x = (s * s * (3.0 - 2.0 * s) for s in sides)
@@ -168,11 +169,11 @@ def _fade(size: tuple[int, int], width: float) -> Light:
 def _draw(
     renderer: pyrender.OffscreenRenderer,
     meshes: list[pyrender.Mesh],
-    view: View,
+    viewport: Viewport,
     axis: tuple[float, float],
     size: tuple[int, int],
     samples: int,
-) -> Light:
+) -> Single:
     """Render ``meshes`` to linear, premultiplied colour and coverage: (rows, columns, 4).
 
     ``axis`` is where the hinge meets the picture, in samples, of which there are ``samples`` a
@@ -181,7 +182,7 @@ def _draw(
     import pyrender
 
     rows, columns = size
-    focal = view.scale * samples * LENS_HEIGHT_MM
+    focal = viewport.scale * samples * LENS_HEIGHT_MM
     lens = pyrender.IntrinsicsCamera(
         fx=focal, fy=focal, cx=axis[0] + 0.5, cy=axis[1] + 0.5, znear=100.0, zfar=2000.0
     )
@@ -211,7 +212,7 @@ def _strips(rows: int) -> Iterator[slice]:
     return (slice(start, start + _STRIP_ROWS) for start in range(0, rows, _STRIP_ROWS))
 
 
-def _case_shadow(x_mm: Light, y_mm: Light) -> Light:
+def _case_shadow(x_mm: Single, y_mm: Single) -> Single:
     """What the ring light leaves of the plate's brightness about the servo's case."""
     left, bottom, right, top = scene.LUGS_MM
     corner = 2.0
@@ -221,12 +222,12 @@ def _case_shadow(x_mm: Light, y_mm: Light) -> Light:
     return np.where(out <= 0.0, 1.0, 1.0 - 0.55 * np.exp(-out / 2.4)).astype(np.float32)
 
 
-def _led(view: View) -> Layer:
+def _led(viewport: Viewport) -> Layer:
     """Light of the LED: its lens, and the halo on what lies about it; it covers nothing.
 
     It belongs to the sheet of what does not move, where its socket is drawn.
     """
-    per_mm = _per_mm(view, _LED_Z_MM, SUPERSAMPLING)
+    per_mm = _per_mm(viewport, _LED_Z_MM, SUPERSAMPLING)
     near = (LENS_HEIGHT_MM - scene.PLATE_Z_MM) / (LENS_HEIGHT_MM - _LED_Z_MM)
     x, y = (near * place for place in scene.LED_MM)
     reach = math.ceil(_LED_REACH_MM * per_mm)

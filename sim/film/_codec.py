@@ -30,24 +30,24 @@ class Codec:
 
 @dataclass(frozen=True)
 class Packet:
-    """A compressed picture, when it is shown [ticks], and whether it stands by itself."""
+    """A compressed picture, when it is shown [ticks], and whether it is a key frame."""
 
     ticks: int
     data: bytes
     key: bool = True
 
 
-class Press(Protocol):
-    """Compresses one picture by itself; picklable results, any number of them make one stream."""
+class FrameEncoder(Protocol):
+    """Compresses single pictures; the results of several encoders make one stream."""
 
     matroska_id: str
     private: bytes
 
-    def press(self, image: Image) -> bytes:
-        """What the stream holds of a picture (height, width)."""
+    def encode(self, image: Image) -> bytes:
+        """The bytes of one picture (height, width) in the stream."""
 
 
-class Lossless:
+class Ffv1Encoder:
     """FFV1, level 3, every frame a key frame (RFC 9043)."""
 
     matroska_id = "V_FFV1"
@@ -58,7 +58,7 @@ class Lossless:
         self._context.open()
         self.private = bytes(self._context.extradata or b"")
 
-    def press(self, image: Image) -> bytes:
+    def encode(self, image: Image) -> bytes:
         import av
 
         frame = av.VideoFrame.from_ndarray(image, format="gray")
@@ -66,7 +66,7 @@ class Lossless:
         return bytes(packet)
 
 
-class Jpeg:
+class JpegEncoder:
     """One grey JPEG for each picture, with the usual tables at ``quality``."""
 
     matroska_id = "V_MJPEG"
@@ -75,38 +75,38 @@ class Jpeg:
     def __init__(self, quality: int) -> None:
         self._options = [cv2.IMWRITE_JPEG_QUALITY, quality]
 
-    def press(self, image: Image) -> bytes:
+    def encode(self, image: Image) -> bytes:
         done, data = cv2.imencode(".jpg", image, self._options)
         if not done:
             raise RuntimeError("OpenCV could not write a JPEG")
         return data.tobytes()
 
 
-class Raw:
-    """The picture itself: H.264 needs those before it, so another process compresses it."""
+class RawFrame:
+    """The picture uncompressed: H.264 needs the pictures before it, see :class:`PacketStream`."""
 
     matroska_id = "V_MPEG4/ISO/AVC"
     private = b""
 
-    def press(self, image: Image) -> bytes:
+    def encode(self, image: Image) -> bytes:
         return image.tobytes()
 
 
-def press_of(codec: Codec, width: int, height: int) -> Press:
-    """What each process does to its pictures."""
+def frame_encoder(codec: Codec, width: int, height: int) -> FrameEncoder:
+    """The encoder of single pictures for ``codec``."""
     if codec.name == "ffv1":
-        return Lossless(width, height)
+        return Ffv1Encoder(width, height)
     if codec.name == "mjpeg":
-        return Jpeg(codec.quality)
-    return Raw()
+        return JpegEncoder(codec.quality)
+    return RawFrame()
 
 
-class Stream:
-    """Pressed pictures in order to packets of the file; H.264 is compressed here."""
+class PacketStream:
+    """Turns encoded pictures, in order, into packets of the file; H.264 is compressed here."""
 
     def __init__(self, codec: Codec, width: int, height: int, rate_hz: float) -> None:
-        press = press_of(codec, width, height)
-        self.matroska_id, self.private = press.matroska_id, press.private
+        encoder = frame_encoder(codec, width, height)
+        self.matroska_id, self.private = encoder.matroska_id, encoder.private
         self._shape = (height, width)
         self._h264: Any = None
         if codec.name == "h264":
@@ -114,7 +114,7 @@ class Stream:
             self.private = avc_configuration(bytes(self._h264.extradata))
 
     def packets(self, ticks: int, data: bytes) -> Iterator[Packet]:
-        """What may be written once the picture shown at ``ticks`` has come."""
+        """The packets that can be written after the picture shown at ``ticks``."""
         if self._h264 is None:
             yield Packet(ticks, data)
             return
@@ -126,7 +126,7 @@ class Stream:
         yield from map(_packet, self._h264.encode(frame))
 
     def rest(self) -> Iterator[Packet]:
-        """What was held back."""
+        """The packets that the codec still buffers."""
         if self._h264 is not None:
             yield from map(_packet, self._h264.encode(None))
 
@@ -142,7 +142,7 @@ def _context(name: str, width: int, height: int, pixels: str) -> Any:
 
 
 def _h264(crf: int, width: int, height: int, rate_hz: float) -> Any:
-    """x264 as a camera's chip would: no picture waits for a later one, a key frame a second."""
+    """x264 set up like the chip of a camera: no reordered pictures, one key frame a second."""
     from av.codec.context import Flags
 
     context = _context("libx264", width, height, "yuv420p")
@@ -159,7 +159,7 @@ def _packet(packet: Any) -> Packet:
 
 
 def units(stream: bytes) -> list[bytes]:
-    """The units of an H.264 byte stream, which start codes part (ITU-T H.264, annex B)."""
+    """The units of an H.264 byte stream, separated by start codes (ITU-T H.264, annex B)."""
     return [unit.rstrip(b"\0") for unit in stream.split(b"\0\0\1")[1:]]
 
 

@@ -1,16 +1,16 @@
-"""The twin filmed: a trajectory becomes a video with its known truth.
+"""Render a trajectory of the twin as a video whose truth is known.
 
-Frames are drawn, exposed and compressed by a few threads and written in order by the one that
-asked, which holds a few compressed frames at a time. What draws is compiled and runs in parallel;
-threads share the bench's layers, which are most of the memory, and end with the process. Each
-frame's noise has a seed of its own, so the file does not depend on how the work was divided.
+A few threads draw, expose and compress the frames; the calling thread writes them in order and
+keeps only a few compressed frames in memory. The compiled drawing loops run in parallel, and the
+threads share the bench's layers, which are most of the memory. Each frame's noise has its own
+seed, so the file does not depend on the number of threads.
 """
 
 from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
@@ -19,38 +19,35 @@ from queue import SimpleQueue
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Camera, Image, InputError, new_file
+from servosight.models.core import Array, Camera, FrameProgress, Image, InputError, Single, new_file
 from servosight.sim.camera import (
+    BenchLayers,
     FixedPattern,
-    Layers,
-    Light,
-    Plane,
+    MonoScene,
     Pose,
     expose,
     fixed_pattern,
     led_of,
     light_of,
-    props,
+    overlays,
     render_layers,
     vignette,
 )
-from servosight.sim.film._codec import Press, Stream, press_of
+from servosight.sim.film._codec import FrameEncoder, PacketStream, frame_encoder
 from servosight.sim.film._matroska import MatroskaWriter
-from servosight.sim.film._plan import Motion, Shot, command_start, frame_starts, plan
+from servosight.sim.film._plan import FramePlan, TrajectoryLike, command_start, frame_starts, plan
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.film._truth import FrameTable, frame_table, stamps
 
-Progress = Callable[[int, int], None]
-
 
 def render_video(
-    trajectory: Motion,
+    trajectory: TrajectoryLike,
     camera: Camera,
     path: Path,
     *,
     seed: int,
     settings: VideoSettings | None = None,
-    progress: Progress | None = None,
+    progress: FrameProgress | None = None,
 ) -> FrameTable:
     """Film ``trajectory`` into ``path``, a Matroska file, whole or not at all.
 
@@ -62,28 +59,30 @@ def render_video(
     chosen = settings or VideoSettings()
     starts, led_on_s = frame_starts(trajectory, camera), command_start(trajectory)
     check(camera, starts)
-    studio = Studio(
+    renderer = FrameRenderer(
         render_layers(camera, chosen.texture_seed, chosen.room_px(camera)), chosen, seed
     )
     size = camera.width, camera.height
     ticks = stamps(starts)
     with new_file(path) as temporary, temporary.open("wb") as file:
-        stream = Stream(chosen.codec, *size, camera.rate_hz)
-        shots = plan(trajectory, camera, starts, led_on_s, chosen, seed)
+        stream = PacketStream(chosen.codec, *size, camera.rate_hz)
+        frames = plan(trajectory, camera, starts, led_on_s, chosen, seed)
         with (
-            closing(_pressed(shots, studio, chosen.workers)) as pressed,
+            closing(_encoded(frames, renderer, chosen.workers)) as encoded,
             MatroskaWriter(
                 file, size, stream.matroska_id, stream.private, 1.0 / camera.rate_hz
             ) as writer,
         ):
-            for n, picture in enumerate(pressed):
+            for n, picture in enumerate(encoded):
                 for packet in stream.packets(ticks[n], picture):
                     writer.write(packet.ticks, packet.data, packet.key)
                 if progress is not None:
                     progress(n + 1, starts.size)
             for packet in stream.rest():
                 writer.write(packet.ticks, packet.data, packet.key)
-    return frame_table(trajectory, camera, starts, led_on_s, studio.plane.sight, chosen, seed)
+    return frame_table(
+        trajectory, camera, starts, led_on_s, renderer.scene.projection, chosen, seed
+    )
 
 
 def check(camera: Camera, starts: Array) -> None:
@@ -100,64 +99,68 @@ def check(camera: Camera, starts: Array) -> None:
         )
 
 
-class Studio:
-    """Everything that turns a shot into a picture: the bench, the lens, the sensor."""
+class FrameRenderer:
+    """Turns the plan of a frame into a picture: bench, lens and sensor."""
 
-    def __init__(self, layers: Layers, settings: VideoSettings, seed: int) -> None:
-        view, optics = layers.view, settings.optics
+    def __init__(self, layers: BenchLayers, settings: VideoSettings, seed: int) -> None:
+        viewport, optics = layers.viewport, settings.optics
         self.settings, self.seed = settings, seed
-        above = props(settings.light, settings.cover, settings.texture_seed)
-        plane = Plane.of(layers, optics, lens=settings.lens, props=above)
-        self.led: Light = led_of(plane)
-        self.plane = plane.on_tripod if settings.shake.still else plane
-        self.falloff: Light = vignette(view.height, view.width, view.pivot_px, optics.vignetting)
-        self.pattern: FixedPattern = fixed_pattern(optics, view.height, view.width, seed)
-        self._last: tuple[tuple[Pose, ...], Light] | None = None
+        above = overlays(settings.light, settings.cover, settings.texture_seed)
+        scene = MonoScene.of(layers, optics, lens=settings.lens, overlays=above)
+        self.led: Single = led_of(scene)
+        self.scene = scene.on_tripod if settings.shake.still else scene
+        self.falloff: Single = vignette(
+            viewport.height, viewport.width, viewport.pivot_px, optics.vignetting
+        )
+        self.pattern: FixedPattern = fixed_pattern(optics, viewport.height, viewport.width, seed)
+        self._last: tuple[tuple[Pose, ...], Single] | None = None
 
-    def picture(self, shot: Shot, stop: threading.Event | None = None) -> Image:
+    def picture(self, frame: FramePlan, stop: threading.Event | None = None) -> Image:
         """Take the picture; (height, width) uint8. Several threads may call it at once.
 
         Raises CancelledError soon after ``stop`` is set.
         """
         last = self._last
-        if last is None or last[0] != shot.poses or len(shot.poses) > 1:
-            last = shot.poses, light_of(self.plane, shot.poses, shot.weights, stop)
+        if last is None or last[0] != frame.poses or len(frame.poses) > 1:
+            last = frame.poses, light_of(self.scene, frame.poses, frame.weights, stop)
             self._last = last
-        light = last[1] * shot.lamp.astype(np.float32)[:, None]
-        if shot.led.any():
+        light = last[1] * frame.lamp.astype(np.float32)[:, None]
+        if frame.led.any():
             still = self.settings.shake.still
-            led = self.led if still else led_of(self.plane, shot.poses[0].shake)
-            light = light + shot.led.astype(np.float32)[:, None] * led
-        rng = np.random.default_rng([self.seed, 202, shot.index])
+            led = self.led if still else led_of(self.scene, frame.poses[0].shake)
+            light = light + frame.led.astype(np.float32)[:, None] * led
+        rng = np.random.default_rng([self.seed, 202, frame.index])
         return expose(light * self.falloff, self.settings.optics, self.pattern, rng)
 
 
-def _pressed(shots: Iterator[Shot], studio: Studio, workers: int) -> Generator[bytes]:
+def _encoded(
+    frames: Iterator[FramePlan], renderer: FrameRenderer, workers: int
+) -> Generator[bytes]:
     """Compressed pictures in order; never more than a few are held."""
-    view, codec = studio.plane.sight.view, studio.settings.codec
-    presses: SimpleQueue[Press] = SimpleQueue()
+    viewport, codec = renderer.scene.projection.viewport, renderer.settings.codec
+    encoders: SimpleQueue[FrameEncoder] = SimpleQueue()
     for _ in range(max(workers, 1)):
-        presses.put(press_of(codec, view.width, view.height))
+        encoders.put(frame_encoder(codec, viewport.width, viewport.height))
 
     stop = threading.Event()
 
-    def take(shot: Shot) -> bytes:
-        press = presses.get()
+    def take(frame: FramePlan) -> bytes:
+        encoder = encoders.get()
         try:
-            return press.press(studio.picture(shot, stop))
+            return encoder.encode(renderer.picture(frame, stop))
         finally:
-            presses.put(press)
+            encoders.put(encoder)
 
     if workers <= 1:
-        yield from map(take, shots)
+        yield from map(take, frames)
         return
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)  # the workers share the cores already
     pool = ThreadPoolExecutor(workers)
     waiting: deque[Future[bytes]] = deque()
     try:
-        for shot in shots:
-            waiting.append(pool.submit(take, shot))
+        for frame in frames:
+            waiting.append(pool.submit(take, frame))
             if len(waiting) > 2 * workers:
                 yield waiting.popleft().result()
         while waiting:

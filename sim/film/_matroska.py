@@ -89,7 +89,7 @@ class MatroskaWriter:
         )
 
     def write(self, ticks: int, packet: bytes, key: bool = True) -> None:
-        """Append a picture shown at ``ticks`` >= 0, which rise; ``key``: it stands by itself."""
+        """Append a picture shown at ``ticks`` >= 0, in rising order; ``key``: it is a key frame."""
         if self._cluster and ticks - self._cluster[0][0] > _CLUSTER_TICKS:
             self._flush()
         self._cluster.append((ticks, key, packet))

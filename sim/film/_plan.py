@@ -1,4 +1,4 @@
-"""When a camera looks, and at what: the sub-frames of each exposure of a trajectory."""
+"""The times at which a camera exposes a trajectory, and the sub-frames of each exposure."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from servosight.models.core import Array, Camera, InputError
 from servosight.sim.camera import TRIPOD, Pose
 from servosight.sim.film._indicator import share
 from servosight.sim.film._settings import VideoSettings
-from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, View
+from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, Viewport
 
 SUBFRAME_PX = 0.5
-"""Longest way of the fin's tip, of the card or of a shaken picture between two sub-frames."""
+"""Largest motion of the fin's tip, of the card or of a shaken picture between two sub-frames."""
 
 MAX_SUBFRAMES = 4000
 """Most sub-frames of an exposure: more show a surface that turns round several times in it."""
@@ -26,7 +26,7 @@ _ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
 _SHORTEST_EXPOSURE_S = 1e-7
 
 
-class Motion(Protocol):
+class TrajectoryLike(Protocol):
     """What a video needs of a trajectory; ``servosight.sim.bench.Trajectory`` has it."""
 
     @property
@@ -49,8 +49,8 @@ class Motion(Protocol):
 
 
 @dataclass(frozen=True)
-class Shot:
-    """One frame to take: poses of its sub-frames, and what each row gets of them.
+class FramePlan:
+    """One frame to render: poses of its sub-frames, and their weight in each row.
 
     ``weights`` (sub-frames, height) are shares of a row's light, ``lamp`` (height,) is the lamp's
     mean brightness over its exposure, ``led`` (height,) the share in which the LED was on.
@@ -63,38 +63,38 @@ class Shot:
     led: Array
 
 
-def frame_starts(trajectory: Motion, camera: Camera) -> Array:
+def frame_starts(trajectory: TrajectoryLike, camera: Camera) -> Array:
     """Start of exposure of every frame whose last row is read within the trajectory [s]."""
     first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
     return camera.frame_starts(last - first - camera.readout_s, first)
 
 
-def command_start(trajectory: Motion) -> float | None:
+def command_start(trajectory: TrajectoryLike) -> float | None:
     """When the command first leaves its initial value [s]; None where it never does."""
     changed = np.flatnonzero(trajectory.command_deg != trajectory.command_deg[0])
     return float(trajectory.time_s[changed[0]]) if changed.size else None
 
 
 def plan(
-    trajectory: Motion,
+    trajectory: TrajectoryLike,
     camera: Camera,
     starts: Array,
     led_on_s: float | None,
     settings: VideoSettings | None = None,
     seed: int = 0,
-) -> Iterator[Shot]:
-    """The sub-frames of each exposure: one where all is still, else as many as the way needs.
+) -> Iterator[FramePlan]:
+    """The sub-frames of each exposure: one where nothing moves, else one per ``SUBFRAME_PX``.
 
     Under a global shutter a sub-frame shows the mean angle of its share of the exposure, not the
     angle at its middle, so the mean over sub-frames is the mean over the exposure exactly. Under a
-    rolling one the picture is taken to change linearly from instant to instant, and each row sums
-    its own stretch. ``seed`` draws how the camera shakes.
+    rolling one the picture is assumed to change linearly between instants, and each row integrates
+    its own exposure. ``seed`` draws how the camera shakes.
     """
     chosen = settings or VideoSettings()
     first, last = float(trajectory.time_s[0]), float(trajectory.time_s[-1])
     exposure = max(camera.exposure_s, _SHORTEST_EXPOSURE_S)
     delays = row_delays(camera)
-    scale = View.of(camera).scale
+    scale = Viewport.of(camera).scale
     lit = chosen.indicator.lit(trajectory.time_s, trajectory.command_deg, led_on_s)
 
     def lamp(from_s: Array, to_s: Array) -> Array:
@@ -103,15 +103,15 @@ def plan(
     for index, start in enumerate(starts):
         opens = start + delays
         length = exposure + camera.readout_s
-        way_px = _way_px(trajectory, chosen, start, start + length, scale, seed)
-        if way_px > MAX_SUBFRAMES * SUBFRAME_PX:
+        travel_px = _travel_px(trajectory, chosen, start, start + length, scale, seed)
+        if travel_px > MAX_SUBFRAMES * SUBFRAME_PX:
             raise InputError(
                 f"camera: within the exposure that starts at {start:.3f} s the picture moves by "
-                f"{way_px:.0f} px, expected at most {MAX_SUBFRAMES * SUBFRAME_PX:g}; lower "
+                f"{travel_px:.0f} px, expected at most {MAX_SUBFRAMES * SUBFRAME_PX:g}; lower "
                 f"exposure_s and readout_s, or the motion's amplitude or frequency"
             )
-        needed = math.ceil(way_px / SUBFRAME_PX)
-        if way_px < _STILL_PX:
+        needed = math.ceil(travel_px / SUBFRAME_PX)
+        if travel_px < _STILL_PX:
             time_s = np.array([start + 0.5 * length])
             surface, weights = trajectory.angle_at(time_s), np.ones((1, camera.height))
         elif camera.readout_s == 0.0:
@@ -130,7 +130,7 @@ def plan(
             weights /= weights.sum(axis=0)
         led = share(lit, opens, opens + exposure)
         poses = _poses(trajectory, chosen, time_s, surface, seed)
-        yield Shot(index, poses, weights, lamp(opens, opens + exposure), led)
+        yield FramePlan(index, poses, weights, lamp(opens, opens + exposure), led)
 
 
 def row_delays(camera: Camera) -> Array:
@@ -139,7 +139,7 @@ def row_delays(camera: Camera) -> Array:
 
 
 def _poses(
-    trajectory: Motion, settings: VideoSettings, time_s: Array, surface: Array, seed: int
+    trajectory: TrajectoryLike, settings: VideoSettings, time_s: Array, surface: Array, seed: int
 ) -> tuple[Pose, ...]:
     """What there is to see at instants (n,) at which the surface stands at ``surface`` [deg]."""
     motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
@@ -174,8 +174,8 @@ def shares(instants: Array, opens: Array, closes: Array) -> Array:
     return np.asarray(total / total.sum(axis=0))
 
 
-def _way_px(
-    trajectory: Motion,
+def _travel_px(
+    trajectory: TrajectoryLike,
     settings: VideoSettings,
     start_s: float,
     end_s: float,
@@ -187,16 +187,20 @@ def _way_px(
     motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
     card = settings.cover.place_mm(time_s - trajectory.time_s[0])
     per_deg = math.radians(1.0) * scale
-    ways = [
-        _way(trajectory.angle_at(time_s)) * FIN_RADIUS_MM * per_deg,
-        _way(motor) * CRANK_MM * per_deg,
-        _way(card) * scale,
+    travels = [
+        _travel(trajectory.angle_at(time_s)) * FIN_RADIUS_MM * per_deg,
+        _travel(motor) * CRANK_MM * per_deg,
+        _travel(card) * scale,
     ]
     if not settings.shake.still:
         x, y, roll = settings.shake.at(time_s, seed).T
-        ways.append(ways[0] + math.hypot(_way(x), _way(y)) + _way(roll) * FIN_RADIUS_MM * per_deg)
-    return max(ways)
+        travels.append(
+            travels[0]
+            + math.hypot(_travel(x), _travel(y))
+            + _travel(roll) * FIN_RADIUS_MM * per_deg
+        )
+    return max(travels)
 
 
-def _way(place: Array) -> float:
+def _travel(place: Array) -> float:
     return float(np.abs(np.diff(place)).sum())

@@ -1,4 +1,4 @@
-"""How a video of the bench is taken, beside the camera's timing."""
+"""The settings of a video of the bench, apart from the camera's timing."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from servosight.models.core import APART, Camera
-from servosight.sim.camera import ROOM_PX, Lens, Optics
-from servosight.sim.camera._light import Light
+from servosight.sim.camera import ROOM_PX, Lighting, Optics, TiltedLens
 from servosight.sim.film._codec import Codec
 from servosight.sim.film._indicator import Indicator
 from servosight.sim.film._shake import Shake
@@ -26,8 +25,8 @@ class VideoSettings:
     """
 
     optics: Optics = field(default_factory=Optics)
-    lens: Lens = field(default_factory=Lens)
-    light: Light = field(default_factory=Light)
+    lens: TiltedLens = field(default_factory=TiltedLens)
+    light: Lighting = field(default_factory=Lighting)
     cover: Cover = field(default_factory=Cover)
     shake: Shake = field(default_factory=Shake)
     indicator: Indicator = field(default_factory=Indicator)

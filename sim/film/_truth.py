@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array, Camera
-from servosight.sim.camera import Sight
+from servosight.sim.camera import Projection
 from servosight.sim.film._matroska import TICK_S
-from servosight.sim.film._plan import Motion
+from servosight.sim.film._plan import TrajectoryLike
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.scene import ARM_TOP_MM, SHAFT_MM
 
@@ -70,11 +70,11 @@ def stamps(starts: Array) -> list[int]:
 
 
 def frame_table(
-    trajectory: Motion,
+    trajectory: TrajectoryLike,
     camera: Camera,
     starts: Array,
     led_on_s: float | None,
-    sight: Sight,
+    projection: Projection,
     settings: VideoSettings,
     seed: int,
 ) -> FrameTable:
@@ -86,10 +86,10 @@ def frame_table(
     cards = settings.cover.place_mm(mid_s - first)
     half = max(0.5 * camera.exposure_s, 0.5 * TICK_S)
     from_s, to_s = mid_s - half - first, mid_s + half - first
-    pivot = sight.point(HINGE_MM, (0.0, 0.0, 0.0))
+    pivot = projection.point(HINGE_MM, (0.0, 0.0, 0.0))
     places = [pivot] * starts.size
     if not settings.shake.still:
-        places = [sight.point(HINGE_MM, (x, y, roll)) for x, y, roll in shake.tolist()]
+        places = [projection.point(HINGE_MM, (x, y, roll)) for x, y, roll in shake.tolist()]
     return FrameTable(
         start_s=starts,
         video_s=np.array(stamps(starts)) * TICK_S,
@@ -101,15 +101,15 @@ def frame_table(
         hidden=np.array([settings.cover.hidden(y, a) for y, a in zip(cards, angle, strict=True)]),
         brightness=settings.light.mean(from_s, to_s, 0.0, last - first),
         exposure_s=camera.exposure_s,
-        focal_px=sight.focal_px,
-        principal_px=sight.view.pivot_px,
+        focal_px=projection.focal_px,
+        principal_px=projection.viewport.pivot_px,
         pivot_px=pivot,
-        horn_px=sight.point((*SHAFT_MM, ARM_TOP_MM), (0.0, 0.0, 0.0)),
+        horn_px=projection.point((*SHAFT_MM, ARM_TOP_MM), (0.0, 0.0, 0.0)),
         led_on_s=led_on_s,
     )
 
 
-def _mean_motor(trajectory: Motion, mid_s: Array, exposure_s: float) -> Array:
+def _mean_motor(trajectory: TrajectoryLike, mid_s: Array, exposure_s: float) -> Array:
     """The horn's mean angle over exposures, of the line between the grid's points."""
     fine = (np.arange(32) + 0.5) / 32 - 0.5
     time_s = mid_s[:, None] + exposure_s * fine

@@ -1,6 +1,6 @@
 """The bench as a camera sees it: parts, shapes and textures."""
 
-from servosight.sim.scene._cover import HEIGHT_MM as HEIGHT_MM
+from servosight.sim.scene._cover import CARD_HEIGHT_MM as CARD_HEIGHT_MM
 from servosight.sim.scene._cover import Cover as Cover
 from servosight.sim.scene._cover import card as card
 from servosight.sim.scene._scene import ARM as ARM
@@ -16,6 +16,6 @@ from servosight.sim.scene._scene import PLATE_Z_MM as PLATE_Z_MM
 from servosight.sim.scene._scene import ROD as ROD
 from servosight.sim.scene._scene import SHAFT_MM as SHAFT_MM
 from servosight.sim.scene._scene import Part as Part
-from servosight.sim.scene._scene import View as View
+from servosight.sim.scene._scene import Viewport as Viewport
 from servosight.sim.scene._scene import case_meshes as case_meshes
 from servosight.sim.scene._scene import table as table

@@ -1,4 +1,4 @@
-"""Something that comes between camera and surface: a sheet of card, pushed in and drawn out."""
+"""A card that covers the surface for a time: it slides in and out between camera and surface."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from servosight.models.core import Array, within
 from servosight.sim.scene import _texture as texture
 from servosight.sim.scene._scene import FIN_OUTLINE
 
-HEIGHT_MM = 6.0
+CARD_HEIGHT_MM = 6.0
 """How far above the surface the card is."""
 
 _SLIDE_S = 0.15
@@ -51,11 +51,11 @@ class Cover:
         return np.asarray(place_mm < _FROM_MM)
 
     @property
-    def sheet(self) -> texture.Sheet:
+    def sheet(self) -> texture.TextureArea:
         """The card about its middle in y [mm]: as wide as the share asks for."""
         x, _ = _points().T
         outer = np.quantile(x[x > _INNER_MM], min(1.0, self.share * x.size / (x > _INNER_MM).sum()))
-        return texture.Sheet(_INNER_MM, -_HALF_LENGTH_MM, float(outer), _HALF_LENGTH_MM, 9.0)
+        return texture.TextureArea(_INNER_MM, -_HALF_LENGTH_MM, float(outer), _HALF_LENGTH_MM, 9.0)
 
     def hidden(self, place_mm: float, surface_deg: float) -> float:
         """Share of the surface that the card hides, seen along the hinge."""

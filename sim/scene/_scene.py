@@ -43,7 +43,7 @@ _CASE_TOP_MM, ARM_TOP_MM = -7.0, -3.5
 
 
 @dataclass(frozen=True)
-class View:
+class Viewport:
     """How the bench maps to pixels: ``scale`` px/mm at z = 0, pivot in px (integer centres)."""
 
     width: int
@@ -52,7 +52,7 @@ class View:
     scale: float
 
     @classmethod
-    def of(cls, camera: Camera) -> View:
+    def of(cls, camera: Camera) -> Viewport:
         """The view of a camera; its pivot, or the usual place of the hinge."""
         usual = (
             round(PIVOT_SHARE[0] * camera.width) - 0.5,
@@ -81,7 +81,7 @@ FIN_OUTLINE = rounded([(-13, 13.5, 9), (-13, -14, 9), (85, -21, 5), (90, -9, 4),
 
 def table(seed: int) -> pyrender.Mesh:
     """The plane behind everything: the ruled plate on the table, one picture."""
-    sheet = texture.Sheet(-130.0, -115.0, 190.0, 115.0, 5.0)
+    sheet = texture.TextureArea(-130.0, -115.0, 190.0, 115.0, 5.0)
     corners = np.array(
         [(x, y, PLATE_Z_MM) for x, y in ((-130, -115), (190, -115), (190, 115), (-130, 115))],
         dtype=np.float64,
@@ -94,14 +94,14 @@ def table(seed: int) -> pyrender.Mesh:
 def case_meshes(seed: int) -> list[pyrender.Mesh]:
     """The servo's case with its mounting lugs, and the socket of the light."""
     x, y = SHAFT_MM
-    body = texture.Sheet(x - 10.5, y - 27.5, x + 10.5, y + 11.0, 6.0)
+    body = texture.TextureArea(x - 10.5, y - 27.5, x + 10.5, y + 11.0, 6.0)
     lid = box(body, 2.0)
-    lugs = texture.Sheet(*LUGS_MM, 6.0)
+    lugs = texture.TextureArea(*LUGS_MM, 6.0)
     ears = box(lugs, 2.0)
     lx, ly = LED_MM
-    socket = texture.Sheet(lx - 6.0, ly - 9.0, lx + 6.0, ly + 5.0, 6.0)
+    socket = texture.TextureArea(lx - 6.0, ly - 9.0, lx + 6.0, ly + 5.0, 6.0)
     block = box(socket, 1.0)
-    dome = texture.Sheet(lx - 3.0, ly - 3.0, lx + 3.0, ly + 3.0, 6.0)
+    dome = texture.TextureArea(lx - 3.0, ly - 3.0, lx + 3.0, ly + 3.0, 6.0)
     label = texture.Pen(socket, texture.plain(socket, (38, 40, 44), seed))
     label.text((lx, ly - 6.0), "CMD", 2.8, (214, 214, 208))
     lug_paint = texture.plain(lugs, (40, 41, 45), seed)
@@ -122,9 +122,9 @@ def case_meshes(seed: int) -> list[pyrender.Mesh]:
 
 
 def _fin_meshes(seed: int) -> list[pyrender.Mesh]:
-    sheet = texture.Sheet(-28.0, -26.0, 94.0, 18.0, 9.0)
-    hub = texture.Sheet(-7.5, -7.5, 7.5, 7.5, 9.0)
-    pin = texture.Sheet(-CRANK_MM - 2.5, -2.5, -CRANK_MM + 2.5, 2.5, 9.0)
+    sheet = texture.TextureArea(-28.0, -26.0, 94.0, 18.0, 9.0)
+    hub = texture.TextureArea(-7.5, -7.5, 7.5, 7.5, 9.0)
+    pin = texture.TextureArea(-CRANK_MM - 2.5, -2.5, -CRANK_MM + 2.5, 2.5, 9.0)
     horn = bar((-CRANK_MM, 0.0), (0.0, 0.0), 8.0)
     return [
         extrude(FIN_OUTLINE, 0.0, -3.0, 0.7, sheet, texture.fin(sheet, FIN_OUTLINE, seed)),
@@ -144,7 +144,7 @@ def _fin_meshes(seed: int) -> list[pyrender.Mesh]:
 
 def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
     x, y = SHAFT_MM
-    sheet = texture.Sheet(x - CRANK_MM - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
+    sheet = texture.TextureArea(x - CRANK_MM - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
     paint = texture.horn(sheet, SHAFT_MM, CRANK_MM, seed)
     return [
         extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), ARM_TOP_MM, -6.0, 0.5, sheet, paint),
@@ -170,7 +170,7 @@ def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
 
 def _rod_meshes(seed: int) -> list[pyrender.Mesh]:
     low = SHAFT_MM[1]
-    sheet = texture.Sheet(-CRANK_MM - 4.0, low - 4.0, -CRANK_MM + 4.0, 4.0, 9.0)
+    sheet = texture.TextureArea(-CRANK_MM - 4.0, low - 4.0, -CRANK_MM + 4.0, 4.0, 9.0)
     steel = texture.plain(sheet, (146, 148, 152), seed)
     black = texture.plain(sheet, (30, 30, 32), seed)
     rod = [extrude(bar((-CRANK_MM, low), (-CRANK_MM, 0.0), 2.2), -5.0, -7.0, 0.8, sheet, steel)]

@@ -49,7 +49,7 @@ def disc(x: float, y: float, radius: float) -> Outline:
     return [(float(x + radius * math.cos(a)), float(y + radius * math.sin(a))) for a in turns]
 
 
-def box(sheet: texture.Sheet, radius: float) -> Outline:
+def box(sheet: texture.TextureArea, radius: float) -> Outline:
     """A sheet's rectangle with round corners as an outline [mm]."""
     left, right = sheet.left, sheet.right
     corners = ((right, sheet.top), (left, sheet.top), (left, sheet.bottom), (right, sheet.bottom))
@@ -72,7 +72,7 @@ def extrude(
     top: float,
     bottom: float,
     bevel: float,
-    sheet: texture.Sheet,
+    sheet: texture.TextureArea,
     picture: texture.Picture,
     roughness: float = 0.75,
 ) -> pyrender.Mesh:
@@ -120,7 +120,7 @@ def mesh(
     positions: Array,
     normals: Array,
     faces: NDArray[np.int64],
-    sheet: texture.Sheet,
+    sheet: texture.TextureArea,
     picture: texture.Picture,
     roughness: float,
 ) -> pyrender.Mesh:

@@ -1,7 +1,7 @@
 """Printed and machined surfaces of the bench: procedural, seeded, drawn in millimetres.
 
 Every picture is an albedo map (rows, columns, 3) uint8, sRGB encoded, first row at the top. A
-:class:`Sheet` says which rectangle of the bench it covers, x to the right and y up.
+:class:`TextureArea` says which rectangle of the bench it covers, x to the right and y up.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _OVERSAMPLE = 2  # drawn finer than asked for, then averaged: PIL's shapes have 
 
 
 @dataclass(frozen=True)
-class Sheet:
+class TextureArea:
     """A rectangle of the bench [mm] at a resolution."""
 
     left: float
@@ -43,7 +43,7 @@ class Sheet:
 class Pen:
     """Draws on a sheet in millimetres."""
 
-    def __init__(self, sheet: Sheet, paper: Picture) -> None:
+    def __init__(self, sheet: TextureArea, paper: Picture) -> None:
         self.sheet = sheet
         self.scale = sheet.texels_per_mm * _OVERSAMPLE
         columns, rows = sheet.size
@@ -93,7 +93,7 @@ class Pen:
 
 
 def noise(
-    sheet: Sheet, rng: np.random.Generator, width_mm: float, height_mm: float
+    sheet: TextureArea, rng: np.random.Generator, width_mm: float, height_mm: float
 ) -> NDArray[np.float64]:
     """Smooth noise of unit variance with grains of the given size; (rows, columns)."""
     columns, rows = sheet.size
@@ -110,7 +110,7 @@ def paper(colour: Colour, *fields: NDArray[np.float64]) -> Picture:
     return np.asarray(np.clip(np.array(colour) + total, 0, 255), dtype=np.uint8)
 
 
-def fin(sheet: Sheet, outline: Sequence[Point], seed: int) -> Picture:
+def fin(sheet: TextureArea, outline: Sequence[Point], seed: int) -> Picture:
     """A painted fin: panel lines, stripe, scale, letters, targets, speckle, scratches."""
     rng = np.random.default_rng([seed, 1])
     base = paper((222, 221, 214), 3.0 * noise(sheet, rng, 14, 9), 2.0 * noise(sheet, rng, 0.4, 0.4))
@@ -143,7 +143,7 @@ def fin(sheet: Sheet, outline: Sequence[Point], seed: int) -> Picture:
     return pen.finish()
 
 
-def plate(sheet: Sheet, extent: tuple[float, float, float, float], seed: int) -> Picture:
+def plate(sheet: TextureArea, extent: tuple[float, float, float, float], seed: int) -> Picture:
     """A ruled base plate with a protractor about the hinge, on a wooden table.
 
     ``extent`` is the plate's left, bottom, right and top edge [mm]; the hinge is at the origin.
@@ -207,7 +207,7 @@ def plate(sheet: Sheet, extent: tuple[float, float, float, float], seed: int) ->
     return pen.finish()
 
 
-def case(sheet: Sheet, seed: int) -> Picture:
+def case(sheet: TextureArea, seed: int) -> Picture:
     """The servo's moulded lid with its label and screws."""
     rng = np.random.default_rng([seed, 3])
     pen = Pen(sheet, paper((44, 45, 49), 3.0 * noise(sheet, rng, 0.3, 0.3)))
@@ -232,7 +232,7 @@ def case(sheet: Sheet, seed: int) -> Picture:
     return pen.finish()
 
 
-def turned_metal(sheet: Sheet, seed: int) -> Picture:
+def turned_metal(sheet: TextureArea, seed: int) -> Picture:
     """A hub turned on a lathe: rings about the origin, a hexagon socket in the middle."""
     rng = np.random.default_rng([seed, 4])
     columns, rows = sheet.size
@@ -250,7 +250,7 @@ def turned_metal(sheet: Sheet, seed: int) -> Picture:
     return pen.finish()
 
 
-def horn(sheet: Sheet, shaft: Point, length_mm: float, seed: int) -> Picture:
+def horn(sheet: TextureArea, shaft: Point, length_mm: float, seed: int) -> Picture:
     """A servo's horn that points left from its shaft: a row of holes, numbers, spray paint."""
     rng = np.random.default_rng([seed, 7])
     x, y = shaft
@@ -263,7 +263,7 @@ def horn(sheet: Sheet, shaft: Point, length_mm: float, seed: int) -> Picture:
     return pen.finish()
 
 
-def plain(sheet: Sheet, colour: Colour, seed: int) -> Picture:
+def plain(sheet: TextureArea, colour: Colour, seed: int) -> Picture:
     """A moulded or painted part of one colour."""
     rng = np.random.default_rng([seed, 5])
     grain = (3.0 * noise(sheet, rng, 0.4, 0.4), 4.0 * noise(sheet, rng, 6, 6))

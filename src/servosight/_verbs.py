@@ -7,7 +7,7 @@ as one. What a verb needs is imported when it is called.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 if TYPE_CHECKING:
     from servosight.diagnose import Comparison, Diagnosis
     from servosight.identify.fit import Fit
-    from servosight.models.core import Actuator, Recording, Table
+    from servosight.models.core import Actuator, Recording, StageProgress, Table
     from servosight.models.effects import Effect, EffectInfo
     from servosight.scenarios.produce import SimulatedRecording
     from servosight.scenarios.scenario import Scenario
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     Source: TypeAlias = Recording | Path | str
     Sources: TypeAlias = Source | Sequence[Source]
     Model: TypeAlias = Fit | Diagnosis | Comparison | Actuator | Path | str
-    Progress: TypeAlias = Callable[..., None]
 
 
 def read(
@@ -35,7 +34,7 @@ def read(
     unit_scale: float | None = None,
     deg_per_us: float | None = None,
     neutral_us: float | None = None,
-    progress: Progress | None = None,
+    progress: StageProgress | None = None,
 ) -> Recording:
     """Read a recording: a folder, a CSV file, or a log of another program.
 
@@ -79,7 +78,7 @@ def track(
     pivot: tuple[float, float] | None = None,
     template: tuple[int, int, int, int] | None = None,
     method: Literal["refine", "match"] = "refine",
-    progress: Progress | None = None,
+    progress: StageProgress | None = None,
 ) -> Track:
     """Measure the angle of the moving part in a video, or in the video of a recording's folder.
 
@@ -172,7 +171,7 @@ def diagnose(
     auto: bool = True,
     tolerance: float | None = None,
     plugins: Sequence[Path | str] = (),
-    progress: Progress | None = None,
+    progress: StageProgress | None = None,
 ) -> Diagnosis:
     """Find out which physical effects the linear model misses.
 
@@ -321,7 +320,7 @@ _RESULTS = {
 """Where the class of each result is, by the ``type`` in its JSON."""
 
 
-def _silent(word: str, done: int, total: int | None = None) -> None:
+def _silent(stage: str, done: int, total: int | None = None) -> None:
     """Nobody asked for progress."""
 
 

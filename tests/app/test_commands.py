@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from servosight.app.main import main
-from servosight.models.core import Actuator, Estimate
+from servosight.models.core import Actuator, Estimate, FrameProgress
 from servosight.models.effects import catalogue
 from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
 from servosight.sources import geometry_of
-from servosight.tracking.core import Flag, Progress, Shutters, Track, TrackOptions
+from servosight.tracking.core import Flag, Shutters, Track, TrackOptions
 
 T, XI = 0.05, 0.7
 
@@ -397,7 +397,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """A tracker that sees the settled sines in any video; gives what it was asked."""
     kept: dict[str, Any] = {}
 
-    def track(video: Path, options: TrackOptions, *, progress: Progress) -> Track:
+    def track(video: Path, options: TrackOptions, *, progress: FrameProgress) -> Track:
         kept.update(vars(options), video=video)
         told = options.exposure_s is not None
         progress(300, 300)

@@ -16,7 +16,7 @@ from hidden.truth import OUTSIDE, equation, fixed_steps, known
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.scenario import Response
+from servosight.scenarios.scenario import LinearServo
 
 BOUND_DEG = {
     "coulomb_friction": 0.01,
@@ -30,7 +30,7 @@ COMMAND = standard(12.0, 20.0, seed=1)
 @pytest.mark.parametrize("effect", [None, *(e for e in known("fixed steps") if e in DRAWS)])
 def test_it_agrees_with_the_equation(effect: str | None) -> None:
     effects = {}
-    servo = Response(bias=1.0)
+    servo = LinearServo(bias=1.0)
     if effect is not None:
         ranges = DRAWS[effect].parameters
         effects = {effect: {name: float(np.mean(span)) for name, span in ranges.items()}}
@@ -47,7 +47,7 @@ def test_it_agrees_with_the_equation(effect: str | None) -> None:
 def test_what_is_outside_the_catalogue_shows(effect: str) -> None:
     """In the middle of its range it moves the surface by 0.1 deg rms at least."""
     values = {name: float(np.mean(span)) for name, span in OUTSIDE[effect].items()}
-    plain = fixed_steps(Response(), {}, COMMAND).surface_deg
-    changed = fixed_steps(Response(), {effect: values}, COMMAND).surface_deg
+    plain = fixed_steps(LinearServo(), {}, COMMAND).surface_deg
+    changed = fixed_steps(LinearServo(), {effect: values}, COMMAND).surface_deg
     assert np.all(np.isfinite(changed))
     assert np.sqrt(np.mean((changed - plain) ** 2)) > 0.1

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 from servosight.sim.run import run
 
 # The weakest corner of each range: the end of each parameter, T and xi at which the misfit is
@@ -44,11 +44,11 @@ def test_the_weakest_draw_misfits_by_ten_times_the_noise(effect: str) -> None:
     draw = DRAWS[effect]
     ends, slow, damped = WEAKEST[effect]
     values = {name: draw.parameters[name][end] for name, end in ends.items()}
-    servo = Response(1.0, draw.T[slow], draw.xi[damped], values.get(draw.trimmed, 0.0))
+    servo = LinearServo(1.0, draw.T[slow], draw.xi[damped], values.get(draw.trimmed, 0.0))
     scenario = Scenario(
         duration_s=12.0,
         servo=servo,
-        motion=Motion(amplitude_deg=draw.amplitude_deg),
+        motion=CommandSettings(amplitude_deg=draw.amplitude_deg),
         effects={effect: values},
     )
     command = scenario.excitation()

@@ -12,7 +12,7 @@ import pytest
 
 from servosight.models.core import InputError
 from servosight.scenarios.camera_settings import TABLES
-from servosight.scenarios.scenario import Motion, Response, Scenario
+from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 from servosight.sim.bench import Trajectory
 from servosight.sim.effects import TWIN_EFFECTS
 from servosight.sim.film import VideoSettings
@@ -28,7 +28,7 @@ ABSURD = (
 
 def keys() -> list[tuple[str, str]]:
     """Every (table, key) of a scenario's file; "" is the top."""
-    parts = {"": Scenario, "servo": Response, "motion": Motion, "camera": None}
+    parts = {"": Scenario, "servo": LinearServo, "motion": CommandSettings, "camera": None}
     parts |= {name: get_type_hints(VideoSettings)[name] for name in TABLES}
     camera = get_type_hints(Scenario)["camera"]
     found = [(table, one.name) for table, cls in parts.items() for one in fields(cls or camera)]

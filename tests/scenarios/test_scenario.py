@@ -18,7 +18,7 @@ from servosight.scenarios.draws import (
 )
 from servosight.scenarios.limits import KINDS
 from servosight.scenarios.scenario import (
-    Motion,
+    CommandSettings,
     Scenario,
     parse_settings,
     with_effects,
@@ -56,7 +56,7 @@ def written(folder: Path, text: str) -> Path:
 def test_a_full_file_is_read(tmp_path: Path) -> None:
     scenario = Scenario.load(written(tmp_path, FULL))
     assert scenario.servo.k == -1.027
-    assert scenario.motion == Motion(kind="sine")
+    assert scenario.motion == CommandSettings(kind="sine")
     assert scenario.camera.rate_hz == 240.0
     truth = scenario.truth()
     assert truth["T"] == 0.0078
@@ -147,7 +147,7 @@ def test_bad_settings_get_one_sentence(settings: list[str], said: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_motion_fills_its_time_and_amplitude(kind: str) -> None:
-    command = Scenario(duration_s=5.0, motion=Motion(kind=kind)).excitation()
+    command = Scenario(duration_s=5.0, motion=CommandSettings(kind=kind)).excitation()
     assert command.time_s[-1] == pytest.approx(5.0)
     assert 10.0 < np.abs(command.command_deg).max() <= 20.0 + 1e-9
 

@@ -8,7 +8,7 @@ import pytest
 from servosight.models.core import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.bench import Trajectory
-from servosight.sim.run import angle_recording, held, steps_between
+from servosight.sim.run import angle_recording, steps_between, zero_order_hold
 
 
 def spinning(rate_hz: float = 3.0, duration_s: float = 2.0) -> Trajectory:
@@ -59,6 +59,8 @@ def test_steps_have_every_knot_among_their_edges() -> None:
 
 
 def test_a_held_command_jumps_at_its_rows() -> None:
-    time_s, value = held(Excitation(np.array([0.0, 0.25, 2.5]), np.array([0.0, 4.0, 8.0])))
+    time_s, value = zero_order_hold(
+        Excitation(np.array([0.0, 0.25, 2.5]), np.array([0.0, 4.0, 8.0]))
+    )
     np.testing.assert_array_equal(time_s, [0.0, 0.25, 0.25, 2.5, 2.5])
     np.testing.assert_array_equal(value, [0.0, 0.0, 4.0, 4.0, 8.0])

@@ -18,10 +18,10 @@ from servosight.models.excitation import Excitation
 from servosight.sim.bench import Trajectory
 from servosight.sim.camera import render_layers
 from servosight.sim.film import VideoSettings, render_video
-from servosight.sim.film._film import Studio
+from servosight.sim.film._film import FrameRenderer
 from servosight.sim.film._plan import command_start, frame_starts, plan
 from servosight.sim.film._truth import FrameTable
-from servosight.sim.scene import LED_MM, View
+from servosight.sim.scene import LED_MM, Viewport
 
 CAMERA = Camera(rate_hz=120.0, exposure_s=0.004, width=160, height=120)
 ALONE = VideoSettings(workers=1)
@@ -61,13 +61,13 @@ def decoded(path: Path) -> tuple[list[Image], list[Fraction]]:
 
 def test_decodes_to_the_pictures_that_were_taken(film: Film) -> None:
     motion = trajectory()
-    studio = Studio(render_layers(CAMERA, 1, ALONE.room_px(CAMERA)), ALONE, seed=5)
+    renderer = FrameRenderer(render_layers(CAMERA, 1, ALONE.room_px(CAMERA)), ALONE, seed=5)
     starts = frame_starts(motion, CAMERA)
     shots = plan(motion, CAMERA, starts, command_start(motion))
     images, _ = decoded(film.path)
     assert len(images) == starts.size == 36
     for image, shot in zip(images, shots, strict=True):
-        assert np.array_equal(image, studio.picture(shot))
+        assert np.array_equal(image, renderer.picture(shot))
 
 
 def test_presentation_times_are_starts_of_exposure_to_the_microsecond(film: Film) -> None:
@@ -97,7 +97,7 @@ def test_truth_is_the_mean_over_each_exposure(film: Film) -> None:
     fine = table.start_s[:, None] + 0.004 * (np.arange(2000) + 0.5) / 2000
     assert table.angle_deg == pytest.approx(motion.angle_at(fine).mean(axis=1), abs=1e-5)
     assert table.led_on_s == pytest.approx(0.1)
-    assert table.pivot_px == View.of(CAMERA).pivot_px
+    assert table.pivot_px == Viewport.of(CAMERA).pivot_px
 
 
 def test_sub_frames_have_the_exposure_s_mean_and_follow_the_motion() -> None:
@@ -108,7 +108,7 @@ def test_sub_frames_have_the_exposure_s_mean_and_follow_the_motion() -> None:
     assert shown == pytest.approx(motion.mean_angle(starts + 0.002, 0.004), abs=1e-9)
     counts = [len(shot.poses) for shot in shots]
     assert set(counts[:11]) == {1}
-    tip_px = np.radians(1.0) * 90.0 * View.of(CAMERA).scale
+    tip_px = np.radians(1.0) * 90.0 * Viewport.of(CAMERA).scale
     for shot in shots:
         angles = np.array([p.surface_deg for p in shot.poses])
         assert np.all(np.abs(np.diff(angles)) * tip_px < 0.55)
@@ -132,7 +132,7 @@ def test_a_rolling_shutter_gives_each_row_its_own_time() -> None:
 def test_the_light_marks_the_command(film: Film) -> None:
     """0.1 s is the start of frame 12; half of an exposure that begins 2 ms earlier is lit."""
     images, _ = decoded(film.path)
-    x, y = View.of(CAMERA).pixel(*LED_MM, -9.0)
+    x, y = Viewport.of(CAMERA).pixel(*LED_MM, -9.0)
     lamp = np.array([image[round(y), round(x)] for image in images], dtype=float)
     assert lamp[12:].min() > lamp[:12].max() + 100
     motion = trajectory()

@@ -16,7 +16,7 @@ from servosight.sim.bench import Trajectory
 from servosight.sim.camera import render_layers
 from servosight.sim.film import VideoSettings, render_video
 from servosight.sim.film._codec import Codec
-from servosight.sim.film._film import Studio
+from servosight.sim.film._film import FrameRenderer
 from servosight.sim.film._plan import frame_starts, plan
 
 CAMERA = Camera(rate_hz=60.0, exposure_s=0.002, width=240, height=180, jitter_s=5e-4, dropped=0.1)
@@ -31,10 +31,10 @@ def motion() -> Trajectory:
 
 @pytest.fixture(scope="module")
 def taken() -> list[Image]:
-    studio = Studio(render_layers(CAMERA, 1, ALONE.room_px(CAMERA)), ALONE, seed=2)
+    renderer = FrameRenderer(render_layers(CAMERA, 1, ALONE.room_px(CAMERA)), ALONE, seed=2)
     trajectory = motion()
     shots = plan(trajectory, CAMERA, frame_starts(trajectory, CAMERA), None)
-    return [studio.picture(shot) for shot in shots]
+    return [renderer.picture(shot) for shot in shots]
 
 
 def film(folder: Path, codec: Codec) -> tuple[list[Image], list[float], list[float]]:

@@ -13,7 +13,7 @@ import pytest
 from servosight.models.core import Camera
 from servosight.models.excitation import Excitation
 from servosight.sim.bench import Trajectory
-from servosight.sim.camera import Lens
+from servosight.sim.camera import TiltedLens
 from servosight.sim.film import VideoSettings, render_video
 from servosight.sim.film._film import FrameTable
 from servosight.tracking.acquisition._indicator import find_light
@@ -110,7 +110,7 @@ def test_a_tilt_is_told_by_all_frames(tmp_path: Path, yaw_deg: float, told: str)
     time_s = np.arange(0.0, 1.3, 0.0005)
     camera = Camera(rate_hz=120.0, exposure_s=0.002)
     angle = 14 * np.sin(2 * np.pi * 1.3 * time_s) + 5 * np.sin(2 * np.pi * 4 * time_s)
-    settings = VideoSettings(lens=Lens(yaw_deg=yaw_deg))
+    settings = VideoSettings(lens=TiltedLens(yaw_deg=yaw_deg))
     video, truth = filmed(tmp_path, angle, time_s, camera, settings)
 
     result = track(video, TrackOptions(exposure_s=camera.exposure_s, readout_s=0.0))

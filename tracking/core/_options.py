@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -12,9 +11,6 @@ from servosight.tracking.core._track import Box, Track
 
 Family = Literal["aruco", "apriltag"]
 """Kinds of square markers that OpenCV finds."""
-
-Progress = Callable[[int, int], None]
-"""Called with the numbers of frames done and of all."""
 
 
 @dataclass(frozen=True, kw_only=True)

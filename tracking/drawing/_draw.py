@@ -10,8 +10,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import MARK, Array, Image, InputError, marked_png, new_file, write_bytes
-from servosight.tracking.core import Flag, Progress, Track, outline_at
+from servosight.models.core import (
+    MARK,
+    Array,
+    FrameProgress,
+    Image,
+    InputError,
+    marked_png,
+    new_file,
+    write_bytes,
+)
+from servosight.tracking.core import Flag, Track, outline_at
 from servosight.tracking.video import Frame, frames
 
 Colours = Image
@@ -85,7 +94,9 @@ def _text(
     cv2.putText(canvas, words, at, cv2.FONT_HERSHEY_SIMPLEX, size, colour, 1, cv2.LINE_AA)
 
 
-def write_overlay(path: Path, tracks: Sequence[Track], progress: Progress | None = None) -> None:
+def write_overlay(
+    path: Path, tracks: Sequence[Track], progress: FrameProgress | None = None
+) -> None:
     """Draw the tracks of one video into an H.264 video with the same presentation times.
 
     Streamed, and written whole or not at all. Raises ``InputError`` for another ending than .mp4,
@@ -124,7 +135,7 @@ def _rate(track: Track) -> Fraction:
     return Fraction(1.0 / float(np.median(np.diff(track.time_s)))).limit_denominator(1000)
 
 
-def write_sheet(path: Path, tracks: Sequence[Track], progress: Progress | None = None) -> None:
+def write_sheet(path: Path, tracks: Sequence[Track], progress: FrameProgress | None = None) -> None:
     """Write a PNG of the dozen frames with the largest sigma, in the order of their times.
 
     Those with a neighbour of larger sigma are passed over: one bad stretch would fill the sheet.
@@ -160,7 +171,7 @@ def doubtful(tracks: Sequence[Track], count: int = _SHEET_FRAMES) -> list[int]:
     return sorted(found)
 
 
-def _chosen(video: Path, wanted: Sequence[int], progress: Progress | None) -> Iterator[Frame]:
+def _chosen(video: Path, wanted: Sequence[int], progress: FrameProgress | None) -> Iterator[Frame]:
     for frame in frames(video):
         if progress is not None:
             progress(frame.index + 1, wanted[-1] + 1)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from servosight.tracking.core import Progress, Track, TrackOptions
+from servosight.models.core import FrameProgress
+from servosight.tracking.core import Track, TrackOptions
 from servosight.tracking.video import Film
 
 
@@ -16,7 +17,7 @@ class Method(Protocol):
     """
 
     def __call__(
-        self, film: Film, options: TrackOptions, progress: Progress | None = None
+        self, film: Film, options: TrackOptions, progress: FrameProgress | None = None
     ) -> Track:
         """Measure a checked video; ``InputError`` where it does not show what is asked for."""
         ...

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.models.core import Array, Image, InputError
+from servosight.models.core import Array, FrameProgress, Image, InputError
 from servosight.tracking.acquisition import acquire, same_view, without
 from servosight.tracking.calibration import View, rectifier, view_of
-from servosight.tracking.core import STILL, Box, Progress, Shutters, Track, TrackOptions, turned
+from servosight.tracking.core import STILL, Box, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.surface import Surface, SurfaceEstimator
@@ -60,7 +60,7 @@ Prepare = Callable[[Film, Subject], Instrument]
 
 
 def track_frames(
-    film: Film, options: TrackOptions, progress: Progress | None, prepare: Prepare
+    film: Film, options: TrackOptions, progress: FrameProgress | None, prepare: Prepare
 ) -> Track:
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
     film = film.stabilised()
@@ -126,7 +126,7 @@ def find_subject(film: Film, options: TrackOptions) -> Subject:
 
 
 def measure(
-    film: Film, subject: Subject, instrument: Instrument, progress: Progress | None = None
+    film: Film, subject: Subject, instrument: Instrument, progress: FrameProgress | None = None
 ) -> Measured:
     """Measure every frame; InputError where the part is found in none of them."""
     radius_px = subject.surface.grid.largest_px

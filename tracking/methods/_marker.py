@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, FrameProgress, InputError
 from servosight.tracking.calibration import View, view_of
 from servosight.tracking.core import (
     Family,
     Flag,
-    Progress,
     Track,
     TrackOptions,
     one_sigma,
@@ -45,7 +44,7 @@ _MAD = 1.4826  # standard deviation over median absolute deviation
 _CENTRE_PX, _EDGE_RAD = 0.03, np.deg2rad(1.0)
 
 
-def marker(film: Film, options: TrackOptions, progress: Progress | None = None) -> Track:
+def marker(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """The angle of a marker's centre about the pivot in every frame.
 
     ``options.marker_family`` and ``marker_id`` name it; without a number the one that moves
@@ -83,7 +82,7 @@ def marker(film: Film, options: TrackOptions, progress: Progress | None = None) 
 
 
 def _detected(
-    film: Film, detector: Any, number: int, progress: Progress | None
+    film: Film, detector: Any, number: int, progress: FrameProgress | None
 ) -> tuple[list[float], Array]:
     """Presentation times [s] (frames,) and the marker's corners [px] (frames, 4, 2), NaN where it
     is not detected."""

@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array, Image, Mask
+from servosight.models.core import Array, FrameProgress, Image, Mask
 from servosight.tracking.core import (
     Box,
     Exposure,
-    Progress,
     Shutters,
     Track,
     TrackOptions,
@@ -168,7 +167,7 @@ class RectifiedEstimator:
         return self.estimator.search(self.rectified(picture), centre_rad, half_rad)
 
 
-def match(film: Film, options: TrackOptions, progress: Progress | None = None) -> Track:
+def match(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """Template matching: a box of the first frame found again in the others.
 
     Exposure and readout are used where they are given, and not looked for.

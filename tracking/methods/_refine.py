@@ -6,14 +6,15 @@ from functools import partial
 
 import numpy as np
 
-from servosight.tracking.core import Progress, Shutters, Track, TrackOptions
+from servosight.models.core import FrameProgress
+from servosight.tracking.core import Shutters, Track, TrackOptions
 from servosight.tracking.layers import LayerEstimator, layer_estimator
 from servosight.tracking.methods._frames import Instrument, Subject, track_frames
 from servosight.tracking.shutter import find_shutter, first_pass
 from servosight.tracking.video import Film
 
 
-def refine(film: Film, options: TrackOptions, progress: Progress | None = None) -> Track:
+def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """Fit the angle to all pixels of the moving part, its outline and shadow included.
 
     Exposure and readout are found from the video where they are not given.

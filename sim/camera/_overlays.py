@@ -1,15 +1,14 @@
-"""What lies above the bench: a band of shadow, a highlight on the surface, a card over it."""
+"""What lies over the bench: a band of shadow, a highlight on the surface, a card."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.sim import scene as scene_cover
-from servosight.sim.camera._compose import Props
-from servosight.sim.camera._light import Light
+from servosight.sim.camera._compose import Overlays
+from servosight.sim.camera._lighting import Lighting
 from servosight.sim.camera._render import Layer, LayerGeometry
-from servosight.sim.scene import Cover
+from servosight.sim.scene import CARD_HEIGHT_MM, Cover, card
 
 _ABOVE_MM = 0.1  # shadow and highlight lie on the surface
 _SAMPLES_PER_MM = 6.0
@@ -22,9 +21,9 @@ _CARD_LIGHT = 0.9
 _SCREEN_GAMMA = 2.2
 
 
-def props(light: Light, cover: Cover, seed: int) -> Props:
+def overlays(light: Lighting, cover: Cover, seed: int) -> Overlays:
     """The layers that the settings ask for, printed as ``seed`` has it."""
-    return Props(
+    return Overlays(
         _shadow(light.shadow) if light.shadow > 0.0 else None,
         _glint(light.glint) if light.glint > 0.0 else None,
         _card(cover, seed) if cover.share > 0.0 else None,
@@ -46,7 +45,7 @@ def _layer(light: Array, cover: Array, centre_mm: tuple[float, float]) -> Layer:
 
 
 def _shadow(depth: float) -> Layer:
-    """A band with soft edges, leaning, from beyond the picture's top to beyond its bottom."""
+    """An oblique band with soft edges, from beyond the picture's top to beyond its bottom."""
     x, y = _grid(*_SHADOW_REACH_MM)
     off = np.abs(x - _SHADOW_TILT * y) - _SHADOW_HALF_WIDTH_MM
     dark = depth / (1.0 + np.exp(off / (0.25 * _SHADOW_EDGE_MM)))
@@ -64,8 +63,8 @@ def _glint(brightness: float) -> Layer:
 def _card(cover: Cover, seed: int) -> Layer:
     """The card, with a rim of nothing about it so that its edge is sampled like any other."""
     sheet = cover.sheet
-    colour = (scene_cover.card(cover, seed) / 255.0) ** _SCREEN_GAMMA * _CARD_LIGHT
+    colour = (card(cover, seed) / 255.0) ** _SCREEN_GAMMA * _CARD_LIGHT
     rgba = np.pad(np.dstack([colour, np.ones(colour.shape[:2])]), ((1, 1), (1, 1), (0, 0)))
     anchor = (1.0 - 0.5 - sheet.left * sheet.texels_per_mm, 0.5 * (rgba.shape[0] - 1))
-    centre = (0.0, 0.0, scene_cover.HEIGHT_MM)
+    centre = (0.0, 0.0, CARD_HEIGHT_MM)
     return Layer(rgba.astype(np.float32), LayerGeometry(anchor, centre, sheet.texels_per_mm))

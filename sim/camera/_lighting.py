@@ -12,7 +12,7 @@ from servosight.models.core import Array, share, within
 
 
 @dataclass(frozen=True)
-class Light:
+class Lighting:
     """What the lamp does; the default is a steady one.
 
     ``ramp`` [-]: brightness at the end of the recording over that at its start, in a straight

@@ -1,0 +1,20 @@
+"""How long work reports its progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+FrameProgress = Callable[[int, int], None]
+"""Called with the number of frames done and the number of all frames."""
+
+
+class StageProgress(Protocol):
+    """Reports the progress of work that has several stages."""
+
+    def __call__(self, stage: str, done: int, total: int | None = None) -> None:
+        """``done`` of ``total`` (None: not known) steps of ``stage`` are done."""
+
+
+def silent(stage: str, done: int, total: int | None = None) -> None:
+    """Report nothing."""
