@@ -6,9 +6,10 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from msgspec import Meta
 
 from servosight.models.core import Array
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 TRACK_FILE = "track.toml"
 FORMAT = 1
+MOST_FRAMES = 100_000_000
+"""Ten days at 120 Hz."""
 
 
 @dataclass(frozen=True)
@@ -92,32 +95,32 @@ def geometry_of(recording: Recording) -> Geometry | None:
     It fits where video and samples are still those that were tracked: a row for each frame that
     was not left out.
     """
-    from servosight.models.core import InputError, read_settings
+    from servosight.models.core import InputError, read_settings, validated
 
     if recording.video is None:
         return None
+    file = recording.video.with_name(TRACK_FILE)
     try:
-        table = read_settings(recording.video.with_name(TRACK_FILE))
-        found = _checked(table)
+        keys = validated(read_settings(file), _Keys, file, notes=True)
         size = recording.video.stat().st_size
-    except (InputError, OSError, KeyError, TypeError, ValueError, ArithmeticError):
+    except (InputError, OSError):
         return None
-    known = (table.get("format"), found.frames - len(found.left_out), found.video_bytes)
-    return found if known == (FORMAT, recording.time_s.size, size) else None
+    left_out = keys.left_out
+    if left_out != tuple(sorted({*left_out} & {*range(keys.frames)})):
+        return None
+    if (keys.frames - len(left_out), keys.video_bytes) != (recording.time_s.size, size):
+        return None
+    outline = np.array(keys.outline_px, dtype=np.float64)
+    return Geometry(keys.frames, size, keys.pivot_px, outline, left_out)
 
 
-def _checked(table: Mapping[str, Any]) -> Geometry:
-    """A table's geometry; KeyError, TypeError, ValueError or OverflowError where it is none."""
-    x, y = table["pivot_px"]
-    outline = np.array(table["outline_px"], dtype=np.float64)
-    left_out = tuple(int(frame) for frame in table.get("left_out", ()))
-    frames = int(table["frames"])
-    if outline.ndim != 2 or outline.shape[0] < 3 or outline.shape[1] != 2:
-        raise ValueError
-    if not np.isfinite(outline).all() or not np.isfinite([x, y]).all():
-        raise ValueError
-    if left_out and not 0 <= left_out[0] <= left_out[-1] < frames:
-        raise ValueError
-    if left_out != tuple(sorted(set(left_out))):
-        raise ValueError
-    return Geometry(frames, table["video_bytes"], (float(x), float(y)), outline, left_out)
+@dataclass(frozen=True)
+class _Keys:
+    """The keys of track.toml, but for the digests."""
+
+    frames: Annotated[int, Meta(ge=1, le=MOST_FRAMES)]
+    video_bytes: int
+    pivot_px: tuple[float, float]
+    outline_px: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)]
+    left_out: tuple[int, ...] = ()
+    format: Annotated[int, Meta(ge=FORMAT, le=FORMAT)] = FORMAT

@@ -13,6 +13,7 @@ import math
 from collections.abc import Collection, Mapping
 from functools import cache
 from pathlib import Path
+from types import NoneType, UnionType
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
@@ -78,14 +79,14 @@ def validated(
     """
     if not isinstance(table, Mapping):
         raise InputError(
-            f"{source}: key {section} is {_shown(table)}, expected a table; write [{section}] and "
-            f"its keys below"
+            f"{source}: {f'key {section} ' if section else ''}is {_shown(table)}, expected a "
+            f"table; write {f'[{section}]' if section else 'one'} and its keys below"
         )
     prefix = f"{section}." if section else ""
     hints = _hints(kind)  # type: ignore[arg-type]
     _check_keys(table, [*hints, *others], source, prefix, notes)
     values = {
-        name: _value(table[name], hint, source, prefix + name)
+        name: _value(table[name], hint, source, prefix + name, notes)
         for name, hint in hints.items()
         if name in table and name not in others
     }
@@ -93,6 +94,7 @@ def validated(
         lacks = field.default is field.default_factory is dataclasses.MISSING
         if lacks and field.name in hints and field.name not in values:
             expected, fix = _words(hints[field.name])
+            fix = "add it" if fix == _FIX else fix
             raise InputError(
                 f"{source}: key {prefix}{field.name} is missing, expected {expected}; {fix}"
             )
@@ -149,13 +151,15 @@ def _check_keys(
             )
 
 
-def _value(value: Any, hint: Any, source: Path | str, key: str) -> Any:
+def _value(value: Any, hint: Any, source: Path | str, key: str, notes: bool = False) -> Any:
     bare = _bare(hint)
     if dataclasses.is_dataclass(bare):
-        return validated(value, bare, source, key, notes=_extra(hint).get("notes", False))  # type: ignore[arg-type]
+        return validated(value, bare, source, key, notes=notes)  # type: ignore[arg-type]
     if get_origin(bare) is Mapping and isinstance(value, Mapping):
         inner = get_args(bare)[1]
-        return {one: _value(item, inner, source, f"{key}.{one}") for one, item in value.items()}
+        return {
+            one: _value(item, inner, source, f"{key}.{one}", notes) for one, item in value.items()
+        }
     try:
         if not _finite(value) and not _extra(hint).get("infinite", False):
             raise _wrong(value, source, key, _WORDS[float], _FIX)
@@ -180,9 +184,9 @@ def _words(hint: Any) -> tuple[str, str]:
     """What a field holds, and how to fix one that does not."""
     described = [meta.description for meta in _metas(hint) if meta.description]
     bare = _bare(hint)
-    plain = _WORDS.get(bare) if isinstance(bare, type) else None
-    expected = (described or [plain or str(bare).replace("typing.", "")])[0]
-    return expected, str(_extra(hint).get("fix", _FIX))
+    kinds = get_args(bare) if isinstance(bare, UnionType) else (bare,)
+    plain = [_WORDS[one] for one in kinds if one in _WORDS]
+    return (described or plain or [str(bare)])[0], str(_extra(hint).get("fix", _FIX))
 
 
 def _metas(hint: Any) -> list[msgspec.Meta]:
@@ -199,7 +203,13 @@ def _is_apart(hint: Any) -> bool:
 
 
 def _bare(hint: Any) -> Any:
-    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    """The type without its annotations, and without ``| None``."""
+    if get_origin(hint) is Annotated:
+        return _bare(get_args(hint)[0])
+    others = [one for one in get_args(hint) if one is not NoneType]
+    if isinstance(hint, UnionType) and len(others) == 1:
+        return _bare(others[0])
+    return hint
 
 
 def _shown(value: object) -> str:

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import tomli_w
+from msgspec import Meta
 
-from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
+from servosight.models.base import (
+    InputError,
+    Kind,
+    marked_toml,
+    read_settings,
+    require,
+    validated,
+    write_text,
+)
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import html_table, parameter_rows
 from servosight.models.core._parameter import CORE, OWN, Parameter
@@ -139,53 +147,72 @@ class Actuator:
 
             effects = catalogue()
         card = read_settings(path, "a model card as `servosight identify -o MODEL.toml` writes it")
-        if card.get("format") != FORMAT:
-            raise InputError(
-                f"{path}: key format is {card.get('format')!r}, expected {FORMAT}; write the card "
-                f"anew with `servosight identify`"
-            )
         return _read(path, card, effects)
 
 
-def _read(path: Path, card: dict[str, Any], effects: Mapping[str, Effect]) -> Actuator:
-    names = card.get("effects", [])
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{path}: key effects must be a list of effect ids, such as ['backlash']")
-    for name in names:
+@dataclass(frozen=True)
+class _Entry:
+    """A parameter as a card holds it."""
+
+    value: float
+    sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class _Card:
+    """The keys of a model card."""
+
+    format: Annotated[
+        int,
+        Meta(
+            ge=FORMAT,
+            le=FORMAT,
+            description=str(FORMAT),
+            extra={"fix": "write the card anew with `servosight identify`"},
+        ),
+    ]
+    parameters: Annotated[
+        Mapping[str, float | Mapping[str, Any]],
+        Meta(
+            description="a table with k, T, xi and bias",
+            extra={"fix": "write the card anew with `servosight identify`"},
+        ),
+    ]
+    effects: Annotated[
+        tuple[str, ...], Meta(description="a list of effect ids, such as ['backlash']")
+    ] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _read(path: Path, table: dict[str, Any], effects: Mapping[str, Effect]) -> Actuator:
+    card = validated(table, _Card, path, notes=True)
+    for name in card.effects:
         if name not in effects:
             raise InputError(
                 f"{path}: key effects names {name!r}, expected one of {', '.join(effects)}; "
                 f"bring your own with --plugin FILE.py"
             )
-    table = card.get("parameters")
-    if not isinstance(table, dict):
-        raise InputError(f"{path}: no table [parameters]; expected k, T, xi and bias in it")
     wanted = {parameter.name: parameter for parameter in (*CORE, OWN[0])}
-    for name in names:
+    for name in card.effects:
         wanted |= {f"{name}.{q.name}": q for q in effects[name].parameters}
-    for name in table:
+    for name in card.parameters:
         if name not in wanted:
             raise InputError(
                 f"{path}: unknown parameter {name!r}, expected {', '.join(wanted)}; remove it or "
                 f"add its effect to the key effects"
             )
-    estimates = {name: _estimate(path, name, table.get(name), q) for name, q in wanted.items()}
-    return Actuator(estimates, tuple(names), card.get("provenance", {}))
+    estimates = {
+        name: _estimate(path, f"parameters.{name}", card.parameters.get(name, {}), q)
+        for name, q in wanted.items()
+    }
+    return Actuator(estimates, card.effects, card.provenance)
 
 
-def _estimate(path: Path, name: str, entry: Any, parameter: Parameter) -> Estimate:
-    value = entry.get("value") if isinstance(entry, dict) else entry
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(
-            f"{path}: parameter {name} is {value!r}, expected a finite number in "
-            f"{parameter.unit}; write {name!r} = {{ value = ... }}"
-        )
-    if not parameter.low <= value <= parameter.high:
-        raise InputError(
-            f"{path}: parameter {name} is {value:g} {parameter.unit}, expected {parameter.low:g} "
-            f"to {parameter.high:g}; mend that value"
-        )
-    sigma = entry.get("sigma") if isinstance(entry, dict) else None
-    if sigma is not None and not (isinstance(sigma, int | float) and math.isfinite(sigma)):
-        raise InputError(f"{path}: sigma of {name} is {sigma!r}, expected a finite number")
-    return Estimate(float(value), None if sigma is None else float(sigma), parameter.unit)
+def _estimate(path: Path, key: str, entry: float | Mapping[str, Any], q: Parameter) -> Estimate:
+    """A parameter's estimate; a bare number is its value."""
+    read = validated(
+        entry if isinstance(entry, Mapping) else {"value": entry}, _Entry, path, key, notes=True
+    )
+    expected = f"{q.low:g} to {q.high:g} {q.unit}"
+    require(q.low <= read.value <= q.high, path, f"{key}.value", read.value, expected)
+    return Estimate(read.value, read.sigma, q.unit)

@@ -2,34 +2,79 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from servosight.models.core import Hold, InputError, read_settings, read_text, write_text
+from msgspec import Meta
+
+from servosight.models.core import (
+    Hold,
+    read_settings,
+    read_text,
+    require,
+    validated,
+    within,
+    write_text,
+)
 
 FORMAT = 1
 LONGEST_EXPOSURE_S = 1.0
 LARGEST_RATIO = 1e3
 
-KEYS = (
-    "format",
-    "hold",
-    "command_hold",
-    "video_offset_s",
-    "offset_sigma_s",
-    "unit_scale",
-    "deg_per_us",
-    "neutral_us",
-    "relative_gain",
-    "relative_load",
-    "found_exposure_s",
-    "camera",
-)
-CAMERA_KEYS = ("exposure_s", "readout_s")
+_Exposure = Annotated[float, within(0.0, LONGEST_EXPOSURE_S, "seconds", "write 8 ms as 0.008")]
+_Hold = Annotated[
+    Literal["zero", "linear"],
+    Meta(description='"zero" (held between rows) or "linear" (joined by lines)'),
+]
+_OffsetSigma = Annotated[
+    float,
+    Meta(
+        ge=0.0,
+        description="seconds from 0 on, or inf where the offset is not known",
+        extra={"fix": "write 2 ms as 0.002", "infinite": True},
+    ),
+]
+
+
+def _ratio(lowest: float) -> Meta:
+    what = ", where 1 is the servo as the others have it"
+    return within(lowest, LARGEST_RATIO, what, "write half of that as 0.5")
+
+
+@dataclass(frozen=True)
+class _Shutter:
+    """The keys of [camera] that change how numbers are read."""
+
+    exposure_s: _Exposure = 0.0
+    readout_s: _Exposure = 0.0
+
+
+@dataclass(frozen=True)
+class _Keys:
+    """The keys of recording.toml; :class:`Settings` says what they mean."""
+
+    format: Annotated[
+        int,
+        Meta(
+            ge=FORMAT,
+            le=FORMAT,
+            description=str(FORMAT),
+            extra={"fix": "update servosight or write the recording anew"},
+        ),
+    ] = FORMAT
+    hold: _Hold = "zero"
+    command_hold: _Hold | None = None
+    video_offset_s: float = 0.0
+    offset_sigma_s: _OffsetSigma | None = None
+    unit_scale: float = 1.0
+    deg_per_us: float | None = None
+    neutral_us: float | None = None
+    relative_gain: Annotated[float, _ratio(1e-3)] = 1.0
+    relative_load: Annotated[float, _ratio(0.0)] = 1.0
+    found_exposure_s: _Exposure = 0.0
+    camera: _Shutter = _Shutter()
 
 
 @dataclass(frozen=True)
@@ -41,8 +86,8 @@ class Settings:
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
-    those of the others that share its physics. ``shutter_told`` is False where neither exposure nor
-    readout stands in the file: the exposure is then the one that the tracker found, if it did.
+    those of the others that share its physics. ``shutter_told`` is False where the file has neither
+    exposure nor readout: the exposure is then the one that the tracker found, if it did.
     """
 
     hold: Hold = "zero"
@@ -68,67 +113,34 @@ def read_recording_settings(path: Path) -> Settings:
     if not path.exists():
         return Settings()
     table = read_settings(path, "a recording's settings in TOML, such as format = 1")
-    known = table.get("format", FORMAT)
-    if known != FORMAT or isinstance(known, bool):
-        raise InputError(
-            f"{path}: key format is {known!r}, expected {FORMAT}; update servosight or write the "
-            f"recording anew"
-        )
-    camera = table.get("camera", {})
-    if not isinstance(camera, dict):
-        raise InputError(
-            f"{path}: key camera is {camera!r}, expected a table; write [camera] and below it "
-            f"exposure_s = ..."
-        )
-    _check_spelling(path, "", table, KEYS)
-    _check_spelling(path, "camera.", camera, CAMERA_KEYS)
-    exposure_s = _number(path, "camera.exposure_s", camera.get("exposure_s", 0.0))
-    readout_s = _number(path, "camera.readout_s", camera.get("readout_s", 0.0))
-    found_s = _number(path, "found_exposure_s", table.get("found_exposure_s", 0.0))
-    for key, value in (
-        ("camera.exposure_s", exposure_s),
-        ("camera.readout_s", readout_s),
-        ("found_exposure_s", found_s),
-    ):
-        if not 0.0 <= value <= LONGEST_EXPOSURE_S:
-            raise InputError(
-                f"{path}: key {key} is {value:g}, expected 0 to {LONGEST_EXPOSURE_S:g} seconds; "
-                f"write 8 ms as 0.008"
-            )
-    told = any(key in camera for key in CAMERA_KEYS)
-    scale = _number(path, "unit_scale", table.get("unit_scale", 1.0))
-    if scale == 0.0:
-        raise InputError(f"{path}: key unit_scale is 0, expected degrees in one unit; mend it")
+    keys = validated(table, _Keys, path, notes=True)
+    require(keys.unit_scale != 0.0, path, "unit_scale", 0, "degrees in one unit")
+    told = bool({"exposure_s", "readout_s"} & set(table.get("camera", ())))
+    sigma_s = keys.offset_sigma_s
+    if sigma_s is None:  # a video that was tracked has a note on its clock
+        sigma_s = math.inf if "clock_note" in table else 0.0
     return Settings(
-        hold=_hold(path, table),
-        video_offset_s=_number(path, "video_offset_s", table.get("video_offset_s", 0.0)),
-        offset_sigma_s=_offset_sigma(path, table),
-        unit_scale=scale,
-        deg_per_us=_optional(path, "deg_per_us", table),
-        neutral_us=_optional(path, "neutral_us", table),
-        exposure_s=exposure_s if told else found_s,
-        readout_s=readout_s,
+        hold=_hold(path, table, keys),
+        video_offset_s=keys.video_offset_s,
+        offset_sigma_s=sigma_s,
+        unit_scale=keys.unit_scale,
+        deg_per_us=keys.deg_per_us,
+        neutral_us=keys.neutral_us,
+        exposure_s=keys.camera.exposure_s if told else keys.found_exposure_s,
+        readout_s=keys.camera.readout_s,
         shutter_told=told,
-        relative_gain=_ratio(path, "relative_gain", table, lowest=1e-3),
-        relative_load=_ratio(path, "relative_load", table, lowest=0.0),
+        relative_gain=keys.relative_gain,
+        relative_load=keys.relative_load,
         details=table,
     )
 
 
-def _offset_sigma(path: Path, table: Mapping[str, Any]) -> float:
-    """As stated; without it, a video that was tracked (its clock has a note) has an unknown one."""
-    if "offset_sigma_s" not in table:
-        return math.inf if "clock_note" in table else 0.0
-    value = table["offset_sigma_s"]
-    if value == math.inf:
-        return math.inf
-    sigma_s = _number(path, "offset_sigma_s", value)
-    if sigma_s < 0.0:
-        raise InputError(
-            f"{path}: key offset_sigma_s is {sigma_s:g}, expected seconds from 0 on, or inf where "
-            f"the offset is not known; write 2 ms as 0.002"
-        )
-    return sigma_s
+def _hold(path: Path, table: dict[str, Any], keys: _Keys) -> Hold:
+    """The hold by whichever of its three names the file uses."""
+    command = table.get("command")
+    if "hold" not in table and isinstance(command, dict) and "hold" in command:
+        return validated({"hold": command["hold"]}, _Keys, path, "command").hold
+    return keys.hold if "hold" in table else keys.command_hold or "zero"
 
 
 def set_keys(file: Path, **values: float | str) -> None:
@@ -147,52 +159,3 @@ def set_keys(file: Path, **values: float | str) -> None:
     for key, value in values.items():
         (document if key in document else new)[key] = value
     write_text(file, tomlkit.dumps(new) + tomlkit.dumps(document))
-
-
-def _hold(path: Path, table: Mapping[str, Any]) -> Hold:
-    command = table.get("command")
-    nested = command.get("hold") if isinstance(command, dict) else None
-    hold = table.get("hold", table.get("command_hold", nested))
-    if hold in ("zero", "linear"):
-        return "linear" if hold == "linear" else "zero"
-    if hold is None:
-        return "zero"
-    raise InputError(
-        f'{path}: key hold is {hold!r}, expected "zero" (held between rows) or "linear" (joined by '
-        f"lines); mend it"
-    )
-
-
-def _ratio(path: Path, key: str, table: Mapping[str, Any], lowest: float) -> float:
-    value = _number(path, key, table.get(key, 1.0))
-    if not lowest <= value <= LARGEST_RATIO:
-        raise InputError(
-            f"{path}: key {key} is {value:g}, expected {lowest:g} to {LARGEST_RATIO:g}, where 1 is "
-            f"the servo as the others have it; write half of that as 0.5"
-        )
-    return value
-
-
-def _optional(path: Path, key: str, table: Mapping[str, Any]) -> float | None:
-    return _number(path, key, table[key]) if key in table else None
-
-
-def _number(path: Path, key: str, value: Any) -> float:
-    try:
-        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-            return float(value)
-    except OverflowError:
-        pass
-    raise InputError(f"{path}: key {key} is {value!r}, expected a finite number; mend it")
-
-
-def _check_spelling(
-    path: Path, prefix: str, table: Mapping[str, Any], keys: Collection[str]
-) -> None:
-    for key in table:
-        close = difflib.get_close_matches(key.lower(), keys, n=1, cutoff=0.8)
-        if close and key not in keys:
-            raise InputError(
-                f"{path}: unknown key {prefix}{key}, expected {prefix}{close[0]}; rename it or, if "
-                f"it is a note of your own, choose a name less alike"
-            )

@@ -98,7 +98,7 @@ def test_a_recording_may_hold_its_cameras_geometry(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"camera\.geometry: has neither"):
         known_camera(inspect_folder(tmp_path))
     file.write_text("[camera]\ngeometry = 5\n")
-    with pytest.raises(InputError, match=r"camera\.geometry: is 5 and no table"):
+    with pytest.raises(InputError, match=r"camera\.geometry: is 5, expected a table"):
         known_camera(inspect_folder(tmp_path))
 
 

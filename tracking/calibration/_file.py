@@ -1,14 +1,22 @@
-"""camera.toml: what a calibration told, in and out."""
+"""camera.toml: what a calibration found, in and out."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 
-from servosight.models.core import Array, InputError, Kind, marked_toml, read_settings, write_text
+from servosight.models.core import (
+    InputError,
+    Kind,
+    marked_toml,
+    read_settings,
+    validated,
+    write_text,
+)
 from servosight.tracking.core import CameraGeometry, Lens
 
 if TYPE_CHECKING:
@@ -56,51 +64,51 @@ def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> CameraGeo
     return camera_of(table, str(path))
 
 
+_Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+_Pixels = Annotated[float, Meta(gt=0.0, le=LARGEST)]
+_Pair = tuple[_Number, _Number]
+_Triple = tuple[_Number, _Number, _Number]
+
+
+def _meta(what: str) -> Meta:
+    fix = "write what `servosight calibrate` wrote"
+    return Meta(description=f"{what}, each at most {LARGEST:g}", extra={"fix": fix})
+
+
+@dataclass(frozen=True)
+class _Lens:
+    focal_px: Annotated[tuple[_Pixels, _Pixels], _meta("2 numbers above 0")]
+    principal_px: Annotated[_Pair, _meta("2 numbers")]
+    distortion: Annotated[tuple[_Number, _Number, _Number, _Number, _Number], _meta("5 numbers")]
+
+
+@dataclass(frozen=True)
+class _Plane:
+    onto: Annotated[tuple[_Triple, _Triple, _Triple], _meta("3 x 3 numbers")]
+
+
+@dataclass(frozen=True)
+class _Keys:
+    lens: _Lens | None = None
+    plane: _Plane | None = None
+
+
 def camera_of(table: object, source: str) -> CameraGeometry:
     """The camera of a table with ``lens`` and ``plane``, as in camera.toml or recording.toml."""
-    if not isinstance(table, Mapping):
+    keys = validated(table, _Keys, source, notes=True)
+    if keys.lens is None and keys.plane is None:
         raise InputError(
-            f"{source}: is {table!r} and no table; expected the tables lens and plane that "
-            "`servosight calibrate` writes."
+            f"{source}: has neither a table lens nor a table plane; expected what `servosight "
+            "calibrate` writes."
         )
-    lens, onto = None, None
-    if "lens" in table:
-        focal = _numbers(table, source, "lens", "focal_px", (2,))
-        centre = _numbers(table, source, "lens", "principal_px", (2,))
-        k1, k2, p1, p2, k3 = _numbers(table, source, "lens", "distortion", (5,))
-        if min(focal) <= 0.0:
-            raise InputError(f"{source}: key lens.focal_px is not above 0; expected pixels.")
-        lens = Lens((focal[0], focal[1]), (centre[0], centre[1]), (k1, k2, p1, p2, k3))
-    if "plane" in table:
-        onto = _numbers(table, source, "plane", "onto", (3, 3))
+    lens = onto = None
+    if keys.lens is not None:
+        lens = Lens(keys.lens.focal_px, keys.lens.principal_px, keys.lens.distortion)
+    if keys.plane is not None:
+        onto = np.array(keys.plane.onto)
         if abs(float(np.linalg.det(onto))) < 1e-15:
             raise InputError(
                 f"{source}: key plane.onto maps the picture to a line; expected the matrix that "
                 "`servosight calibrate` wrote."
             )
-    if lens is None and onto is None:
-        raise InputError(
-            f"{source}: has neither a table lens nor a table plane; expected what `servosight "
-            "calibrate` writes."
-        )
     return CameraGeometry(lens, onto)
-
-
-def _numbers(
-    table: Mapping[str, Any], source: str, part: str, key: str, shape: tuple[int, ...]
-) -> Array:
-    try:
-        values = np.array(table[part][key], np.float64)
-    except (KeyError, TypeError, ValueError, OverflowError):
-        values = np.empty(0)
-    if values.shape != shape or not np.isfinite(values).all():
-        raise InputError(
-            f"{source}: key {part}.{key} is not {' x '.join(map(str, shape))} numbers; expected "
-            "those that `servosight calibrate` writes."
-        )
-    if np.abs(values).max() > LARGEST:
-        raise InputError(
-            f"{source}: key {part}.{key} holds {values.flat[np.abs(values).argmax()]:g}; expected "
-            f"numbers up to {LARGEST:g}, as `servosight calibrate` writes them."
-        )
-    return values
