@@ -64,8 +64,8 @@ def noisy(recording: Recording, seed: int, noise: float = NOISE_DEG) -> Recordin
 
 
 @dataclass(frozen=True)
-class Camera:
-    """One row of the table: how the truth is looked at."""
+class Sampling:
+    """One row of the table: how the truth is sampled."""
 
     what: str
     rate_hz: float
@@ -75,7 +75,7 @@ class Camera:
     command_s: float = 4e-3
 
     def record(self) -> Recording:
-        """What the camera would see without noise."""
+        """The recording without noise."""
         rng = np.random.default_rng(8)
         shape = standard(DURATION_S, 20.0, seed=5)
         rows_s = np.arange(0.0, DURATION_S, self.command_s)
@@ -88,13 +88,13 @@ class Camera:
 
 
 CAMERAS = (
-    Camera("30 frames/s", 30.0),
-    Camera("60 frames/s", 60.0),
-    Camera("120 frames/s", 120.0),
-    Camera("240 frames/s", 240.0),
-    Camera("120, times jitter by 2 ms", 120.0, jitter_s=2e-3),
-    Camera("120, one frame in five dropped", 120.0, dropped=0.2),
-    Camera("120, command every 4.3 ms", 120.0, command_s=4.3e-3),
+    Sampling("30 frames/s", 30.0),
+    Sampling("60 frames/s", 60.0),
+    Sampling("120 frames/s", 120.0),
+    Sampling("240 frames/s", 240.0),
+    Sampling("120, times jitter by 2 ms", 120.0, jitter_s=2e-3),
+    Sampling("120, one frame in five dropped", 120.0, dropped=0.2),
+    Sampling("120, command every 4.3 ms", 120.0, command_s=4.3e-3),
 )
 
 
@@ -177,7 +177,7 @@ def discrete_biases(seeds: int) -> Iterator[list[str]]:
         ("1 deg", 0.0, 1.0),
         ("0.1 deg, exposure 5 ms", 5e-3, 0.1),
     ):
-        # Frames on the rows of the command, as eq. 2 wants them; 10 ms after its first.
+        # Frames on the rows of the command, as eq. 2 needs them; 10 ms after its first.
         recording = truth(rows_s, command, rows_s[2:], exposure_s)
         tried: dict[str, list[Linear | None]] = {name: [] for name in (*METHODS, "continuous")}
         for seed in range(seeds if noise else 1):

@@ -1,57 +1,51 @@
 """Speed: candidates a second, a linear fit and a whole diagnosis, beside named peers.
 
 Writes docs/measured/speed.md. Peers run in the same process on the same record, SysIdentPy in an
-environment of its own (it wants an older numpy). All times are CPU time, of one thread each: other
+environment of its own (it needs an older numpy). All times are CPU time, of one thread each: other
 work on the machine changes them less than the clock's, and threads that wait for work do not count.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import platform
-import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-import cma
-import control
 import numpy as np
-import pandas as pd
-import pyswarms
-from nfoursid.nfoursid import NFourSID
-from scipy import optimize, signal
 
+from peers.linear_fits import (
+    NOISE_DEG,
+    PARTICLES,
+    REPEATS,
+    ROUNDS,
+    ROWS_HZ,
+    Timing,
+    by_control,
+    by_lsim,
+    fits,
+    plant,
+    seconds,
+)
 from servosight.diagnose import diagnose
-from servosight.identify.fit import identify
 from servosight.models.core import Array, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.io import save_recording
-from servosight.models.plant import Plant, Stimulus
+from servosight.models.plant import Stimulus
 from servosight.scenarios.draws import DRAWS
-from sysid import LINEAR, Hand, by_sysid
 from threads import restart_unless
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "measured" / "speed.md"
-UV = shutil.which("uv") or str(HERE.parent / ".venv-uv" / "bin" / "uv")
 TRUE = {"k": 1.0, "T": 0.02, "xi": 0.6}
-ROWS_HZ, NOISE_DEG = 240.0, 0.03
 CANDIDATES = 64
-LEAST_S = 0.5
 ONE_THREAD = {"NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-REPEATS = 5
-SEARCH_LOW = np.array([0.2, np.log(0.002), np.log(0.1), -2.0])
-SEARCH_HIGH = np.array([3.0, np.log(0.2), np.log(3.0), 2.0])
-PARTICLES, ROUNDS = 30, 100
 
 ONE = {"backlash.gap": 1.5}
 THREE = {**ONE, "coulomb_friction.level": 0.8, "rate_limit.rate": 250.0}
@@ -70,22 +64,8 @@ HIDDEN: Mapping[str, Mapping[str, float]] = {"nothing missing": {}, "backlash mi
 """What is diagnosed for its time."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """One line of a table: what ran, CPU seconds for one, and what came of it."""
-
-    what: str
-    seconds: float
-    note: str = ""
-
-
-def plant() -> Plant:
-    """The plant over the whole catalogue, as every command uses it."""
-    return Plant.of(catalogue())
-
-
 def record(settings: Mapping[str, float]) -> Recording:
-    """20 s at 120 Hz with noise: the command stands on the grid of the peers, twice as fine."""
+    """20 s at 120 Hz with noise; the command is on the grid of the peers, twice as fine."""
     command = standard(20.0, 20.0, seed=1, rate_hz=ROWS_HZ)
     time_s = command.time_s[::2].copy()
     empty = Recording(
@@ -105,34 +85,7 @@ def rows(settings: Mapping[str, float], count: int, spread: float = 0.2) -> Arra
     return batch
 
 
-def seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median CPU time of one call, after one that nobody measures; rounds last long enough."""
-    work()
-    times = []
-    for _ in range(repeats):
-        calls, began = 0, time.process_time()
-        while (gone := time.process_time() - began) < LEAST_S / REPEATS or not calls:
-            work()
-            calls += 1
-        times.append(gone / calls)
-    return statistics.median(times)
-
-
-def by_lsim(recording: Recording, k: float, T: float, xi: float) -> Array:
-    """scipy's answer, held command."""
-    system = signal.lti([k], [T * T, 2.0 * xi * T, 1.0])
-    _, angle, _ = signal.lsim(system, recording.command_deg, recording.command_time_s, interp=False)
-    return np.asarray(angle[::2])
-
-
-def by_control(recording: Recording, k: float, T: float, xi: float) -> Array:
-    """python-control's answer: sampled with zero-order hold, then run."""
-    system = control.tf2ss(control.tf([k], [T * T, 2.0 * xi * T, 1.0]))
-    sampled = control.sample_system(system, 1.0 / ROWS_HZ, method="zoh")
-    return np.asarray(control.forced_response(sampled, inputs=recording.command_deg).outputs[::2])
-
-
-def simulations(recording: Recording) -> list[Line]:
+def simulations(recording: Recording) -> list[Timing]:
     """Seconds for one candidate: ours in a batch, peers one after the other."""
     stimulus = Stimulus.of(recording)
     lines = []
@@ -147,7 +100,7 @@ def simulations(recording: Recording) -> list[Line]:
         spent = seconds(lambda batch=batch: plant().simulate(batch, stimulus))  # type: ignore[misc]
         names = dict.fromkeys(name.partition(".")[0] for name in settings)
         note = " + ".join(names) if len(names) < len(DRAWS) else ""
-        lines.append(Line(f"servosight, {what}", spent / CANDIDATES, note))
+        lines.append(Timing(f"servosight, {what}", spent / CANDIDATES, note))
     ours = plant().simulate(rows({}, 1, spread=0.0)[0], stimulus)
     T, xi = TRUE["T"], TRUE["xi"]
     for name, peer in (
@@ -156,122 +109,11 @@ def simulations(recording: Recording) -> list[Line]:
     ):
         off = np.abs(peer(recording, 1.0, T, xi) - ours).max()
         spent = seconds(lambda peer=peer: peer(recording, 1.0, T, xi))  # type: ignore[misc]
-        lines.append(Line(name, spent, f"differs by {off:.1g} deg at most"))
+        lines.append(Timing(name, spent, f"differs by {off:.1g} deg at most"))
     return lines
 
 
-def fits(recording: Recording) -> list[Line]:
-    """Seconds for one linear fit from starts and bounds that know nothing of the truth."""
-
-    def ours() -> float:
-        return identify([recording], [], catalogue=catalogue(), method="gradient").rmse_deg
-
-    lines = [_fit("servosight identify --method gradient", ours)]
-    for name, peer in (("scipy signal.lsim", by_lsim), ("control forced_response", by_control)):
-        lines.append(
-            _fit(f"scipy least_squares + {name}", lambda peer=peer: _squares(recording, peer))
-        )  # type: ignore[misc]
-    beside = by_sysid(recording, Hand(LINEAR))
-    note = f"rmse {beside.over_noise * NOISE_DEG:.5f} deg, {beside.rollouts} rollouts"
-    lines.append(Line(f"mujoco.sysid {version('mujoco')}", beside.cpu_s, note))
-    lines.append(_fit(f"cma {version('cma')}, our plant", lambda: _by_cma(recording), 1))
-    lines.append(
-        _fit(f"pyswarms {version('pyswarms')}, our plant", lambda: _by_swarm(recording), 1)
-    )
-    lines.append(
-        _fit(f"nfoursid {version('nfoursid')}, 2 states, 10 rows", lambda: _by_n4sid(recording), 1)
-    )
-    return [*lines, *_by_sysidentpy(recording)]
-
-
-def _fit(name: str, work: Callable[[], float], repeats: int = REPEATS) -> Line:
-    return Line(name, seconds(work, repeats), f"rmse {work():.5f} deg")
-
-
-def _rmse(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2)))
-
-
-def _squares(recording: Recording, simulate: Callable[..., Array]) -> float:
-    """Levenberg and Marquardt over a peer's simulation; the rms error [deg]."""
-
-    def residuals(point: Array) -> Array:
-        k, log_T, log_xi, bias = point
-        angle = simulate(recording, k, float(np.exp(log_T)), float(np.exp(log_xi)))
-        return np.asarray(recording.angle_deg - bias - angle)
-
-    start = [1.0, np.log(0.05), np.log(0.7), 0.0]
-    return _rmse(optimize.least_squares(residuals, start, method="lm").fun)
-
-
-def _costs(recording: Recording, points: Array) -> Array:
-    """Mean square error [deg^2] of points (batch, 4) by our plant: the fastest there is here."""
-    batch = np.tile(np.array(plant().layout.neutral_row()), (len(points), 1))
-    batch[:, :4] = points
-    batch[:, 1:3] = np.exp(points[:, 1:3])
-    angles = plant().simulate(batch, Stimulus.of(recording))
-    return np.asarray(np.mean((recording.angle_deg - angles) ** 2, axis=1))
-
-
-def _by_cma(recording: Recording) -> float:
-    start = [1.0, np.log(0.05), np.log(0.7), 0.0]
-    options = {"seed": 1, "verbose": -9, "tolfun": 1e-9}
-    search = cma.CMAEvolutionStrategy(start, 0.5, options)
-    while not search.stop():
-        points = search.ask()
-        search.tell(points, _costs(recording, np.array(points)).tolist())
-    return float(np.sqrt(search.result.fbest))
-
-
-def _by_swarm(recording: Recording) -> float:
-    np.random.seed(1)  # noqa: NPY002, pyswarms takes no other seed
-    weights = {"c1": 1.5, "c2": 1.5, "w": 0.7}
-    bounds = (SEARCH_LOW, SEARCH_HIGH)
-    swarm = pyswarms.single.GlobalBestPSO(PARTICLES, 4, weights, bounds=bounds)
-    best, _ = swarm.optimize(lambda points: _costs(recording, points), ROUNDS, verbose=False)
-    return float(np.sqrt(best))
-
-
-def _sampled(recording: Recording) -> Array:
-    """The command at the samples, for peers that know one clock."""
-    at = np.searchsorted(recording.command_time_s, recording.time_s + 1e-9, side="right") - 1
-    return np.asarray(recording.command_deg[at])
-
-
-def _by_n4sid(recording: Recording) -> float:
-    command = _sampled(recording)
-    frame = pd.DataFrame({"u": command, "y": recording.angle_deg})
-    method = NFourSID(frame, ["y"], ["u"], num_block_rows=10)
-    method.subspace_identification()
-    found, _ = method.system_identification(rank=2)
-    state, angles = np.zeros((2, 1)), np.empty(command.size)
-    for i, u in enumerate(command):
-        angles[i] = (found.c @ state + found.d * u).item()
-        state = found.a @ state + found.b * u
-    return _rmse(recording.angle_deg - angles)
-
-
-def _by_sysidentpy(recording: Recording) -> list[Line]:
-    """Its NARX fits, in a process with its own numpy."""
-    with tempfile.TemporaryDirectory() as folder:
-        table = Path(folder) / "record.csv"
-        np.savetxt(table, np.stack([_sampled(recording), recording.angle_deg], axis=1))
-        command = [UV, "run", "--quiet", "--script", str(HERE / "peers" / "narx.py"), str(table)]
-        environment = {k: v for k, v in os.environ.items() if k != "UV_PROJECT_ENVIRONMENT"}
-        try:
-            said = subprocess.run(
-                command, capture_output=True, text=True, check=True, timeout=300, env=environment
-            )
-        except (OSError, subprocess.SubprocessError) as error:
-            print(f"SysIdentPy is left out: {error}", file=sys.stderr)
-            return []
-    return [
-        Line(one["name"], one["seconds"], f"rmse {one['rmse_deg']:.5f} deg")
-        for one in json.loads(said.stdout)
-    ]
-
-
-def starts() -> list[Line]:
+def starts() -> list[Timing]:
     """From the command line to a finished fit, as on any day but the first: CPU and wall time."""
     with tempfile.TemporaryDirectory() as folder:
         save_recording(record({}), Path(folder))
@@ -288,26 +130,26 @@ def starts() -> list[Line]:
             wall, after = time.perf_counter() - began, os.times()
             cpu = after.children_user + after.children_system
             cpu -= before.children_user + before.children_system
-            lines.append(Line(f"servosight {words[0]}", cpu, f"{wall:.2f} s on the wall"))
+            lines.append(Timing(f"servosight {words[0]}", cpu, f"{wall:.2f} s on the wall"))
     return lines
 
 
-def diagnoses() -> list[Line]:
+def diagnoses() -> list[Timing]:
     """Seconds for a whole `diagnose --auto`, kernels cached; by the clock with all threads, too."""
     code = "import run; run.print_clocked()"
     free = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
-    told = subprocess.run(
+    clocked = subprocess.run(
         [sys.executable, "-c", code], cwd=HERE, env=free, check=True, capture_output=True, text=True
     ).stdout.split()
     lines = []
-    for (what, settings), wall_s in zip(HIDDEN.items(), told, strict=True):
+    for (what, settings), wall_s in zip(HIDDEN.items(), clocked, strict=True):
         recording = record(settings)
         began = time.process_time()
         result = diagnose([recording], catalogue=catalogue(), auto=True)
         named = ", ".join(result.effects) or "nothing"
         clock = f"{float(wall_s):.1f} s by the clock on {os.cpu_count()} cores"
         note = f"{clock}; {result.verdict}: {named}"
-        lines.append(Line(what, time.process_time() - began, note))
+        lines.append(Timing(what, time.process_time() - began, note))
     return lines
 
 
@@ -321,7 +163,7 @@ def print_clocked() -> None:
         print(time.perf_counter() - began)
 
 
-def table(lines: list[Line], base: str, count: bool = False) -> str:
+def table(lines: list[Timing], base: str, count: bool = False) -> str:
     """Markdown; ratios are times as fast as the first line whose name begins with ``base``."""
     reference = next(line.seconds for line in lines if line.what.startswith(base))
     head = ["", "a core-second" if count else "CPU time", f"speed, {base} = 1", ""]

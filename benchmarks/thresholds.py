@@ -50,8 +50,8 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
 
 
 @dataclass(frozen=True)
-class Remembered(ModelSelection):
-    """Fits each model once, whatever asks for it."""
+class CachedSelection(ModelSelection):
+    """Keeps each fit for later requests of the same fit."""
 
     known: dict[tuple[Any, ...], Trial] = field(default_factory=dict, compare=False)
     kept: list[tuple[Any, ...]] = field(default_factory=list, compare=False)
@@ -93,8 +93,8 @@ class Remembered(ModelSelection):
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a diagnosis of one trial came to."""
+class SelectionOutcome:
+    """The result of the diagnosis of one trial."""
 
     right: bool
     false_alarm: bool
@@ -102,27 +102,27 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Case:
+class BenchmarkTrial:
     """A trial's recording, what is hidden in it, and its fits."""
 
     row: str
     hidden: frozenset[str]
     floor_deg: float
     tolerance_deg: float
-    splits: tuple[Remembered, Remembered]
+    splits: tuple[CachedSelection, CachedSelection]
 
     @classmethod
-    def of(cls, row: str, hidden: Sequence[str], recording: Recording) -> Case:
+    def of(cls, row: str, hidden: Sequence[str], recording: Recording) -> BenchmarkTrial:
         """A trial before any fit."""
         tolerance = TOLERANCE_SHARE * recording.moved_range_deg
         floor = math.hypot(joint_noise_deg((recording,)), tolerance)
         splits = (
-            Remembered(Split.of((recording,)), catalogue()),
-            Remembered(Split.of((recording,), choice=1), catalogue()),
+            CachedSelection(Split.of((recording,)), catalogue()),
+            CachedSelection(Split.of((recording,), choice=1), catalogue()),
         )
         return cls(row, frozenset(hidden), floor, tolerance, splits)
 
-    def outcome(self, policy: SelectionPolicy) -> Outcome:
+    def outcome(self, policy: SelectionPolicy) -> SelectionOutcome:
         """Select with ``policy``, as ``diagnose --auto`` does."""
         criterion = AcceptanceCriterion(self.floor_deg, self.tolerance_deg, policy)
         models, other = self.splits
@@ -132,10 +132,12 @@ class Case:
         last = StepwiseSelector(models, criterion).select().steps[-1].trial
         error = held_out_rms(models.tested(last))
         named = frozenset(last.effects)
-        return Outcome(named == self.hidden, bool(named - self.hidden), error / self.floor_deg)
+        return SelectionOutcome(
+            named == self.hidden, bool(named - self.hidden), error / self.floor_deg
+        )
 
 
-def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[Case]:
+def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[BenchmarkTrial]:
     """The first trials of each row in a results file that these sources would draw again."""
     left = dict.fromkeys(rows, trials)
     for text in facts.read_text(encoding="utf-8").splitlines():
@@ -147,10 +149,10 @@ def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[Case]:
         if list(setup.effects) != list(known["hidden"]):
             continue
         left[row] -= 1
-        yield Case.of(row, list(setup.effects), setup.record(known["noise_deg"]))
+        yield BenchmarkTrial.of(row, list(setup.effects), setup.record(known["noise_deg"]))
 
 
-def described(outcomes: Sequence[Outcome]) -> str:
+def described(outcomes: Sequence[SelectionOutcome]) -> str:
     """Named, false alarms, and rms of the test error over the floor."""
     count = len(outcomes)
     over = math.sqrt(sum(one.over_floor**2 for one in outcomes) / count)
@@ -173,7 +175,7 @@ def main() -> None:
         for name, values in CHANGES.items()
         for value in values
     }
-    outcomes: dict[str, list[Outcome]] = {name: [] for name in policies}
+    outcomes: dict[str, list[SelectionOutcome]] = {name: [] for name in policies}
     for place, case in enumerate(found):
         for name, policy in policies.items():
             outcomes[name].append(case.outcome(policy))

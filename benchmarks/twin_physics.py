@@ -26,7 +26,7 @@ TIMES_S = (0.0078, 0.02, 0.05)
 XI = 0.6
 DURATION_S = 4.0
 FORGOTTEN_S = 1.0
-"""Time in which a play's and a bristle's unknown first state no longer counts."""
+"""Time after which the unknown initial state of a play or a bristle has no more influence."""
 
 
 def compare(effects: Sequence[str], T: float) -> tuple[float, float]:

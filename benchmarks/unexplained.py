@@ -1,4 +1,6 @@
-"""How much of what nobody catalogued a sparse law explains: python benchmarks/unexplained.py.
+"""How much of an effect outside the catalogue a sparse law explains.
+
+    python benchmarks/unexplained.py
 
 Draws of the hidden-effect benchmark's row "outside" (its noise makes the linear model's misfit 3 to
 30 times the noise), a law on top of the linear model for each, one line a draw and a summary.

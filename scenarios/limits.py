@@ -86,7 +86,7 @@ def _check_effects(scenario: Scenario, source: str) -> None:
 
 
 def _check_work(scenario: Scenario, source: str) -> None:
-    """Refuse what would take hours, or more memory than there is."""
+    """Reject what would take hours, or more memory than a computer has."""
     finest = max([STEPS_PER_T, *(TWIN_EFFECTS[name].steps_per_T for name in scenario.effects)])
     steps = scenario.duration_s / min(LONGEST_STEP_S, scenario.servo.T / finest)
     require(

@@ -141,7 +141,7 @@ def _known(scenario: Scenario) -> dict[str, Any]:
 
 
 def _settings(scenario: Scenario) -> dict[str, Any]:
-    """The scenario's file again."""
+    """The scenario as the table of its file."""
     table = asdict(scenario)
     if scenario.camera.pivot_px is None:
         del table["camera"]["pivot_px"]

@@ -45,7 +45,7 @@ class LinearServo:
     bias: Annotated[float, within(-LARGEST_DEG, LARGEST_DEG, "degrees")] = 0.0
 
     def bench(self) -> BenchParameters:
-        """A twin that has this model."""
+        """A test bench with this transfer function."""
         return BenchParameters.with_response(self.k, self.T, self.xi, self.bias)
 
 

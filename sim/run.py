@@ -158,7 +158,7 @@ def _integrate(
 
 
 def zero_order_hold(excitation: Excitation) -> Polyline:
-    """Knots of the held command: each row begins a flat piece, with a jump to the next."""
+    """Knots of the command held between its rows (zero-order): flat pieces with jumps between."""
     return (
         np.repeat(excitation.time_s, 2)[1:].astype(np.float64),
         np.repeat(excitation.command_deg, 2)[:-1].astype(np.float64),

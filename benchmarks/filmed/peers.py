@@ -1,6 +1,7 @@
-"""Other ways to the angle, on the same frames: each takes a picture and the last angle.
+"""Other methods to measure the angle, on the same frames: from a picture and the last angle.
 
-All know the true pivot and start from a clean first frame, which flatters them.
+All are given the true pivot and start from a clean first frame, which favours them.
+
 """
 
 from __future__ import annotations
@@ -12,10 +13,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
+from servosight.models.core import Array, Image
+
 Peer = Callable[[Image, float], float]
 
 _MARKER_PX = 60
@@ -128,9 +128,11 @@ def pyidi(
             return type(error).__name__
         if done.returncode:
             return (done.stderr.strip().splitlines() or ["no reason given"])[-1]
-    with np.load(found) as told:
+    with np.load(found) as loaded:
         arm = centre - pivot_px
-        return [_turn_deg(arm, arm + shift) for shift in told["shift_px"]], float(told["seconds"])
+        return [_turn_deg(arm, arm + shift) for shift in loaded["shift_px"]], float(
+            loaded["seconds"]
+        )
 
 
 def _turn_deg(before: Array, after: Array) -> float:

@@ -1,11 +1,11 @@
-"""A linear servo on film: what its parameters lose on the way through the video."""
+"""A linear servo in a video: how far its parameters differ from those of the true angle."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import signal
 
-from filmed.shots import STEP_S, Array, Shot
+from filmed.cases import STEP_S, Array, VideoCase
 from servosight.identify.fit import identify
 from servosight.models.core import Estimate, Recording
 from servosight.models.effects import catalogue
@@ -36,11 +36,11 @@ def angle_deg(time_s: Array) -> Array:
     return np.asarray(answer[np.round(time_s / STEP_S).astype(int)])
 
 
-def shot(seed: int) -> Shot:
+def case(seed: int) -> VideoCase:
     """The servo on film; the seed draws the camera's noise and the print."""
     settings = VideoSettings(texture_seed=seed)
     name = f"linear servo, multisine, {seed}"
-    return Shot(name, angle_deg, settings=settings, duration_s=_DURATION_S, seed=seed)
+    return VideoCase(name, angle_deg, settings=settings, duration_s=_DURATION_S, seed=seed)
 
 
 def apart(track: Track, true_deg: Array) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Section E: video of a sine, the difference equation and back, and what a sine cannot tell."""
+"""Section E: video of a sine, the difference equation and back, and what a sine cannot identify."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .actuator_model import (
     made,
     scenario,
     settled,
-    with_T_held,
+    with_T_fixed,
 )
 from .page import picture, table
 
@@ -41,10 +41,10 @@ def conversion() -> str:
     """The printed numbers against each other, under three transforms."""
     head = ["", "a1", "a2", "b0", "b1", "b2", "k", "T [ms]", "xi"]
     true = Linear(TRUE.k, TRUE.T, TRUE.xi)
-    mended = Difference(0.01, PRINTED.a1, PRINTED.a2, PRINTED.b0, 0.395, PRINTED.b2)
+    corrected = Difference(0.01, PRINTED.a1, PRINTED.a2, PRINTED.b0, 0.395, PRINTED.b2)
     rows = [
         line("printed, by Tustin's rule at 10 ms", PRINTED, to_linear(PRINTED)),
-        line("b1 = 0.395 instead", mended, to_linear(mended)),
+        line("b1 = 0.395 instead", corrected, to_linear(corrected)),
     ]
     rows += [
         line(f"printed k, T, xi by {name}", to_difference(true, 0.01, transform), true)
@@ -113,9 +113,9 @@ def through_the_video() -> str:
 
 
 def what_a_sine_tells() -> str:
-    """T held at values from an eighth to two and a half times the truth, all else refitted."""
+    """T fixed at values from an eighth to two and a half times the truth, all else refitted."""
     held = {
-        name: with_T_held(settled(made(motion, 10.0, 0.0, 0)), TIMES_S)
+        name: with_T_fixed(settled(made(motion, 10.0, 0.0, 0)), TIMES_S)
         for name, motion in MOTIONS.items()
     }
     sine, rich = held.values()
@@ -134,7 +134,7 @@ def what_a_sine_tells() -> str:
         axes.axhline(TEMPLATE_DEG, color=FAINT, linestyle="--")
         axes.text(20.0, 1.2 * TEMPLATE_DEG, "noise of template matching", ha="right", fontsize=8)
         axes.set_yscale("log")
-        axes.set_xlabel("T held at [ms]")
+        axes.set_xlabel("T fixed at [ms]")
         axes.set_ylabel("misfit without noise [deg]")
         axes.legend(loc="center right")
 
@@ -148,7 +148,7 @@ def what_a_sine_tells() -> str:
         ]
         for one, other in zip(sine, rich, strict=True)
     ]
-    head = ["T held at [ms]", "then xi", "then k", "misfit, sine [deg]", "misfit, standard [deg]"]
+    head = ["T fixed at [ms]", "then xi", "then k", "misfit, sine [deg]", "misfit, standard [deg]"]
     alt = "Misfit over the time constant, for a sine and for the standard excitation"
     return picture("sine", (6.5, 3.6), alt, paint) + "\n\n" + table(head, rows)
 

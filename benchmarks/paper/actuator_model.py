@@ -1,7 +1,7 @@
-"""The paper's actuator (section E), and what its command, a sine, can tell of it.
+"""The paper's actuator (section E), and what can be identified from its command, a sine.
 
-How its coefficients and its T, xi and k belong together, and which of them is a misprint, stands
-where the conversion does: identify/discrete/_discrete.py.
+identify/discrete/_discrete.py says how its coefficients and its T, xi and k belong together, and
+which of them is a misprint.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ PRINTED = Difference(0.01, -0.56, 0.33, 0.198, 0.34, 0.198)
 """Eq. 2 as printed; the sample time is what makes it agree with k, T and xi."""
 
 SINE = CommandSettings("sine", 20.0, rate_hz=1000.0, frequency_hz=1.0)
-"""The paper's command, in rows so fine that their steps tell nothing."""
+"""The paper's command, in rows so fine that their steps carry no information."""
 RICH = CommandSettings("standard", 20.0, rate_hz=1000.0)
 SETTLED_S = 1.0
-"""After a second nothing is left of how the motion began."""
+"""After this time the initial transient has decayed."""
 
 
 def scenario(motion: CommandSettings, duration_s: float, *, video: bool, seed: int = 5) -> Scenario:
@@ -69,8 +69,8 @@ def made(motion: CommandSettings, duration_s: float, noise_deg: float, seed: int
 
 
 @dataclass(frozen=True)
-class Held:
-    """A model with T held, everything else fitted: its xi, its k and its rms misfit [deg]."""
+class FixedTimeConstant:
+    """A model with T fixed, everything else fitted: its xi, its k and its rms misfit [deg]."""
 
     T: float
     xi: float
@@ -78,8 +78,8 @@ class Held:
     rms_deg: float
 
 
-def with_T_held(recording: Recording, times_s: Sequence[float]) -> list[Held]:
-    """How well each time constant can be made to fit, k, xi, bias and the start refitted."""
+def with_T_fixed(recording: Recording, times_s: Sequence[float]) -> list[FixedTimeConstant]:
+    """The best fit at each fixed time constant; k, xi, bias and the initial state are refitted."""
     problem = Problem.of([recording], catalogue(), [])
     best = linear_start(problem)
     low, high = problem.bounds
@@ -96,5 +96,9 @@ def with_T_held(recording: Recording, times_s: Sequence[float]) -> list[Held]:
         )
         outcome = drive(LevenbergMarquardt(start, lowest, highest, scale), residuals, 2_000)
         rms = np.sqrt(2.0 * outcome.cost / recording.time_s.size)
-        found.append(Held(T, float(np.exp(outcome.point[1])), float(outcome.point[0]), float(rms)))
+        found.append(
+            FixedTimeConstant(
+                T, float(np.exp(outcome.point[1])), float(outcome.point[0]), float(rms)
+            )
+        )
     return found

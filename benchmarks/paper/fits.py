@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .contest import ALGORITHMS, FINISHED, Search, tally
 from .page import share, table
 from .peers import PEERS
-from .trials import Traps, Trial, linear_fit
+from .search_counts import ALGORITHMS, FINISHED, Search, tally
+from .trials import LocalMinima, SearchProblem, linear_fit
 
 HEAD = ("", "arrived", "of", "probability, 95 % interval", "evaluations, median", "most")
 PLAIN = {**ALGORITHMS, **PEERS}
 PLAIN_RUNS = 10
 
 
-def rows(trial: Trial, runs: int, budget: int, searches: Mapping[str, Search]) -> list[list[str]]:
+def rows(
+    trial: SearchProblem, runs: int, budget: int, searches: Mapping[str, Search]
+) -> list[list[str]]:
     """Lines for several searches on one trial."""
     lines = []
     for name, search in searches.items():
@@ -24,7 +26,7 @@ def rows(trial: Trial, runs: int, budget: int, searches: Mapping[str, Search]) -
     return lines
 
 
-def contest(trial: Trial, budget: int, runs: int) -> str:
+def counted(trial: SearchProblem, budget: int, runs: int) -> str:
     """With and without descents."""
     finished = rows(trial, runs, budget, FINISHED)
     return table(HEAD, finished + rows(trial, PLAIN_RUNS, budget, PLAIN))
@@ -32,9 +34,9 @@ def contest(trial: Trial, budget: int, runs: int) -> str:
 
 def linear() -> str:
     """Four parameters from wide bounds."""
-    return contest(linear_fit(), 6_000, 20)
+    return counted(linear_fit(), 6_000, 20)
 
 
 def traps() -> str:
     """Backlash and friction on the twin, from nothing."""
-    return contest(Traps().trial(), 4_000, 10)
+    return counted(LocalMinima().trial(), 4_000, 10)

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 
 from servosight.identify.search import PopulationOptions
 
-from .contest import (
+from .page import share, table
+from .peers import PEERS
+from .search_counts import (
     ALGORITHMS,
     GENERATIONS,
     POPULATION,
@@ -15,9 +17,7 @@ from .contest import (
     population,
     tally,
 )
-from .page import share, table
-from .peers import PEERS
-from .trials import Trial, rastrigin, rosenbrock
+from .trials import SearchProblem, rastrigin, rosenbrock
 
 SEEDS = range(1_000)
 FEWER = range(200)
@@ -38,7 +38,9 @@ def row(name: str, found: Tally, population: int = POPULATION) -> list[str]:
     ]
 
 
-def contest(searches: Mapping[str, Search], trial: Trial, seeds: Iterable[int]) -> list[list[str]]:
+def counted(
+    searches: Mapping[str, Search], trial: SearchProblem, seeds: Iterable[int]
+) -> list[list[str]]:
     """Lines for several searches on one trial."""
     return [row(name, tally(s, trial, seeds, BUDGET)) for name, s in searches.items()]
 
@@ -50,17 +52,17 @@ def beside_the_paper(rows: list[list[str]]) -> str:
 
 def table_one() -> str:
     """Rosenbrock, the three algorithms."""
-    return beside_the_paper(contest(ALGORITHMS, rosenbrock(), SEEDS))
+    return beside_the_paper(counted(ALGORITHMS, rosenbrock(), SEEDS))
 
 
 def table_one_peers() -> str:
     """Rosenbrock, the peers."""
-    return table(HEAD, contest(PEERS, rosenbrock(), FEWER))
+    return table(HEAD, counted(PEERS, rosenbrock(), FEWER))
 
 
 def many_minima() -> str:
     """Rastrigin, all."""
-    return table(HEAD, contest({**ALGORITHMS, **PEERS}, rastrigin(), FEWER))
+    return table(HEAD, counted({**ALGORITHMS, **PEERS}, rastrigin(), FEWER))
 
 
 def as_printed() -> str:

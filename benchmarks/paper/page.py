@@ -9,7 +9,7 @@ from pathlib import Path
 from servosight.app.report.figure import Paint, drawn
 from servosight.models.core import write_text
 
-from .contest import Tally
+from .search_counts import Tally
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = DOCS / "paper.md"

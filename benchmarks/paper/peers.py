@@ -17,18 +17,18 @@ import numpy as np
 from servosight.identify.search import half_squares
 from servosight.models.core import Array
 
-from .contest import POPULATION, Search
-from .trials import Trial
+from .search_counts import POPULATION, Search
+from .trials import SearchProblem
 
 
-class Over(Exception):
+class BudgetSpent(Exception):
     """The goal was passed, or the budget is spent."""
 
 
-class Counter:
+class EvaluationCounter:
     """Costs of points as a peer asks for them."""
 
-    def __init__(self, trial: Trial, budget: int) -> None:
+    def __init__(self, trial: SearchProblem, budget: int) -> None:
         self.trial, self.budget = trial, budget
         self.spent = 0
         self.arrived = False
@@ -37,32 +37,32 @@ class Counter:
         """Costs (batch,) of ``points`` (batch, coordinates)."""
         room = self.budget - self.spent
         if room <= 0:
-            raise Over
+            raise BudgetSpent
         costs = half_squares(self.trial.residuals(np.asarray(points, dtype=np.float64)[:room]))
         below = np.flatnonzero(costs < self.trial.goal)
         if below.size:
             self.spent += int(below[0]) + 1
             self.arrived = True
-            raise Over
+            raise BudgetSpent
         self.spent += len(costs)
         if len(costs) < len(points):
-            raise Over
+            raise BudgetSpent
         return costs
 
 
-def peer(run: Callable[[Trial, int, Counter], None]) -> Search:
+def peer(run: Callable[[SearchProblem, int, EvaluationCounter], None]) -> Search:
     """A search that counts what ``run`` asks for."""
 
-    def search(trial: Trial, seed: int, budget: int) -> int | None:
-        counter = Counter(trial, budget)
-        with contextlib.suppress(Over):
+    def search(trial: SearchProblem, seed: int, budget: int) -> int | None:
+        counter = EvaluationCounter(trial, budget)
+        with contextlib.suppress(BudgetSpent):
             run(trial, seed, counter)
         return counter.spent if counter.arrived else None
 
     return search
 
 
-def differential_evolution(trial: Trial, seed: int, cost: Counter) -> None:
+def differential_evolution(trial: SearchProblem, seed: int, cost: EvaluationCounter) -> None:
     """scipy's, best1bin, without its polish; its population is a whole multiple of the genes."""
     from scipy import optimize
 
@@ -77,10 +77,12 @@ def differential_evolution(trial: Trial, seed: int, cost: Counter) -> None:
     )
 
 
-def evolution_strategy(population: int | None) -> Callable[[Trial, int, Counter], None]:
+def evolution_strategy(
+    population: int | None,
+) -> Callable[[SearchProblem, int, EvaluationCounter], None]:
     """Hansen's CMA-ES within bounds, restarted where it stops; None is its own population."""
 
-    def run(trial: Trial, seed: int, cost: Counter) -> None:
+    def run(trial: SearchProblem, seed: int, cost: EvaluationCounter) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             import cma
@@ -97,7 +99,7 @@ def evolution_strategy(population: int | None) -> Callable[[Trial, int, Counter]
     return run
 
 
-def pyswarms(trial: Trial, seed: int, cost: Counter) -> None:
+def pyswarms(trial: SearchProblem, seed: int, cost: EvaluationCounter) -> None:
     """Its global-best swarm with the constriction that our own has; it draws from numpy's
     global state, which is all that can be seeded."""
     logging.disable(logging.WARNING)

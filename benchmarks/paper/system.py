@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT, MEASURED, NOISE
 
-from .contest import ALGORITHMS
 from .page import picture, table
+from .search_counts import ALGORITHMS
 from .system_model import GENERATIONS, NAMES, TRUE, errors, paths, record
 
 KEYS = {"genetic algorithm": "ga", "particle swarm": "pso", "combination": "combination"}

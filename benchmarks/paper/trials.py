@@ -25,7 +25,7 @@ WITHIN = 1.01
 
 
 @dataclass(frozen=True)
-class Trial:
+class SearchProblem:
     """Residuals (batch, samples) of points (batch, coordinates) in a box, and the ``goal``.
 
     ``scale`` (coordinates,): a meaningful change of each coordinate, for difference quotients.
@@ -39,7 +39,7 @@ class Trial:
     scale: Array
 
 
-def rosenbrock(half_width: float = 2.048, goal: float = 1e-3) -> Trial:
+def rosenbrock(half_width: float = 2.048, goal: float = 1e-3) -> SearchProblem:
     """100 (y - x^2)^2 + (1 - x)^2, the paper's figure 10; one minimum at the end of a bent valley.
 
     Rosenbrock, The Computer Journal 3(3), 1960; +-2.048 after De Jong (1975).
@@ -50,10 +50,10 @@ def rosenbrock(half_width: float = 2.048, goal: float = 1e-3) -> Trial:
         return np.asarray(np.sqrt(2.0) * np.stack([10.0 * (y - x**2), 1.0 - x], axis=1))
 
     edge = np.full(2, half_width)
-    return Trial("rosenbrock", residuals, -edge, edge, goal, np.ones(2))
+    return SearchProblem("rosenbrock", residuals, -edge, edge, goal, np.ones(2))
 
 
-def rastrigin(goal: float = 1e-3) -> Trial:
+def rastrigin(goal: float = 1e-3) -> SearchProblem:
     """Two genes of 10 + x^2 - 10 cos(2 pi x) within +-5.12: a hundred minima (Rastrigin 1974)."""
 
     def residuals(points: Array) -> Array:
@@ -61,10 +61,10 @@ def rastrigin(goal: float = 1e-3) -> Trial:
         return np.asarray(np.sqrt(2.0 * np.maximum(each, 0.0)))
 
     edge = np.full(2, 5.12)
-    return Trial("rastrigin", residuals, -edge, edge, goal, np.ones(2))
+    return SearchProblem("rastrigin", residuals, -edge, edge, goal, np.ones(2))
 
 
-def linear_fit(seed: int = 3) -> Trial:
+def linear_fit(seed: int = 3) -> SearchProblem:
     """k, T, xi and bias of a noisy record of 8 s at 120 Hz, from wide bounds.
 
     k 0.1 to 3, T 1 to 500 ms and xi 0.05 to 5 (searched by their logarithms), bias +-20 deg.
@@ -91,11 +91,11 @@ def linear_fit(seed: int = 3) -> Trial:
 
     low = np.array([0.1, np.log(1e-3), np.log(0.05), -20.0])
     high = np.array([3.0, np.log(0.5), np.log(5.0), 20.0])
-    return _arrived(Trial("linear fit", residuals, low, high, 0.0, np.ones(4)), truth)
+    return _arrived(SearchProblem("linear fit", residuals, low, high, 0.0, np.ones(4)), truth)
 
 
 @dataclass(frozen=True)
-class Traps:
+class LocalMinima:
     """A twin with backlash and friction, and a fit of both that starts from nothing.
 
     The twin moves by MuJoCo's own physics. The search knows no guesses: k 0.3 to 2, T 2 to 300 ms,
@@ -124,7 +124,7 @@ class Traps:
         moved = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
         return angle_recording(moved, scenario.camera, scenario.noise_deg, self.seed)
 
-    def trial(self) -> Trial:
+    def trial(self) -> SearchProblem:
         """The fit; its goal is 5 % above the cost that descends from the truth itself."""
         problem = Problem.of([self.recording], catalogue(), ["backlash", "coulomb_friction"])
         truth = {
@@ -153,11 +153,11 @@ class Traps:
         )
         start = np.array([c.to_search(truth[c.name]) for c in problem.coordinates])
         scale = coordinate_scale(problem, start)
-        blank = Trial("backlash and friction", problem.residuals, low, high, 0.0, scale)
+        blank = SearchProblem("backlash and friction", problem.residuals, low, high, 0.0, scale)
         return _arrived(blank, start, 1.05)
 
 
-def _arrived(trial: Trial, truth: Array, within: float = WITHIN) -> Trial:
+def _arrived(trial: SearchProblem, truth: Array, within: float = WITHIN) -> SearchProblem:
     """The trial with its goal: ``within`` times the cost at the bottom of the truth's own basin."""
     descent = LevenbergMarquardt(truth, trial.low, trial.high, trial.scale)
     best = drive(descent, trial.residuals, 2_000)

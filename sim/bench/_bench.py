@@ -129,9 +129,9 @@ class Assembly:
 
     @property
     def hard_reference(self) -> tuple[float, float]:
-        """Time constant [s] and damping of constraints: one step, where MuJoCo's guard wants two.
+        """Time constant [s] and damping of constraints: one step; MuJoCo's guard asks for two.
 
-        Its rate of 2 / step is within what Runge-Kutta takes (2.78), and halves the softness.
+        The rate of 2 / step is within Runge-Kutta's stability limit (2.78 / step).
         """
         return float(self.spec.option.timestep), 1.0
 

@@ -1,4 +1,4 @@
-"""What the twin did: dense angles on one clock, and what a camera would average of them."""
+"""Angles of a simulation on a dense grid, and their means over a camera's exposures."""
 
 from __future__ import annotations
 

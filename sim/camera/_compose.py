@@ -106,7 +106,7 @@ class MonoScene:
 
     @property
     def on_tripod(self) -> MonoScene:
-        """The same without what only a camera that shakes draws again: most of the memory."""
+        """The same without the layers that only a shaking camera draws: most of the memory."""
         moving = {name: layer for name, layer in self.layers.items() if name not in _ON_THE_PLATE}
         return replace(self, layers=moving)
 

@@ -21,7 +21,7 @@ _ROUNDS = 30  # of Newton's iteration; it ends at rounding error after a few
 
 @dataclass(frozen=True)
 class TiltedLens:
-    """How the camera stands and what its lens does; the default looks straight along the hinge.
+    """Tilt of the camera and distortion of its lens; the default looks straight along the hinge.
 
     ``yaw_deg`` moves the camera to the right about the hinge, ``pitch_deg`` up (-60 to 60).
     ``k1`` and ``k2`` [-] are Brown and Conrady's radial coefficients, for radii in focal lengths:

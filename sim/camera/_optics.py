@@ -1,6 +1,6 @@
 """From light to grey levels: what lens, sensor and converter do, as functions on arrays.
 
-The order is that of a real camera: light is summed linearly over the exposure (``render_compose``),
+The order is that of a real camera: light is summed linearly over the exposure (``_compose.py``),
 then blurred by the lens, dimmed towards the corners, averaged by each pixel, turned into electrons
 with shot noise, read with noise and a fixed pattern, amplified, clipped, quantized, and only then
 encoded with a gamma.

@@ -13,7 +13,7 @@ from servosight.sim.scene import CARD_HEIGHT_MM, Cover, card
 _ABOVE_MM = 0.1  # shadow and highlight lie on the surface
 _SAMPLES_PER_MM = 6.0
 _SHADOW_AT_MM, _SHADOW_HALF_WIDTH_MM, _SHADOW_EDGE_MM = 52.0, 7.0, 1.5
-_SHADOW_TILT = 0.35  # how far the band leans: x over y
+_SHADOW_TILT = 0.35  # slope of the band, x over y
 _SHADOW_REACH_MM = (60.0, 100.0)  # from its middle, across and along
 _GLINT_AT_MM = (36.0, 1.0)
 _GLINT_RMS_MM = (6.0, 2.5)

@@ -2,7 +2,7 @@
 
 Lit surfaces cost 0.2 us a pixel in software OpenGL: 92 ms a sub-frame for the part of a 640 x 480
 picture that moves, at twofold supersampling, and a demo has ten thousand sub-frames. So every body
-is drawn once, as a sheet at its own height, and moved by ``render_compose.py``, which takes 2 ms.
+is drawn once, as a sheet at its own height, and moved by ``_compose.py``, which takes 2 ms.
 For the fin this is no approximation: drawn from above the hinge, under a ring light there, neither
 shading nor perspective depends on its angle. A camera off the axis sees the same sheets.
 """

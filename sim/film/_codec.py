@@ -164,7 +164,7 @@ def units(stream: bytes) -> list[bytes]:
 
 
 def length_prefixed(stream: bytes) -> bytes:
-    """The same units with their lengths before them, as Matroska and MP4 want them."""
+    """The same units, each after its length, as Matroska and MP4 require."""
     return b"".join(len(unit).to_bytes(4, "big") + unit for unit in units(stream))
 
 

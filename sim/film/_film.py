@@ -136,7 +136,7 @@ class FrameRenderer:
 def _encoded(
     frames: Iterator[FramePlan], renderer: FrameRenderer, workers: int
 ) -> Generator[bytes]:
-    """Compressed pictures in order; never more than a few are held."""
+    """Compressed pictures in order; only a few of them are in memory at a time."""
     viewport, codec = renderer.scene.projection.viewport, renderer.settings.codec
     encoders: SimpleQueue[FrameEncoder] = SimpleQueue()
     for _ in range(max(workers, 1)):

@@ -1,4 +1,4 @@
-"""The light on the bench that tells of the command: from its start, above its middle, each step."""
+"""The light on the bench that shows the command: its start, its upper half, or each step."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class MatroskaWriter:
         self._last = ticks
 
     def close(self) -> None:
-        """Write what is held back, the index, and the sizes that the header left open."""
+        """Write the last cluster, the index, and the sizes that the header left open."""
         self._flush()
         self._file.write(_element(_CUES, b"".join(self._cues)))
         end = self._file.tell()

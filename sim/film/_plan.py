@@ -141,7 +141,7 @@ def row_delays(camera: Camera) -> Array:
 def _poses(
     trajectory: TrajectoryLike, settings: VideoSettings, time_s: Array, surface: Array, seed: int
 ) -> tuple[Pose, ...]:
-    """What there is to see at instants (n,) at which the surface stands at ``surface`` [deg]."""
+    """The poses at instants (n,) at which the surface has the angles ``surface`` [deg]."""
     motor = np.interp(time_s, trajectory.time_s, trajectory.motor_deg)
     card = settings.cover.place_mm(time_s - trajectory.time_s[0])
     shown = settings.cover.in_view(card)

@@ -35,7 +35,7 @@ class VideoSettings:
     workers: Annotated[int, APART] = 2
 
     def room_px(self, camera: Camera) -> int:
-        """How far beyond the picture the camera may come to look [px]."""
+        """How far beyond the picture the bench may come into view [px]."""
         room = float(self.optics.margin_px + ROOM_PX)
         room += 4.0 * self.shake.shift_px
         room += 4.0 * math.radians(self.shake.roll_deg) * max(camera.width, camera.height)

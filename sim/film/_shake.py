@@ -1,4 +1,4 @@
-"""A camera held in the hand: the whole picture wanders and rolls, smoothly and without end."""
+"""A hand-held camera: the whole picture shifts and rolls, smoothly."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 The hinge is the z axis, which points at the camera; x to the right, y up, z = 0 on the fin's upper
 side. The lens looks straight along the hinge and the lamp is a ring about the lens, as in machine
 vision. So light and perspective are the same at every angle of the fin, which is what lets a layer
-drawn once be turned instead of drawn anew (see ``render.py``).
+drawn once be turned instead of drawn anew (see ``sim/camera/_render.py``).
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ def mesh(
     picture: texture.Picture,
     roughness: float,
 ) -> pyrender.Mesh:
-    """Triangles whose picture is laid on them from above; positions and normals (n, 3)."""
+    """Triangles with a texture projected from above; positions and normals (n, 3)."""
     import pyrender
 
     extent = (sheet.right - sheet.left, sheet.top - sheet.bottom)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paper.actuator_model import RICH, SINE, TRUE, made, settled, with_T_held
-from paper.contest import (
+from paper.actuator_model import RICH, SINE, TRUE, made, settled, with_T_fixed
+from paper.search_counts import (
     ALGORITHMS,
     FINISHED,
     Tally,
@@ -20,7 +20,7 @@ from paper.contest import (
     wilson,
 )
 from paper.system_model import errors, paths, record
-from paper.trials import Traps, linear_fit, rastrigin, rosenbrock
+from paper.trials import LocalMinima, linear_fit, rastrigin, rosenbrock
 from servosight.identify.search import OPERATORS, half_squares
 
 BUDGET = 4_000
@@ -81,7 +81,7 @@ def test_four_parameters_take_fewer_simulations_than_cma_es() -> None:
 
 def test_backlash_and_friction_from_nothing() -> None:
     """On the twin's own physics, from a box without guesses: a tenth of the budget will do."""
-    trial = Traps().trial()
+    trial = LocalMinima().trial()
     found = tally(whole_polished, trial, range(3), BUDGET)
     print(sorted(found.evaluations))
     assert found.arrived == found.runs
@@ -109,7 +109,7 @@ def test_a_steady_sine_fits_any_time_constant() -> None:
     """
     times_s = (0.002, TRUE.T, 0.016)
     sine, rich = (
-        with_T_held(settled(made(motion, 6.0, 0.0, 0)), times_s) for motion in (SINE, RICH)
+        with_T_fixed(settled(made(motion, 6.0, 0.0, 0)), times_s) for motion in (SINE, RICH)
     )
     for one in sine:
         assert one.rms_deg < 1e-3

@@ -17,13 +17,13 @@ from servosight.identify.search import (
     drive,
 )
 
-from .trials import Trial
+from .trials import SearchProblem
 
 POPULATION = 40
 GENERATIONS = 100
 """Table I's limits: the paper gives none. Fixed before the first run, the same for all."""
 
-Search = Callable[[Trial, int, int], int | None]
+Search = Callable[[SearchProblem, int, int], int | None]
 """Of a trial, a seed and a budget: evaluations until the goal was passed, None where it was not."""
 
 
@@ -55,7 +55,7 @@ class Tally:
         return float(np.median(self.evaluations)) if self.evaluations else math.nan
 
 
-def tally(search: Search, trial: Trial, seeds: Iterable[int], budget: int) -> Tally:
+def tally(search: Search, trial: SearchProblem, seeds: Iterable[int], budget: int) -> Tally:
     """Run ``search`` once for each seed."""
     found = [search(trial, seed, budget) for seed in seeds]
     return Tally(len(found), tuple(count for count in found if count is not None))
@@ -74,7 +74,7 @@ def population(name: str, options: PopulationOptions | None = None) -> Search:
     """One of the three algorithms, as long as the budget lasts: it does not stop by itself."""
     endless = options or PopulationOptions(population=POPULATION, patience=10**9)
 
-    def search(trial: Trial, seed: int, budget: int) -> int | None:
+    def search(trial: SearchProblem, seed: int, budget: int) -> int | None:
         estimator = Population(OPERATORS[name], trial.low, trial.high, seed, options=endless)
         outcome = drive(estimator, trial.residuals, budget, trial.goal)
         return outcome.evaluations if outcome.cost < trial.goal else None
@@ -85,7 +85,7 @@ def population(name: str, options: PopulationOptions | None = None) -> Search:
 def polished(name: str) -> Search:
     """One of the three with its descents, which stops by itself: before the goal is a failure."""
 
-    def search(trial: Trial, seed: int, budget: int) -> int | None:
+    def search(trial: SearchProblem, seed: int, budget: int) -> int | None:
         swarm = Population(OPERATORS[name], trial.low, trial.high, seed)
         outcome = drive(MemeticSearch(swarm, trial.scale), trial.residuals, budget, trial.goal)
         return outcome.evaluations if outcome.cost < trial.goal else None
@@ -93,14 +93,14 @@ def polished(name: str) -> Search:
     return search
 
 
-def whole_polished(trial: Trial, seed: int, budget: int) -> int | None:
+def whole_polished(trial: SearchProblem, seed: int, budget: int) -> int | None:
     """The polished combination until it stops by itself, as `servosight identify` would see it."""
     swarm = Population(OPERATORS["combination"], trial.low, trial.high, seed)
     outcome = drive(MemeticSearch(swarm, trial.scale), trial.residuals, budget)
     return outcome.evaluations if outcome.cost < trial.goal else None
 
 
-def descents(trial: Trial, seed: int, budget: int) -> int | None:
+def descents(trial: SearchProblem, seed: int, budget: int) -> int | None:
     """Levenberg-Marquardt from one point in the box after another."""
     rng = np.random.default_rng(seed)
     spent = 0

@@ -1,4 +1,4 @@
-"""What is filmed: a motion, a camera and what goes wrong in front of it, each with its goal."""
+"""The rendered videos: motion, camera, disturbances in view, and the goal of each."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LIGHT_ON_S = 0.05
 
 
 @dataclass(frozen=True)
-class Shot:
+class VideoCase:
     """``angle_deg`` of times (n,) gives (n,); ``seed`` draws the noise and the printed surfaces.
 
     ``goal_deg`` is the largest rms error that is asked for, None where the bound times 1.2 is.
@@ -37,7 +37,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Truth:
+class VideoTruth:
     """Of each frame (frames,): mean angle [deg] of the middle row's exposure, share covered."""
 
     angle_deg: Array
@@ -65,57 +65,59 @@ _LONG = Camera(exposure_s=0.008)
 _ROLLING = Camera(rate_hz=60.0, exposure_s=0.002, readout_s=0.016)
 _OTHER_PRINT = VideoSettings(texture_seed=5)
 
-SHOTS = (
-    Shot("rest and two sines, 2 ms", two_sines),
-    Shot("300 deg/s, 8 ms exposure", fast, _LONG, goal_deg=0.005),
-    Shot("300 deg/s, 16 ms readout", fast, _ROLLING, goal_deg=0.01, duration_s=2.2),
-    Shot(
+CASES = (
+    VideoCase("rest and two sines, 2 ms", two_sines),
+    VideoCase("300 deg/s, 8 ms exposure", fast, _LONG, goal_deg=0.005),
+    VideoCase("300 deg/s, 16 ms readout", fast, _ROLLING, goal_deg=0.01, duration_s=2.2),
+    VideoCase(
         "30 % covered for a second",
         two_sines,
         settings=VideoSettings(cover=Cover(share=0.3, start_s=2.0, duration_s=1.0)),
         duration_s=4.0,
     ),
-    Shot(
+    VideoCase(
         "light falls by half, flickers by 20 % at 100 Hz",
         two_sines,
         settings=VideoSettings(light=Lighting(ramp=0.5, flicker=0.2)),
         goal_deg=0.005,
     ),
-    Shot("H.264, crf 23", two_sines, settings=VideoSettings(codec=Codec("h264")), goal_deg=0.01),
-    Shot(
+    VideoCase(
+        "H.264, crf 23", two_sines, settings=VideoSettings(codec=Codec("h264")), goal_deg=0.01
+    ),
+    VideoCase(
         "MJPEG, quality 80", two_sines, settings=VideoSettings(codec=Codec("mjpeg")), goal_deg=0.003
     ),
-    Shot("no noise", two_sines, settings=VideoSettings(optics=Optics().clean)),
-    Shot("other print and noise", two_sines, settings=_OTHER_PRINT, seed=7),
-    Shot("other print, 8 ms exposure", other, _LONG, _OTHER_PRINT, 0.005, seed=7),
-    Shot("other print, 16 ms readout", other, _ROLLING, _OTHER_PRINT, 0.01, 2.2, seed=7),
+    VideoCase("no noise", two_sines, settings=VideoSettings(optics=Optics().clean)),
+    VideoCase("other print and noise", two_sines, settings=_OTHER_PRINT, seed=7),
+    VideoCase("other print, 8 ms exposure", other, _LONG, _OTHER_PRINT, 0.005, seed=7),
+    VideoCase("other print, 16 ms readout", other, _ROLLING, _OTHER_PRINT, 0.01, 2.2, seed=7),
 )
 
-LARGE = Shot(
+LARGE = VideoCase(
     "960 x 720", two_sines, Camera(exposure_s=0.002, width=960, height=720), duration_s=1.0
 )
-"""For speed alone: some 11,000 pixels tell of the angle."""
+"""For speed alone: some 11,000 pixels depend on the angle."""
 
 
-def filmed(shot: Shot, folder: Path) -> tuple[Path, Truth]:
+def filmed(case: VideoCase, folder: Path) -> tuple[Path, VideoTruth]:
     """The shot's video and truth, rendered into ``folder`` unless they are there."""
-    name = "".join(c if c.isalnum() else "_" for c in shot.name)
+    name = "".join(c if c.isalnum() else "_" for c in case.name)
     video, table = folder / f"{name}.mkv", folder / f"{name}.npz"
     if not table.exists():
-        _film(shot, video, table)
+        _film(case, video, table)
     with np.load(table) as known:
         x, y = known["pivot_px"]
-        return video, Truth(known["angle_deg"], known["hidden"], (float(x), float(y)))
+        return video, VideoTruth(known["angle_deg"], known["hidden"], (float(x), float(y)))
 
 
-def _film(shot: Shot, video: Path, table: Path) -> None:
-    """The horn keeps still, so that the surface alone tells the angle."""
-    time_s = np.arange(0.0, shot.duration_s, STEP_S)
-    angle = shot.angle_deg(time_s)
+def _film(case: VideoCase, video: Path, table: Path) -> None:
+    """The horn keeps still, so that only the surface shows the angle."""
+    time_s = np.arange(0.0, case.duration_s, STEP_S)
+    angle = case.angle_deg(time_s)
     command = np.where(time_s > LIGHT_ON_S, 1.0, 0.0)
     excitation = Excitation(np.array([0.0, LIGHT_ON_S]), np.array([0.0, 1.0]))
     trajectory = Trajectory(time_s, np.zeros_like(angle), angle, command, excitation)
-    truth = render_video(trajectory, shot.camera, video, seed=shot.seed, settings=shot.settings)
+    truth = render_video(trajectory, case.camera, video, seed=case.seed, settings=case.settings)
     np.savez(
         table, angle_deg=truth.angle_deg, hidden=truth.hidden, pivot_px=np.array(truth.pivot_px)
     )
