@@ -4,6 +4,7 @@ from servosight.identify.problem._jacobian import coordinate_scale as coordinate
 from servosight.identify.problem._jacobian import difference_quotient as difference_quotient
 from servosight.identify.problem._noise import joint_noise_deg as joint_noise_deg
 from servosight.identify.problem._noise import noise_deg as noise_deg
+from servosight.identify.problem._noise import sample_noise_deg as sample_noise_deg
 from servosight.identify.problem._problem import TOLERANCE_SHARE as TOLERANCE_SHARE
 from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem

@@ -65,6 +65,14 @@ def noise_deg(recording: Recording) -> float:
     return max(_spread(values, chosen), least)
 
 
+def sample_noise_deg(recording: Recording) -> Array:
+    """Standard deviation of each measured angle [deg], (samples,)."""
+    sigma = recording.sigma_deg
+    if sigma is not None and np.all(sigma > 0.0):
+        return sigma
+    return np.full(recording.time_s.size, noise_deg(recording))
+
+
 def joint_noise_deg(recordings: tuple[Recording, ...]) -> float:
     """Rms noise over several recordings, weighted by their samples [deg]."""
     weights = [recording.time_s.size for recording in recordings]

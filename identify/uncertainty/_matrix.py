@@ -1,12 +1,15 @@
-"""A symmetric matrix over named parameters."""
+"""A symmetric matrix over named parameters, and the inverse of what the data determine."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.models.core import Array
+
+_FLAT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,3 +30,27 @@ class Matrix:
         with np.errstate(divide="ignore", invalid="ignore"):
             sigma = np.sqrt(np.diag(self.values))
             return Matrix(self.names, self.values / np.outer(sigma, sigma))
+
+
+def determined_inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
+    """(J'J)^-1 from the eigenvalues of J'J with columns scaled to one.
+
+    They are known to 1e-15 of the largest, J's difference quotients to less.
+    """
+    count = jacobian.shape[1]
+    result = np.full((count, count), np.nan)
+    norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    columns = np.flatnonzero(free & (norms > 0.0))
+    if columns.size == 0:
+        return result
+    norms = norms[columns]
+    scaled = jacobian[:, columns] / norms
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    keep = values > _FLAT * values[-1]
+    inverse = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(norms, norms)
+    # A coordinate with a part in a flat direction is undetermined.
+    lost = np.sum(vectors[:, ~keep] ** 2, axis=1) > 1e-6
+    inverse[lost, :] = np.nan
+    inverse[:, lost] = np.nan
+    result[np.ix_(columns, columns)] = inverse
+    return result

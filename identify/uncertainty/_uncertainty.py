@@ -9,16 +9,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.problem import Coordinate, Problem, projected_out
+from servosight.identify.problem import Coordinate, Problem, projected_out, sample_noise_deg
 from servosight.identify.uncertainty._clock import offset_slopes
 from servosight.identify.uncertainty._correlation import weighted_normal
-from servosight.identify.uncertainty._matrix import Matrix
+from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
+from servosight.identify.uncertainty._misfit import misfit_covariance
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, Profile
 from servosight.models.core import Array, Estimate
 
-_FLAT = 1e-13
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
+_NOISY = 1.1
+"""Residuals above the noise by no more than this factor are taken for noise."""
 _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
 _TIMED = 0.02
@@ -52,7 +54,7 @@ class Uncertainty:
     @cached_property
     def inverse(self) -> Array:
         """(J'J)^-1 of the free coordinates, NaN where the data does not determine them."""
-        return _inverse(self.jacobian, self.free)
+        return determined_inverse(self.jacobian, self.free)
 
     @cached_property
     def covariance(self) -> Array:
@@ -60,30 +62,54 @@ class Uncertainty:
 
         The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
         Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
-        are white it is s^2 (J'J)^-1. Errors that all samples of a recording share (of calibration
-        and of the clocks) are added: no number of samples averages them out.
+        are white it is s^2 (J'J)^-1. To the extent that the residuals are the model's own error,
+        :func:`misfit_covariance` takes its place. Errors that all samples of a recording share (of
+        calibration and of the clocks) are added: no number of samples averages them out.
         """
         known = np.isfinite(np.diag(self.inverse))
         part = self.inverse[np.ix_(known, known)]
-        meat = np.zeros(part.shape)
+        jacobians, residuals = self._by_recording(known)
+        masks = self.problem.masks
+        parts = zip(jacobians, residuals, masks, strict=True)
+        meat = sum((weighted_normal(*one) for one in parts), np.zeros(part.shape))
+        samples = self.jacobian.shape[0]
+        meat = meat * (samples / max(samples - int(self.free.sum()), 1))
+        found = part @ meat @ part
+        if self.misfit > 0.0 and part.size:
+            times_s = [recording.time_s for recording in self.problem.recordings]
+            own = misfit_covariance(jacobians, residuals, masks, times_s, part)
+            found = (1.0 - self.misfit) * found + self.misfit * own
+        for common in (self.problem.shared, self._timing):
+            shared = part @ (self.jacobian[:, known].T @ common)
+            found = found + shared @ shared.T
+        result = np.full(self.inverse.shape, np.nan)
+        result[np.ix_(known, known)] = found
+        return result
+
+    @cached_property
+    def misfit(self) -> float:
+        """Share of the squared residuals that the noise of the measurement does not account for.
+
+        0 where they are within 10 % of the noise, which is not known to more.
+        """
+        parts = zip(self.problem.recordings, self.problem.weights, self.problem.masks, strict=True)
+        noise = np.concatenate([(weight * sample_noise_deg(r))[mask] for r, weight, mask in parts])
+        most = (_NOISY * float(np.sqrt(np.mean(noise**2)))) ** 2
+        mean_square = 2.0 * self.cost / max(noise.size, 1)
+        return max(1.0 - most / mean_square, 0.0) if mean_square > 0.0 else 0.0
+
+    def _by_recording(self, known: NDArray[np.bool_]) -> tuple[list[Array], list[Array]]:
+        """Jacobian (samples, known) and residuals (samples,) of each, zero where not scored."""
         residuals = self.problem.residuals(self.point[None, :])[0]
-        begin = 0
+        jacobians, errors, begin = [], [], 0
         for scored in self.problem.masks:
             end = begin + int(scored.sum())
-            whole = np.zeros((scored.size, int(known.sum())))
-            whole[scored] = self.jacobian[begin:end, known]
-            errors = np.zeros(scored.size)
-            errors[scored] = residuals[begin:end]
-            meat += weighted_normal(whole, errors, scored)
+            jacobians.append(np.zeros((scored.size, int(known.sum()))))
+            jacobians[-1][scored] = self.jacobian[begin:end, known]
+            errors.append(np.zeros(scored.size))
+            errors[-1][scored] = residuals[begin:end]
             begin = end
-        samples = self.jacobian.shape[0]
-        meat *= samples / max(samples - int(self.free.sum()), 1)
-        for common in (self.problem.shared, self._timing):
-            shared = self.jacobian[:, known].T @ common
-            meat += shared @ shared.T
-        result = np.full(self.inverse.shape, np.nan)
-        result[np.ix_(known, known)] = part @ meat @ part
-        return result
+        return jacobians, errors
 
     @cached_property
     def _offsets(self) -> tuple[Array, Array]:
@@ -253,27 +279,3 @@ class Uncertainty:
         upward = (inward > 0.0) != coordinate.parameter.reciprocal
         word = "at most" if upward else "at least"
         return f", {word} {end:.3g} {coordinate.parameter.unit} with 95 % confidence"
-
-
-def _inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
-    """(J'J)^-1 from the eigenvalues of J'J with columns scaled to one.
-
-    They are known to 1e-15 of the largest, J's difference quotients to less.
-    """
-    count = jacobian.shape[1]
-    result = np.full((count, count), np.nan)
-    norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    columns = np.flatnonzero(free & (norms > 0.0))
-    if columns.size == 0:
-        return result
-    norms = norms[columns]
-    scaled = jacobian[:, columns] / norms
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    keep = values > _FLAT * values[-1]
-    inverse = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(norms, norms)
-    # A coordinate with a part in a flat direction is undetermined.
-    lost = np.sum(vectors[:, ~keep] ** 2, axis=1) > 1e-6
-    inverse[lost, :] = np.nan
-    inverse[:, lost] = np.nan
-    result[np.ix_(columns, columns)] = inverse
-    return result
