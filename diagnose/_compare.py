@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from servosight.diagnose._plots import plot_where
 from servosight.diagnose._words import Levels, comparison_words
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -27,9 +26,19 @@ from servosight.diagnose.residuals import (
 from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import Problem, joint_noise_deg, thinned
-from servosight.models.core import Actuator, Estimate, Recording, Result, Table, views
+from servosight.models.core import (
+    Actuator,
+    Estimate,
+    InputError,
+    Recording,
+    Result,
+    Table,
+    plot_prediction,
+    views,
+)
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
+from servosight.models.io import load_recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,11 +46,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingError:
-    """The rms error on one recording."""
+    """The rms error on one recording, and where that was read from."""
 
     recording: str
     rmse_deg: float
     samples: int
+    path: Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -77,20 +87,43 @@ class Comparison(Result):
     def report(
         self,
         path: Path | str,
-        recordings: Any,
+        recordings: Any = None,
         *,
         catalogue: Mapping[str, Effect] | None = None,
     ) -> None:
-        """Write a report to read in a browser; ``recordings`` are those compared, or their paths.
+        """Write a report to read in a browser.
 
-        ``catalogue`` is needed where the model has effects of a plugin.
+        ``recordings`` are those compared, or their paths (default: those given, or where they
+        were); ``catalogue`` is needed where a model that was read back has effects of a plugin.
         """
         write = import_module("servosight.app.report").write_report  # above this layer, on use
         write(path, self, recordings, catalogue, at=datetime.now(UTC))
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The windows with most of the error over time, and the floor."""
-        return plot_where(self.where, self.floor_deg, ax)
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        number: int = 0,
+        recordings: Recording | Sequence[Recording] | None = None,
+    ) -> Axes:
+        """Measured angle and model over time, the residual below; the worst moments are marked.
+
+        ``number`` and ``recordings`` as for the plot of a fit.
+        """
+        given = self.sources() if recordings is None else recordings
+        several = [given] if isinstance(given, Recording) else given
+        read = [load_recording(one) if isinstance(one, Path) else one for one in several]
+        judged = judge(self.actuator, read, catalogue=self.known_effects)
+        if not 0 <= number < len(judged):
+            raise InputError(f"plot: recording {number}, expected 0 to {len(judged) - 1}")
+        one = judged[number]
+        name = one.recording.name
+        marked = [(w.start_s, w.end_s) for w in self.where if w.recording == name]
+        predicted = one.recording.angle_deg - one.error_deg
+        return plot_prediction(one.recording, predicted, self.floor_deg, ax, marked)
+
+    def _paths(self) -> Sequence[Path | None]:
+        return [one.path for one in self.recordings]
 
 
 def compare(
@@ -131,6 +164,7 @@ def compare(
                 recording=one.recording.name,
                 rmse_deg=rms([one.error_deg]),
                 samples=int(one.recording.time_s.size),
+                path=one.recording.path,
             )
             for one in judged
         ),

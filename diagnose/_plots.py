@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from servosight.diagnose.residuals import Window
 from servosight.models.core import axes_of
 
 if TYPE_CHECKING:
@@ -31,28 +30,4 @@ def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = 
     axes.set_ylim(0.5 * min(*errors, floor), 3.0 * max(*errors, floor))
     axes.set_xticks(range(len(errors)), list(steps))
     axes.set_ylabel("held-out error, rms [deg]")
-    return axes
-
-
-def plot_where(where: Sequence[Window], floor_deg: float, ax: Axes | None = None) -> Axes:
-    """The windows with most of the error: from when to when, and how large it is there."""
-    axes = axes_of(ax)
-    names = list(dict.fromkeys(window.recording for window in where))
-    for place, name in enumerate(names):
-        mine = [window for window in where if window.recording == name]
-        axes.bar(
-            [window.start_s for window in mine],
-            [window.rmse_deg for window in mine],
-            [window.end_s - window.start_s for window in mine],
-            align="edge",
-            color=f"C{place}",
-            label=name,
-        )
-        for window in mine:
-            words = window.what.replace("_", " ")
-            axes.annotate(words, (window.start_s, window.rmse_deg), rotation=45, fontsize=8)
-    axes.axhline(floor_deg, color=FLOOR, label="floor")
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("error, rms [deg]")
-    axes.legend()
     return axes

@@ -9,8 +9,8 @@ import numpy as np
 from servosight.diagnose._result import Diagnosis, RecordingUse
 from servosight.diagnose.discrepancy import law_effects
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, Uses
-from servosight.diagnose.selection import OwnValues
-from servosight.identify.problem import Problem, thinned
+from servosight.identify.fit import OwnValues, predicted_angle
+from servosight.identify.problem import thinned
 from servosight.models.core import Estimate, InputError, Recording, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
@@ -74,17 +74,11 @@ def _judged(
     recording: Recording,
     effects: tuple[str, ...],
     parameters: Values,
-    own: OwnValues,
+    values: OwnValues,
     use: RecordingUse,
     catalogue: Mapping[str, Effect],
 ) -> Judged:
-    problem = Problem.of([recording], catalogue, effects)
-    physical = []
-    for coordinate in problem.coordinates[: problem.physical]:
-        estimate = parameters[coordinate.name]
-        assert isinstance(estimate, Estimate)
-        physical.append(coordinate.to_search(estimate.value))
-    angle = problem.predict(np.array([*physical, *own.values]))[0][0]
+    angle = predicted_angle(recording, effects, parameters, values, catalogue)
     return Judged(recording, angle, _uses(recording, use))
 
 

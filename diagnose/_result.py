@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -14,7 +14,7 @@ from servosight.diagnose._plots import plot_ladder
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
-from servosight.diagnose.selection import OwnValues
+from servosight.identify.fit import OwnValues
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Result, Table
 
@@ -154,11 +154,15 @@ class Diagnosis(Result):
     ) -> None:
         """Write a report to read in a browser.
 
-        ``recordings`` are those of the diagnosis, or their paths (default: read from where they
-        were); ``catalogue`` is needed where effects of a plugin are among the diagnosis' own.
+        ``recordings`` are those of the diagnosis, or their paths (default: those given, or where
+        they were); ``catalogue`` is needed where a diagnosis that was read back has effects of a
+        plugin.
         """
         write = import_module("servosight.app.report").write_report  # above this layer, on use
         write(path, self, recordings, catalogue, at=datetime.now(UTC))
+
+    def _paths(self) -> Sequence[Path | None]:
+        return [one.path for one in self.recordings]
 
     def plot_ladder(self, ax: Axes | None = None) -> Axes:
         """Held-out error of each step on a logarithmic scale, and the floor."""

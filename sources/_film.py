@@ -51,11 +51,15 @@ class Tracking:
 
 
 def follow_folder(
-    folder: RecordingFolder, how: Tracking = Tracking(), progress: StageProgress = silent
+    folder: RecordingFolder,
+    how: Tracking = Tracking(),
+    progress: StageProgress = silent,
+    **given: Any,
 ) -> tuple[list[Track], Offset]:
     """Track a recording's video: each part on the video's clock, and that clock's offset.
 
-    Nothing is written. Raises InputError where the folder holds no video.
+    ``given`` are ``TrackOptions`` that go before what the folder says. Nothing is written. Raises
+    InputError where the folder holds no video.
     """
     from servosight.models.core import InputError
     from servosight.sources._clock import known_camera, video_offset
@@ -66,14 +70,13 @@ def follow_folder(
             f"name the video file itself"
         )
     settings = folder.settings
-    tracks = measure(
-        folder.video,
-        replace(how, camera=how.camera or known_camera(folder)),
-        progress,
-        frame_table=folder.frames,
-        exposure_s=settings.exposure_s if settings.shutter_told else None,
-        readout_s=settings.readout_s if settings.shutter_told else None,
-    )
+    known = {
+        "frame_table": folder.frames,
+        "exposure_s": settings.exposure_s if settings.shutter_told else None,
+        "readout_s": settings.readout_s if settings.shutter_told else None,
+    }
+    how_known = replace(how, camera=how.camera or known_camera(folder))
+    tracks = measure(folder.video, how_known, progress, **{**known, **given})
     offset = video_offset(folder, tracks[0], how.light_px)
     return [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
 

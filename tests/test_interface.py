@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import doctest
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -14,10 +16,12 @@ import av
 import cv2
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import servosight as ss
 from servosight import _verbs
 from servosight.models.plant import Plant, Stimulus
+from servosight.tracking.core import TrackOptions
 
 LOADED = 40
 """More modules than these few of the standard library would mean that something heavy crept in."""
@@ -72,13 +76,13 @@ def test_a_sub_package_does_not_take_a_verbs_place() -> None:
     assert outside(code) == "servosight._verbs servosight._verbs"
 
 
-def recorded(gap: float, seed: int) -> ss.Recording:
+def recorded(gap: float, seed: int, rate_hz: float = 60.0) -> ss.Recording:
     """Six seconds of steps and a triangle, seen through a play of ``gap``."""
     plant = Plant.of(_verbs._catalogue(()))
     rows = np.arange(0.0, 6.0, 0.01)
     steps = 12.0 * np.sign(np.sin(2.0 * np.pi * 0.9 * rows))
     command = np.where(rows < 3.0, 15.0 * np.arcsin(np.sin(2.0 * np.pi * 0.7 * rows)), steps)
-    time_s = np.arange(0.05, 6.0, 1.0 / 60.0)
+    time_s = np.arange(0.05, 6.0, 1.0 / rate_hz)
     quiet = ss.Recording("quiet", rows, command, time_s, np.zeros(time_s.size))
     row = np.array(plant.layout.neutral_row())
     row[:3] = 1.0, 0.03, 0.6
@@ -190,6 +194,48 @@ def test_an_actuator_predicts_and_becomes_a_transfer_function(place: Path) -> No
     assert repr(act) == "<Actuator: k 0.9000, T 0.03000, xi 0.6000, bias 0.5000; linear>"
 
 
+def test_tracking_takes_all_options_of_the_tracker() -> None:
+    options = {field.name for field in dataclasses.fields(TrackOptions)}
+    assert set(inspect.signature(ss.track).parameters) == {"source", "progress"} | options
+
+
+def test_a_fit_draws_angle_model_and_residual(place: Path) -> None:
+    made = recorded(1.0, 7)
+    fit = ss.identify(made, ["backlash"], method="gradient")
+    upper = fit.plot(ax=Figure().subplots())
+    (below,) = (one for one in upper.figure.axes if one is not upper)
+    measured, model = (np.asarray(line.get_ydata()) for line in upper.lines)
+    (residual,) = (np.asarray(line.get_ydata()) for line in below.lines)
+    np.testing.assert_array_equal(measured, made.angle_deg)
+    np.testing.assert_allclose(residual, measured - model, atol=1e-12)
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(fit.rmse_deg, rel=1e-3)
+    assert len(fit.plot_correlations(ax=Figure().subplots()).texts) == 16
+    fit.save("fit.json")
+    again = ss.load("fit.json")
+    assert again == fit
+    with pytest.raises(ss.InputError, match="does not say where its recordings are"):
+        again.plot()
+    assert len(again.plot(ax=Figure().subplots(), recordings=made).lines) == 2
+    with pytest.raises(ss.InputError, match="expected one of the fit's"):
+        fit.plot(number=1)
+
+
+def test_what_was_in_memory_is_plotted_and_reported(place: Path) -> None:
+    made = recorded(1.0, 7)
+    compared = ss.compare(ss.identify(made, method="gradient"), made)
+    upper = compared.plot(ax=Figure().subplots())
+    marks = [patch for patch in upper.patches if patch.get_alpha() is None]
+    assert len(marks) == len(compared.where) > 0
+    compared.report("report.html")
+    assert "run7" in Path("report.html").read_text(encoding="utf-8")
+    made.save("again")
+    ss.compare(compared, "again").save("compared.json")
+    ss.load("compared.json").report("from_file.html")
+    assert Path("from_file.html").exists()
+    assert len(made.plot(ax=Figure().subplots()).lines) == 2
+    assert "<caption>Recording run7" in made._repr_html_()
+
+
 def test_what_is_no_result_is_not_loaded(place: Path) -> None:
     Path("other.json").write_text('{"type": "car"}')
     with pytest.raises(ss.InputError, match=r"other\.json: key type is 'car'"):
@@ -205,14 +251,12 @@ def test_the_script_that_users_start_from(place: Path, project_root: Path) -> No
     made.save(place / "run7")
     other.save(place / "run8")
     filmed(place / "fin.mp4")
-    t, y = made.time_s, made.angle_deg
-    u = np.interp(t, made.command_time_s, made.command_deg)
+    logged = recorded(1.0, 9, rate_hz=100.0)  # a log has command and angle at one time
+    t, y, u = logged.time_s, logged.angle_deg, logged.command_at(logged.time_s)
     rows = np.column_stack([1e3 * t, y, u])
     np.savetxt("log.csv", rows, delimiter=",", header="t,pos,goal", comments="")
     text = (project_root / "docs" / "python.md").read_text(encoding="utf-8")
     script = text.split("```python\n")[1].split("```")[0]
-    from matplotlib.figure import Figure
-
     frame = Frame({"t": t, "pos": np.radians(y), "goal": np.radians(u)})
     space: dict[str, Any] = {"t": t, "y": y, "u": u, "frame": frame, "ax": Figure().subplots()}
     exec(compile(script, "docs/python.md", "exec"), space)

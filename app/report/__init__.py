@@ -26,8 +26,9 @@ def write_report(
 ) -> None:
     """Write a self-contained page, whole or not at all; InputError where it cannot be written.
 
-    ``recordings`` are those of the result, or their paths: fitted, validation, test (default: read
-    from where they were). ``catalogue`` has the result's effects (default: the built-in ones).
+    ``recordings`` are those of the result, or their paths: fitted, validation, test (default: those
+    it remembers, or where they were). ``catalogue`` has the result's effects (default: those it was
+    made with, or the built-in ones).
     ``at`` and ``command`` say when and with which command line the page is made. The same arguments
     give the same bytes.
     """
@@ -37,21 +38,6 @@ def write_report(
     from servosight.models.effects import catalogue as built_in
     from servosight.sources import read_all
 
-    effects = built_in() if catalogue is None else catalogue
-    given = read_all(_places(result) if recordings is None else recordings)
+    effects = catalogue or result.known_effects or built_in()
+    given = read_all(result.sources() if recordings is None else recordings)
     write_text(Path(path), page(Story.of(result, views(given), effects), Made(at, command)))
-
-
-def _places(result: Diagnosis | Comparison) -> list[Path]:
-    """Where the recordings of a result were; InputError where it does not say."""
-    from servosight.diagnose import Diagnosis
-    from servosight.models.core import InputError
-
-    places = [one.path for one in result.recordings] if isinstance(result, Diagnosis) else [None]
-    known = [place for place in dict.fromkeys(places) if place is not None]
-    if None in places:
-        raise InputError(
-            "report: the result does not say where its recordings are, expected them as well; name "
-            "them in the order in which they were given"
-        )
-    return known

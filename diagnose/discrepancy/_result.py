@@ -13,7 +13,8 @@ from servosight.diagnose.discrepancy._matching_pursuit import TERMS
 from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 from servosight.diagnose.discrepancy.basis import BasisTerm
 from servosight.diagnose.residuals import held_out_rms
-from servosight.diagnose.selection import OwnValues, Trial
+from servosight.diagnose.selection import Trial
+from servosight.identify.fit import OwnValues
 from servosight.models.core import Array, Estimate
 from servosight.models.effects import Effect
 

@@ -7,9 +7,7 @@ from servosight.diagnose.selection._models import ModelSelection as ModelSelecti
 from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._policy import Score as Score
 from servosight.diagnose.selection._policy import SelectionPolicy as SelectionPolicy
-from servosight.diagnose.selection._prediction import OwnValues as OwnValues
 from servosight.diagnose.selection._prediction import own_point as own_point
-from servosight.diagnose.selection._prediction import own_values as own_values
 from servosight.diagnose.selection._prediction import predict_fixed as predict_fixed
 from servosight.diagnose.selection._split import BLOCK_S as BLOCK_S
 from servosight.diagnose.selection._split import Split as Split

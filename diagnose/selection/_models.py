@@ -10,14 +10,16 @@ import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
 from servosight.diagnose.selection._policy import AcceptanceCriterion
-from servosight.diagnose.selection._prediction import OwnValues, carried_over, own_point, own_values
+from servosight.diagnose.selection._prediction import carried_over, own_point
 from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection._trial import Trial
 from servosight.identify.fit import (
+    OwnValues,
     Solution,
     fit_effects,
     initial_changes,
+    own_values,
     polish,
     search_effects,
     sketch_effects,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,35 +14,6 @@ from servosight.models.effects import Effect
 
 OWN_DESCENT = DescentOptions(generations=8)
 OWN_BUDGET = 600
-
-
-@dataclass(frozen=True, kw_only=True)
-class OwnValues:
-    """What a recording has for itself: bias and initial state, found on it."""
-
-    recording: str
-    bias_deg: float
-    initial_angle_deg: float
-    initial_speed_deg_s: float
-
-    @property
-    def values(self) -> tuple[float, float, float]:
-        """In the order of a search point."""
-        return self.bias_deg, self.initial_angle_deg, self.initial_speed_deg_s
-
-
-def own_values(problem: Problem, point: Array) -> tuple[OwnValues, ...]:
-    """Those of a fitted point, one for each recording of its problem."""
-    own = np.reshape(point[problem.physical :], (len(problem.recordings), -1))
-    return tuple(
-        OwnValues(
-            recording=recording.name,
-            bias_deg=float(bias),
-            initial_angle_deg=float(angle),
-            initial_speed_deg_s=float(speed),
-        )
-        for recording, (bias, angle, speed) in zip(problem.recordings, own, strict=True)
-    )
 
 
 def carried_over(

@@ -11,6 +11,7 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.discrete import Linear, to_difference
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, polish
 from servosight.identify.problem import (
@@ -77,6 +78,8 @@ def identify(
         warnings=(*notes, *warnings),
         effects=chosen,
         recordings=tuple(recording.name for recording in whole),
+        paths=tuple(recording.path for recording in whole),
+        own=own_values(problem, solution.outcome.point),
         evaluations=solution.outcome.evaluations,
         history=history,
         discrete=to_difference(linear, sample_time_s),

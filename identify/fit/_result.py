@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -11,8 +11,22 @@ import numpy as np
 
 from servosight.identify.design import InformationSummary
 from servosight.identify.discrete import Difference
+from servosight.identify.fit._own import OwnValues, predicted_angle
+from servosight.identify.problem import thinned
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Array, Estimate, Result, axes_of
+from servosight.models.core import (
+    Actuator,
+    Array,
+    Estimate,
+    InputError,
+    Recording,
+    Result,
+    axes_of,
+    plot_prediction,
+    views,
+)
+from servosight.models.effects import catalogue as built_in
+from servosight.models.io import load_recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +39,8 @@ class Fit(Result):
     ``parameters`` by name, ``bias`` one estimate or, for several recordings, one for each.
     ``covariance`` is that of the shared parameters in their own units. ``rmse_deg`` is the error
     over the ``samples`` that were scored, ``noise_deg`` the measurement's, and ``floor_deg`` noise
-    and tolerance together. ``stopped`` says why the search ended; ``evaluations`` counts its
+    and tolerance together. ``own`` has a line for each recording, ``paths`` says where each was
+    read from. ``stopped`` says why the search ended; ``evaluations`` counts its
     simulations, and ``history`` (generations,) is the best cost after each of them. ``information``
     says whether the command suffices, where that was asked for (:func:`with_information`).
 
@@ -54,6 +69,8 @@ class Fit(Result):
     warnings: tuple[str, ...] = ()
     effects: tuple[str, ...] = ()
     recordings: tuple[str, ...] = ()
+    paths: tuple[Path | None, ...] = ()
+    own: tuple[OwnValues, ...] = ()
     evaluations: int = 0
     history: Array
     discrete: Difference
@@ -80,7 +97,37 @@ class Fit(Result):
         """Correlation of the shared parameters."""
         return self.covariance.correlation
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        number: int = 0,
+        recordings: Recording | Sequence[Recording] | None = None,
+    ) -> Axes:
+        """Measured angle and model over time, the residual below.
+
+        ``number`` says which of several recordings, from 0. ``recordings`` are those of the fit,
+        where it does not know them itself: it was read back, and they were never in a file.
+        Raises InputError then.
+        """
+        given = self.sources() if recordings is None else recordings
+        several = [given] if isinstance(given, Recording) else given
+        read = [load_recording(one) if isinstance(one, Path) else one for one in several]
+        seen, _ = thinned(views(read))
+        if [one.name for one in seen] != list(self.recordings) or not 0 <= number < len(seen):
+            raise InputError(
+                f"plot: recording {number} of {', '.join(one.name for one in seen)}; expected one "
+                f"of the fit's, in their order: {', '.join(self.recordings)}"
+            )
+        known = built_in() if self.known_effects is None else self.known_effects
+        one, own = seen[number], self.own[number]
+        angle = predicted_angle(one, self.effects, self.parameters, own, known)
+        return plot_prediction(one, angle, self.floor_deg, ax)
+
+    def _paths(self) -> Sequence[Path | None]:
+        return self.paths
+
+    def plot_correlations(self, ax: Axes | None = None) -> Axes:
         """The correlation of the shared parameters, from -1 to 1."""
         axes = axes_of(ax)
         found, names = self.correlation.values, self.correlation.names

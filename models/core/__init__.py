@@ -44,7 +44,6 @@ from servosight.models.core._arrays import Single as Single
 from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._display import Rows as Rows
-from servosight.models.core._display import axes_of as axes_of
 from servosight.models.core._display import frame as frame
 from servosight.models.core._display import html_table as html_table
 from servosight.models.core._display import parameter_rows as parameter_rows
@@ -55,6 +54,8 @@ from servosight.models.core._parameter import TORQUE as TORQUE
 from servosight.models.core._parameter import WEIGHT as WEIGHT
 from servosight.models.core._parameter import Parameter as Parameter
 from servosight.models.core._parameter import Scaling as Scaling
+from servosight.models.core._plots import axes_of as axes_of
+from servosight.models.core._plots import plot_prediction as plot_prediction
 from servosight.models.core._recording import Hold as Hold
 from servosight.models.core._recording import Recording as Recording
 from servosight.models.core._recording import Stream as Stream

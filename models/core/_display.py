@@ -5,13 +5,10 @@ from __future__ import annotations
 import html
 import importlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from servosight.models.base import InputError
 from servosight.models.core._rounding import rounded, uncertain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Rows = Sequence[Mapping[str, Any]]
 DIGITS = 4
@@ -117,12 +114,3 @@ def _nested(value: Any) -> bool:
     return isinstance(value, Mapping) or (
         several and any(isinstance(item, Mapping | list | tuple) for item in value)
     )
-
-
-def axes_of(ax: Axes | None) -> Axes:
-    """The axes to draw on: those given, or those of a new figure."""
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt  # heavy, and only needed to draw
-
-    return plt.subplots(layout="constrained")[1]

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from servosight.models.core._arrays import Array
-from servosight.models.core._display import frame
+from servosight.models.core._display import frame, html_table
+from servosight.models.core._plots import plot_recording
 from servosight.models.core._rounding import rounded
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Hold = Literal["zero", "linear"]
 Side = Literal["surface", "horn"]
@@ -161,6 +165,23 @@ class Recording:
         return frame(
             [dict(zip(names, row, strict=True)) for row in zip(*table.values(), strict=True)]
         )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Measured angle, with two sigma on either side, and command over time."""
+        return plot_recording(self, ax)
+
+    def _repr_html_(self) -> str:
+        command = self.command_deg
+        row = {
+            "samples": self.time_s.size,
+            "duration [s]": self.duration_s,
+            "angle [deg]": f"{rounded(self.angle_deg.min())} to {rounded(self.angle_deg.max())}",
+            "command [deg]": f"{rounded(command.min())} to {rounded(command.max())}",
+            "sigma, median [deg]": (
+                None if self.sigma_deg is None else float(np.median(self.sigma_deg))
+            ),
+        }
+        return html_table([row], f"Recording {self.name}")
 
     def __repr__(self) -> str:
         """Name, samples, length and moved range."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
 
 from servosight.models.base import InputError, json_text, plain, read_json, typed, write_text
 from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
+from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import rounded
 
 SCHEMA = 1
@@ -98,6 +99,37 @@ class Result:
         except InputError as error:
             words = str(error)
             raise InputError(words if str(path) in words else f"{path}: {words}") from None
+
+    def remember(
+        self, recordings: Sequence[Recording], catalogue: Mapping[str, Any] | None = None
+    ) -> Self:
+        """This value, with its recordings and effects at hand for plots and reports; not saved."""
+        object.__setattr__(self, "_recordings", tuple(recordings))
+        object.__setattr__(self, "_catalogue", catalogue)
+        return self
+
+    @property
+    def known_effects(self) -> Mapping[str, Any] | None:
+        """The catalogue that it was made with, None where it was read back."""
+        return getattr(self, "_catalogue", None)
+
+    def sources(self) -> tuple[Recording | Path, ...]:
+        """Its recordings: as they were given or, where it was read back, where they were.
+
+        Raises InputError where it does not know.
+        """
+        found = getattr(self, "_recordings", None) or tuple(dict.fromkeys(self._paths()))
+        known = tuple(one for one in found if one is not None)
+        if not known or len(known) != len(found):
+            raise InputError(
+                f"{type(self).__name__.lower()}: does not say where its recordings are, expected "
+                f"them as well; name them in the order in which they were given"
+            )
+        return known
+
+    def _paths(self) -> Sequence[Path | None]:
+        """Where its recordings were, None for what was in memory alone."""
+        return ()
 
     def to_frame(self) -> Any:
         """The first of its tables as a data frame (pandas, else Polars)."""

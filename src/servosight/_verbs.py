@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from servosight.models.effects import Effect, EffectInfo
     from servosight.scenarios.produce import SimulatedRecording
     from servosight.scenarios.scenario import Scenario
-    from servosight.tracking.core import Track
+    from servosight.tracking.core import CameraGeometry, Track
 
     Source: TypeAlias = Recording | Path | str
     Sources: TypeAlias = Source | Sequence[Source]
@@ -77,14 +77,28 @@ def track(
     *,
     pivot: tuple[float, float] | None = None,
     template: tuple[int, int, int, int] | None = None,
-    method: Literal["refine", "match"] = "refine",
+    method: Literal["refine", "match", "marker"] = "refine",
+    frame_table: Path | str | None = None,
+    exposure_s: float | None = None,
+    readout_s: float | None = None,
+    camera: CameraGeometry | Path | str | None = None,
+    beside: Track | None = None,
+    marker_family: Literal["aruco", "apriltag"] = "aruco",
+    marker_id: int | None = None,
     progress: StageProgress | None = None,
 ) -> Track:
     """Measure the angle of the moving part in a video, or in the video of a recording's folder.
 
     ``pivot`` x, y [px] and ``template`` x, y, width, height [px] on the first frame are found from
-    the motion where they are not given. A recording's folder gives exposure, camera and the clock
-    of its command, on which the track's times then are; nothing is written into it (``read`` does
+    the motion where they are not given. ``method`` is refine (a fit to the pixels), match (template
+    matching) or marker: the marker of ``marker_family`` with ``marker_id`` (default: the one that
+    moves farthest). ``frame_table`` is a frames.csv with mid-exposure times, ``exposure_s`` and
+    ``readout_s`` are the shutter's (found from motion blur where neither is given), ``camera`` is a
+    calibration or the path of a camera.toml, and ``beside`` the track of another part of the same
+    video: a second one is looked for beside it.
+
+    A recording's folder gives exposure, camera and the clock of its command, on which the track's
+    times then are; what is given here goes before it. Nothing is written into it (``read`` does
     that). ``progress(word, done, total)`` is called as it goes. Raises InputError where the video
     cannot be read or nothing in it turns.
 
@@ -99,11 +113,23 @@ def track(
     from servosight.models.io import inspect_folder
     from servosight.sources import Part, Parts, Tracking, follow_folder, measure
 
+    if isinstance(camera, Path | str):
+        from servosight.tracking.calibration import read_camera
+
+        camera = read_camera(Path(camera))
     place = Path(source)
-    how = Tracking(Parts(Part(pivot, template)), method)
+    marker = (marker_family, marker_id) if method == "marker" else None
+    how = Tracking(Parts(Part(pivot, template)), method, camera, marker=marker)
+    given: dict[str, Any] = {
+        "frame_table": None if frame_table is None else Path(frame_table),
+        "exposure_s": exposure_s,
+        "readout_s": readout_s,
+        "beside": beside,
+    }
+    known = {name: value for name, value in given.items() if value is not None}
     if not place.is_dir():
-        return measure(place, how, progress or _silent)[0]
-    tracks, offset = follow_folder(inspect_folder(place), how, progress or _silent)
+        return measure(place, how, progress or _silent, **known)[0]
+    tracks, offset = follow_folder(inspect_folder(place), how, progress or _silent, **known)
     return replace(tracks[0], time_s=tracks[0].time_s + offset.offset_s)
 
 
@@ -133,7 +159,7 @@ def identify(
 
     known, given = _catalogue(plugins), read_all(recordings)
     fit = identify(given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance)
-    return with_information(fit, given, known)
+    return with_information(fit, given, known).remember(given, known)
 
 
 def compare(
@@ -157,10 +183,9 @@ def compare(
     from servosight.diagnose import compare
     from servosight.sources import read_all
 
-    known = _catalogue(plugins)
-    return compare(
-        _actuator(model, known), read_all(recordings), catalogue=known, tolerance=tolerance
-    )
+    known, given = _catalogue(plugins), read_all(recordings)
+    found = compare(_actuator(model, known), given, catalogue=known, tolerance=tolerance)
+    return found.remember(given, known)
 
 
 def diagnose(
@@ -190,15 +215,18 @@ def diagnose(
     from servosight.diagnose import diagnose
     from servosight.sources import read_all
 
-    return diagnose(
-        read_all(recordings),
-        read_all(validate),
-        read_all(test),
-        catalogue=_catalogue(plugins),
+    known = _catalogue(plugins)
+    fitted, validating, testing = read_all(recordings), read_all(validate), read_all(test)
+    found = diagnose(
+        fitted,
+        validating,
+        testing,
+        catalogue=known,
         auto=auto,
         tolerance=tolerance,
         progress=progress or _silent,
     )
+    return found.remember([*fitted, *validating, *testing], known)
 
 
 def add(
@@ -217,8 +245,8 @@ def add(
     from servosight.diagnose import add
     from servosight.sources import read_all
 
-    known = _catalogue(plugins)
-    return add(_actuator(model, known), effect, read_all(recordings), catalogue=known)
+    known, given = _catalogue(plugins), read_all(recordings)
+    return add(_actuator(model, known), effect, given, catalogue=known).remember(given, known)
 
 
 def simulate(
