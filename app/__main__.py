@@ -2,6 +2,6 @@
 
 import sys
 
-from servosight.app.main import main
+from _servosight import main
 
 sys.exit(main())

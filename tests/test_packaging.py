@@ -38,7 +38,7 @@ def folders(project_root: Path) -> list[str]:
 @pytest.fixture(scope="module")
 def in_tree(project_root: Path, folders: list[str]) -> set[str]:
     """Every file of the product as the tree has it, by its place in the wheel."""
-    files = {f"servosight/{name}" for name in PUBLIC}
+    files = {"_servosight.py", *(f"servosight/{name}" for name in PUBLIC)}
     for folder in folders:
         for path in (project_root / folder).rglob("*"):
             ignored = (
@@ -64,7 +64,7 @@ def test_wheel_holds_what_the_tree_holds(
     with zipfile.ZipFile(build(project_root, "wheel", tmp_path)) as wheel:
         in_wheel = {name for name in wheel.namelist() if ".dist-info/" not in name}
         (entry_points,) = (n for n in wheel.namelist() if n.endswith("entry_points.txt"))
-        assert "servosight = servosight.app.main:main" in wheel.read(entry_points).decode()
+        assert "servosight = _servosight:main" in wheel.read(entry_points).decode()
     assert in_wheel == in_tree
 
 
@@ -74,7 +74,7 @@ def test_sdist_holds_what_a_wheel_is_built_from(
     with tarfile.open(build(project_root, "sdist", tmp_path)) as sdist:
         names = {name.split("/", 1)[1] for name in sdist.getnames()}
     sources = {
-        f"src/{name}" if name.count("/") == 1 else name.removeprefix("servosight/")
+        f"src/{name}" if name.count("/") < 2 else name.removeprefix("servosight/")
         for name in in_tree
     }
     assert sources | {"pyproject.toml", "hatch_build.py", "LICENSE", "README.md"} <= names

@@ -2,7 +2,7 @@
 
 import sys
 
-from servosight.app.main import main
+from _servosight import main
 
 if __name__ == "__main__":
     sys.exit(main())

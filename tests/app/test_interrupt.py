@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,23 @@ def test_an_interruption_ends_the_process_whatever_it_is_at(body: str, tmp_path:
     assert (code, said) == (130, "servosight: interrupted\n")
     if body != CONVERTING and body != PLAIN:  # those left their blocks, which clean up themselves
         assert list(tmp_path.iterdir()) == []
+
+
+STARTED = "import os, signal, sys, time; before = set(sys.modules); import _servosight; "
+
+
+def test_the_entry_point_loads_nothing_before_it_handles_an_interruption() -> None:
+    script = "print(sorted(set(sys.modules) - before))"
+    done = subprocess.run([sys.executable, "-c", STARTED + script], capture_output=True, text=True)
+    assert done.stdout == "['_servosight']\n", done.stderr
+    (entry,) = entry_points(group="console_scripts", name="servosight")
+    assert entry.value == "_servosight:main"
+
+
+def test_an_interruption_before_the_command_is_loaded_ends_it() -> None:
+    script = "os.kill(os.getpid(), signal.SIGINT); time.sleep(30)"
+    done = subprocess.run([sys.executable, "-c", STARTED + script], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
