@@ -7,9 +7,9 @@ from servosight.diagnose._compare import judge as judge
 from servosight.diagnose._diagnose import diagnose as diagnose
 from servosight.diagnose._predictions import law_predictions as law_predictions
 from servosight.diagnose._predictions import predictions as predictions
+from servosight.diagnose._recording_use import RecordingUse as RecordingUse
 from servosight.diagnose._result import Candidate as Candidate
 from servosight.diagnose._result import Diagnosis as Diagnosis
 from servosight.diagnose._result import LadderStep as LadderStep
-from servosight.diagnose._result import RecordingUse as RecordingUse
 from servosight.diagnose._result import Verdict as Verdict
 from servosight.diagnose._words import listed as listed

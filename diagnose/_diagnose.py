@@ -5,31 +5,21 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from servosight.diagnose._result import (
-    Candidate,
-    Diagnosis,
-    LadderStep,
-    RecordingUse,
-    Verdict,
-)
+from servosight.diagnose._recording_use import recording_uses
+from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
 from servosight.diagnose._words import Levels, next_experiment, verdict_words
 from servosight.diagnose.discrepancy import Law, find_law
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
-    FIT,
-    TEST,
-    VALIDATION,
     Finding,
-    Uses,
     findings,
     held_out_rms,
     held_out_samples_of,
     worst_windows,
 )
 from servosight.diagnose.selection import (
+    MOST_ROWS,
     AcceptanceCriterion,
     ModelSelection,
     Resolution,
@@ -41,10 +31,12 @@ from servosight.diagnose.selection import (
     Trial,
     alternatives,
     confounded,
+    cut,
+    stretches,
 )
 from servosight.identify.fit import floor_deg, parameter_table
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned
-from servosight.models.core import Mask, Recording, StageProgress, Table, silent, views
+from servosight.models.core import Recording, StageProgress, Table, silent, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import Limits
@@ -60,6 +52,7 @@ def diagnose(
     tolerance: float | None = None,
     limits: Limits | None = None,
     policy: SelectionPolicy | None = None,
+    most_rows: int = MOST_ROWS,
     progress: StageProgress = silent,
 ) -> Diagnosis:
     """Compare the linear model with recordings, rank what could be missing; add with ``auto``.
@@ -70,6 +63,8 @@ def diagnose(
     test. ``catalogue`` holds the effects to choose from (default: the built-in ones).
     ``tolerance`` [deg] is what no model need be right within (default 0.05 % of the moved range).
     ``limits`` bound the next experiment (default: what the recordings' commands have used).
+    Recordings with more than ``most_rows`` rows of command and samples together are diagnosed on
+    stretches of the long ones; a warning says so.
     """
     # Longer than others because it fills every field of the result, and does nothing else.
     began = time.perf_counter()
@@ -82,8 +77,11 @@ def diagnose(
         tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
     floor = floor_deg(every, noise, tolerance)
     criterion = AcceptanceCriterion(floor, tolerance, policy or SelectionPolicy())
-    scored, notes = thinned(every)
-    fitted, chosen = len(recordings), len(recordings) + len(validate)
+    spans, notes = stretches(every, most_rows)
+    parts = [cut(recording, own) for recording, own in zip(every, spans, strict=True)]
+    scored, thinning = thinned([part for own in parts for part in own])
+    fitted = sum(map(len, parts[: len(recordings)]))
+    chosen = fitted + sum(map(len, parts[len(recordings) :][: len(validate)]))
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
     models = _models(*split, catalogue, criterion)
     selector = StepwiseSelector(models, criterion, progress)
@@ -117,8 +115,13 @@ def diagnose(
         next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto),
         proposal=proposal,
         law=law,
-        recordings=_uses(models.split),
-        warnings=(*notes, *models.split.warnings, *_doubts(verdict, ladder[-1], levels)),
+        recordings=recording_uses(models.split, spans),
+        warnings=(
+            *notes,
+            *thinning,
+            *models.split.warnings,
+            *_doubts(verdict, ladder[-1], levels),
+        ),
         seconds=time.perf_counter() - began,
     )
 
@@ -264,30 +267,3 @@ def _doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
         f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
         f"chance allows; record longer to be sure"
     ]
-
-
-def _uses(split: Split) -> Table[RecordingUse]:
-    """What each recording was used for."""
-    tested = [np.full(one.time_s.size, TEST, dtype=np.int8) for one in split.tested]
-    recordings = (*split.recordings, *split.carried, *split.tested)
-    uses = (*split.uses, *split.carried_uses, *tested)
-    return Table(_use(one, use) for one, use in zip(recordings, uses, strict=True))
-
-
-def _use(recording: Recording, uses: Uses) -> RecordingUse:
-    roles = {FIT: "fit", VALIDATION: "validation", TEST: "test"}
-    single = np.unique(uses)
-    return RecordingUse(
-        name=recording.name,
-        role=roles[int(single[0])] if single.size == 1 else "split",
-        path=recording.path,
-        validation_s=_stretches(recording, uses == VALIDATION),
-        test_s=_stretches(recording, uses == TEST),
-    )
-
-
-def _stretches(recording: Recording, mask: Mask) -> tuple[tuple[float, float], ...]:
-    """First and last time of each run of samples under the mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    times = recording.time_s
-    return tuple((float(times[i]), float(times[j - 1])) for i, j in edges.reshape(-1, 2))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from servosight.diagnose._result import Diagnosis, RecordingUse
+from servosight.diagnose._result import Diagnosis
 from servosight.diagnose.discrepancy import law_effects
-from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.residuals import Judged, Uses
+from servosight.diagnose.selection import cut
 from servosight.identify.fit import OwnValues, predicted_angle
 from servosight.identify.problem import thinned
 from servosight.models.core import Estimate, InputError, Recording, views
@@ -57,16 +56,19 @@ def _simulated(
     own: tuple[OwnValues, ...],
     catalogue: Mapping[str, Effect],
 ) -> tuple[Judged, ...]:
-    given, _ = thinned(views(recordings))
+    given = views(recordings)
     expected = [one.name for one in diagnosis.recordings]
     if [one.name for one in given] != expected:
         raise InputError(
             f"the recordings are {', '.join(one.name for one in given)}; expected those of the "
             f"diagnosis in their order: {', '.join(expected)}"
         )
+    whole = zip(given, diagnosis.recordings, strict=True)
+    scored, _ = thinned([part for one, use in whole for part in cut(one, use.stretches_s)])
+    uses = [use for use in diagnosis.recordings for _ in use.parts]
     return tuple(
-        _judged(recording, effects, parameters, values, use, catalogue)
-        for recording, values, use in zip(given, own, diagnosis.recordings, strict=True)
+        _judged(recording, effects, parameters, values, use.uses(recording), catalogue)
+        for recording, values, use in zip(scored, own, uses, strict=True)
     )
 
 
@@ -75,18 +77,8 @@ def _judged(
     effects: tuple[str, ...],
     parameters: Values,
     values: OwnValues,
-    use: RecordingUse,
+    uses: Uses,
     catalogue: Mapping[str, Effect],
 ) -> Judged:
     angle = predicted_angle(recording, effects, parameters, values, catalogue)
-    return Judged(recording, angle, _uses(recording, use))
-
-
-def _uses(recording: Recording, use: RecordingUse) -> Uses:
-    """The uses of the samples, from the times in the result."""
-    whole = {"validation": VALIDATION, "test": TEST}.get(use.role, FIT)
-    uses = np.full(recording.time_s.size, whole, dtype=np.int8)
-    for kind, stretches in ((VALIDATION, use.validation_s), (TEST, use.test_s)):
-        for start, end in stretches:
-            uses[(recording.time_s >= start) & (recording.time_s <= end)] = kind
-    return uses
+    return Judged(recording, angle, uses)

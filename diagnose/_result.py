@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from servosight.diagnose._plots import plot_ladder
+from servosight.diagnose._recording_use import RecordingUse
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
@@ -82,21 +84,6 @@ class Candidate:
     confounded_with: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class RecordingUse:
-    """A recording of the diagnosis and the times [s] of its held-out samples.
-
-    ``role`` is "fit", "validation" or "test" where all samples are for that, else "split";
-    ``validation_s`` and ``test_s`` list first and last sample of each stretch.
-    """
-
-    name: str
-    role: str
-    path: Path | None
-    validation_s: tuple[tuple[float, float], ...]
-    test_s: tuple[tuple[float, float], ...]
-
-
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Diagnosis(Result):
     """What is missing, how sure that is, where the linear model fails and what adding gains.
@@ -133,13 +120,16 @@ class Diagnosis(Result):
         last = self.ladder[-1]
         bias = last.parameters["bias"]
         shown = {n: one for n, one in last.parameters.items() if isinstance(one, Estimate)}
-        first = bias if isinstance(bias, Estimate) else bias[0]
-        fitted = 1 if isinstance(bias, Estimate) else len(bias)  # the fitted ones come first
+        biases = bias if isinstance(bias, tuple) else (bias,)
+        # The fitted ones come first, with a bias for each of their parts.
+        before = itertools.accumulate((len(one.parts) for one in self.recordings), initial=0)
+        parts = zip(self.recordings, before, strict=False)
+        fitted_on = [one.name for one, earlier in parts if earlier < len(biases)]
         return Actuator(
-            {**shown, "bias": first},
+            {**shown, "bias": biases[0]},
             last.effects,
             {
-                "fitted_on": [one.name for one in self.recordings[:fitted]],
+                "fitted_on": fitted_on,
                 "held_out_rmse_deg": last.held_out_rmse_deg,
                 "method": "diagnose",
             },

@@ -65,7 +65,7 @@ def page(story: Story, made: Made = Made()) -> str:
     """The whole page; a section that has nothing to tell is left out."""
     told = [found for found in (section(story) for section in SECTIONS) if found is not None]
     environment = _environment()
-    names = [recording.name for recording in story.recordings]
+    names = list(dict.fromkeys(recording.name for recording in story.recordings))
     bodies = [
         Markup(environment.get_template(f"{one.name}.html").render(one.values)) for one in told
     ]

@@ -73,6 +73,13 @@ class Story:
         return (self.before,) if self.after is None else (self.before, self.after)
 
     @property
+    def names(self) -> list[str]:
+        """What the recordings are called, with the times of a stretch of one."""
+        if isinstance(self.result, Diagnosis):
+            return [name for one in self.result.recordings for name in one.parts]
+        return [recording.name for recording in self.recordings]
+
+    @property
     def worst(self) -> int:
         """Which recording holds the worst window."""
         if not self.where:

@@ -15,4 +15,8 @@ from servosight.diagnose.selection._steps import SearchEffort as SearchEffort
 from servosight.diagnose.selection._steps import Selected as Selected
 from servosight.diagnose.selection._steps import Step as Step
 from servosight.diagnose.selection._stepwise import StepwiseSelector as StepwiseSelector
+from servosight.diagnose.selection._stretches import MOST_ROWS as MOST_ROWS
+from servosight.diagnose.selection._stretches import Spans as Spans
+from servosight.diagnose.selection._stretches import cut as cut
+from servosight.diagnose.selection._stretches import stretches as stretches
 from servosight.diagnose.selection._trial import Trial as Trial

@@ -16,4 +16,6 @@ from servosight.identify.problem._starts import effect_starts as effect_starts
 from servosight.identify.problem._starts import linear_start as linear_start
 from servosight.identify.problem._starts import neutral_start as neutral_start
 from servosight.identify.problem._starts import search_box as search_box
+from servosight.identify.problem._thin import MOST_SAMPLES as MOST_SAMPLES
+from servosight.identify.problem._thin import largest_share as largest_share
 from servosight.identify.problem._thin import thinned as thinned

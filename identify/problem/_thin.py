@@ -27,7 +27,7 @@ def thinned(
     than their share stay whole. White errors cost a factor sqrt(n) in sigma; errors that are
     correlated over n samples cost less, as with a model that lacks something.
     """
-    limit = _largest_share([recording.time_s.size for recording in recordings], most)
+    limit = largest_share([recording.time_s.size for recording in recordings], most)
     found, notes = [], []
     for recording in recordings:
         size = recording.time_s.size
@@ -45,7 +45,7 @@ def thinned(
     return found, notes
 
 
-def _largest_share(sizes: Sequence[int], most: int) -> int:
+def largest_share(sizes: Sequence[int], most: int) -> int:
     """The most samples that one recording may have, where all together may have ``most``."""
     left = most
     for place, size in enumerate(sorted(sizes)):

@@ -37,7 +37,7 @@ def section(story: Story) -> Section:
     """The whole of each recording, then the worst window of the worst one."""
     order = sorted(range(len(story.recordings)), key=lambda i: (i != story.worst, i))
     wholes: list[dict[str, Any]] = [
-        {"name": story.recordings[i].name, "figure": _figure(story, i, None)}
+        {"name": story.names[i], "figure": _figure(story, i, None)}
         for i in sorted(order[:MOST_RECORDINGS])
     ]
     close = None

@@ -22,7 +22,7 @@ def section(story: Story) -> Section | None:
     if not isinstance(result, Diagnosis):
         return None
     last = result.ladder[-1]
-    names = [one.name for one in result.recordings]
+    names = [name for one in result.recordings for name in one.parts]
     return Section(
         "parameters",
         "The model in numbers",
@@ -58,7 +58,7 @@ def _rows(step: LadderStep, catalogue: Mapping[str, Effect]) -> Iterator[tuple[s
 
 
 def _biases(step: LadderStep, names: list[str]) -> Iterator[tuple[str, Estimate, str]]:
-    """One bias for each fitted recording: they come first."""
+    """One bias for each fitted recording, or part of one: they come first."""
     bias = step.parameters["bias"]
     biases = (bias,) if isinstance(bias, Estimate) else bias
     for name, one in zip(names, biases, strict=False):

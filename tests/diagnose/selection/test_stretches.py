@@ -1,0 +1,111 @@
+"""Long recordings: which stretches of them a selection sees, and what a diagnosis says of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servosight.diagnose import Diagnosis, diagnose, predictions
+from servosight.diagnose.residuals import TEST, rms
+from servosight.diagnose.selection import cut, stretches
+from servosight.identify.problem import Problem
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+from servosight.models.excitation import standard
+from servosight.models.plant import Plant, Stimulus
+
+FEW = {"backlash": catalogue()["backlash"]}
+DURATION_S = 92.0
+ROWS = 10_000
+POINT = [1.0, np.log(0.02), np.log(0.7), 0.6, 0.5]
+"""k, T, xi, gap and bias."""
+
+
+@pytest.fixture(scope="module")
+def log() -> Recording:
+    """92 s with play, whose angle starts a clock of its own: 34,000 rows in all."""
+    excitation = standard(DURATION_S, 20.0, seed=5)
+    time_s = 0.004 + np.arange(int(120 * DURATION_S)) / 120.0
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    row[:5] = 1.0, 0.02, 0.7, 0.5, 0.5
+    row[plant.index("backlash.gap")] = 0.6
+    stimulus = Stimulus(excitation.time_s, excitation.command_deg, False, time_s, np.ones(1))
+    noise = np.random.default_rng(1).normal(0.0, 0.03, time_s.size)
+    angle = plant.simulate(row, stimulus) + noise
+    return Recording("log", excitation.time_s, excitation.command_deg, time_s, angle)
+
+
+def test_ordinary_recordings_stay_whole(log: Recording) -> None:
+    assert stretches([log, log]) == ([(), ()], [])
+    assert cut(log, ()) == [log]
+
+
+def test_what_is_rare_is_covered() -> None:
+    """A servo that hardly moves but for one swing, and one fast one."""
+    time_s = np.arange(0.0, 600.0, 0.01)
+    angle = np.sin(time_s)
+    angle[20_000:20_800] += 30.0 * np.sin(np.linspace(0.0, np.pi, 800)) ** 2
+    angle[43_000:43_200] += 10.0 * np.sin(np.linspace(0.0, 6.0 * np.pi, 200))
+    idle = Recording("idle", time_s, angle, time_s, angle)
+    (spans,), (note,) = stretches([idle], 8_000)
+    assert len(spans) == 3
+    for middle in (204.0, 431.0):
+        assert any(start + 1.0 <= middle <= end for start, end in spans)
+    assert note.startswith("idle: too long to try models on, so that 3 stretches of 12 s stand")
+    assert "by a factor of 4.1 at most" in note
+    assert "`servosight identify`" in note
+
+
+def test_the_shortest_keep_what_they_have(log: Recording) -> None:
+    short = cut(log, ((30.0, 43.0),))[0]
+    (few, many), notes = stretches([short, log], ROWS)
+    assert few == ()
+    assert len(many) >= 1
+    assert len(notes) == 1
+
+
+def test_a_stretch_is_simulated_as_within_the_whole(log: Recording) -> None:
+    """The play has forgotten where it began when the scored samples begin."""
+    whole = Problem.of([log], catalogue(), ["backlash"])
+    expected = whole.predict(np.array([*POINT, 0.5, 0.0]))[0][0]
+    (part,) = cut(log, ((40.0, 53.0),))
+    assert part.command_time_s[0] < 40.0 <= part.time_s[0]
+    stretch = Problem.of([part], catalogue(), ["backlash"])
+    found = stretch.predict(np.array([*POINT, part.angle_deg[0], 0.0]))[0][0]
+    same = np.isin(log.time_s, part.time_s)
+    behind = part.time_s >= 41.0
+    np.testing.assert_allclose(found[behind], expected[same][behind], atol=1e-6)
+
+
+def test_a_diagnosis_of_long_recordings(log: Recording, tmp_path: Path) -> None:
+    """Times stay those of the log, one recording stays one, and its models are drawn again."""
+    given = [log, replace(log, name="other")]
+    found = diagnose(given[:1], test=given[1:], catalogue=FEW, most_rows=ROWS)
+    starts = [warning.split(" to try")[0] for warning in found.warnings]
+    assert starts == ["log: too long", "other: too long"]
+    assert [(use.name, use.role) for use in found.recordings] == [
+        ("log", "split"),
+        ("other", "test"),
+    ]
+    assert [len(use.stretches_s) for use in found.recordings] == [1, 1]
+    assert [one.recording for one in found.ladder[0].own] == ["log", "other"]
+    assert found.candidates[0].effect == "backlash"
+    assert found.actuator.provenance["fitted_on"] == ["log"]
+    spans = {use.name: use.stretches_s[0] for use in found.recordings}
+    for window in found.where:
+        start, end = spans[window.recording]
+        assert start <= window.start_s < window.end_s <= end
+
+    found.save(tmp_path / "diagnosis.json")
+    back = Diagnosis.load(tmp_path / "diagnosis.json")
+    assert back == found
+    judged = predictions(back, given, 0, catalogue=FEW)
+    assert rms([one.errors_of(TEST) for one in judged]) == pytest.approx(
+        found.ladder[0].held_out_rmse_deg, rel=1e-9
+    )
+    start, end = spans["log"]
+    assert found.recordings[0].parts == (f"log, {start:.0f} to {end:.0f} s",)
