@@ -43,15 +43,17 @@ def stretches(
     """For each recording the stretches to simulate, and a sentence for each that is cut.
 
     Recordings with fewer rows than their share of ``most_rows`` stay whole. Of the others those
-    stretches are taken that together cover angles, speeds, accelerations and reversals best.
+    stretches are taken that together cover angles, speeds, accelerations and reversals best, as
+    many as need no sample left out.
     """
     rows = [_rows(recording) for recording in recordings]
     share = largest_share(rows, most_rows)
+    samples = largest_share([one.time_s.size for one in recordings], min(MOST_SAMPLES, most_rows))
     found: list[Spans] = []
     notes = []
     for recording, own in zip(recordings, rows, strict=True):
-        seconds = recording.duration_s * min(share / own, 1.0)
-        count = max(round(seconds / (LEAD_S + STRETCH_S)), 1)
+        part = min(share / own, samples / recording.time_s.size, 1.0)
+        count = max(int(part * recording.duration_s / (LEAD_S + STRETCH_S)), 1)
         starts = _starts(recording)
         if own <= share or len(starts) <= count:
             found.append(())
