@@ -16,6 +16,8 @@ from pathlib import Path
 from servosight.app.output import progress
 from servosight.models.core import write_text
 
+from .compound import score as compound
+from .compound.trial import COMPOUND_ROWS
 from .draw import ROWS, choices
 from .page import page
 from .pictures import pictures
@@ -25,6 +27,7 @@ from .score import explain, right
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "out" / "hidden" / "results.jsonl"
 DOCS = ROOT / "docs"
+EVERY = (*ROWS, *COMPOUND_ROWS)
 
 
 def main() -> None:
@@ -39,7 +42,7 @@ def main() -> None:
 
 def draw(lines: list[Line]) -> None:
     """Write the page and its pictures."""
-    pictures(lines, DOCS / "pictures" / "hidden")
+    pictures([x for x in lines if x["row"] in ROWS], DOCS / "pictures" / "hidden")
     write_text(DOCS / "measured" / "hidden.md", page(lines, "make hidden"))
 
 
@@ -51,21 +54,31 @@ def run(args: argparse.Namespace, results: Results) -> None:
 
         def heard(line: Line, done: int, total: int) -> None:
             show(line["row"], done, total)
-            if not right(line):
-                print(explain(line), flush=True)
+            if not _right(line):
+                print(_explain(line), flush=True)
 
         lines = run_trials(results, jobs, args.processes, heard)
     if args.only:
-        print("\n".join(explain(line) for line in lines))
+        print("\n".join(_explain(line) for line in lines))
     for row in rows:
         mine = [line for line in lines if line["row"] == row]
-        print(f"{row}: {sum(map(right, mine))} of {len(mine)} right")
+        print(f"{row}: {sum(map(_right, mine))} of {len(mine)} right")
+
+
+def _right(line: Line) -> bool:
+    return compound.exact(line) if line["row"] in COMPOUND_ROWS else right(line)
+
+
+def _explain(line: Line) -> str:
+    return compound.explain(line) if line["row"] in COMPOUND_ROWS else explain(line)
 
 
 def _seeds(args: argparse.Namespace, row: str) -> list[int]:
     """Seeds to run: those asked for one by one, or the first that hide a wanted effect."""
     if args.only:
         return [int(seed) for seed in args.only.split(",")]
+    if row in COMPOUND_ROWS:
+        return list(range(args.seed, args.seed + args.trials))
     wanted = {name for name in args.effects.split(",") if name}
     sets = choices(row)
     seeds = range(args.seed, args.seed + args.trials * len(sets))
@@ -75,7 +88,7 @@ def _seeds(args: argparse.Namespace, row: str) -> list[int]:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Hide effects, diagnose, count.")
-    parser.add_argument("--rows", default=",".join(ROWS), help=f"of {', '.join(ROWS)}")
+    parser.add_argument("--rows", default=",".join(EVERY), help=f"of {', '.join(EVERY)}")
     parser.add_argument("--effects", default="", help="only trials that hide one of these")
     parser.add_argument("--trials", type=int, default=300, help="trials a row")
     parser.add_argument("--seed", type=int, default=0, help="the first trial's seed")

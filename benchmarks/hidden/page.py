@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from . import score
+from .compound.page import compound_table
+from .compound.trial import COMPOUND_ROWS
+from .markdown import markdown, percent
 from .score import Line, Share
 
 MADE_BY = {"twin": "twin", "fixed steps": "fixed steps", "equation": "the equation"}
@@ -19,12 +22,18 @@ WANTED_CLOSED = 0.8
 
 def page(lines: Sequence[Line], command: str) -> str:
     """Markdown with every row of the table; rows without trials say so."""
+    several = [line for line in lines if line["row"] in COMPOUND_ROWS]
+    lines = [line for line in lines if line["row"] not in COMPOUND_ROWS]
     return f"""# Hidden effects: the benchmark
 
-Written by `{command}` from {len(lines)} trials; [hidden.md](../hidden.md) says what the words mean.
-Intervals are Wilson's, 95 %.
+Written by `{command}` from {len(lines) + len(several)} trials; [hidden.md](../hidden.md)
+says what the words mean. Intervals are Wilson's, 95 %.
 
 {table(lines)}
+
+## Several effects at once
+
+{compound_table(several)}
 
 ![Which effect was named for which](../pictures/hidden/confusion.png)
 
@@ -81,7 +90,7 @@ def table(lines: Sequence[Line]) -> str:
         _time(physics),
     ]  # fmt: skip
     head = ("", "goal", "measured", "interval", "trials", "truth made by")
-    return _markdown([head, ("---",) * len(head), *cells])
+    return markdown([head, ("---",) * len(head), *cells])
 
 
 def wrong(lines: Sequence[Line]) -> str:
@@ -95,7 +104,7 @@ def wrong(lines: Sequence[Line]) -> str:
         return "Nothing."
     head = ("row", "hidden", "said", "times")
     found = [(*key, str(count)) for key, count in counted.most_common()]
-    return _markdown([head, ("---",) * len(head), *found])
+    return markdown([head, ("---",) * len(head), *found])
 
 
 def _said(line: Line) -> str:
@@ -109,15 +118,7 @@ def _names(lines: Iterable[Line]) -> list[str]:
 def _counted(
     what: str, goal: str, lines: Sequence[Line], test: Callable[[Line], bool]
 ) -> tuple[str, ...]:
-    return (what, goal, *_percent(score.share(lines, test)), _makers(lines, test))
-
-
-def _percent(counted: Share) -> tuple[str, str, str]:
-    if counted.count == 0:
-        return "-", "-", "0"
-    low, high = counted.interval
-    measured = f"{100 * counted.hits / counted.count:.1f} %"
-    return measured, f"{100 * low:.1f} to {100 * high:.1f} %", str(counted.count)
+    return (what, goal, *percent(score.share(lines, test)), _makers(lines, test))
 
 
 def _makers(lines: Sequence[Line], test: Callable[[Line], bool]) -> str:
@@ -137,7 +138,7 @@ def _parameters(
     known = [numbers for _, *numbers in score.parameters(lines)]
     hits = sum(test(*numbers) for numbers in known)
     silent = sum(numbers[2] is None for numbers in known)
-    measured, interval, count = _percent(Share(hits, len(known)))
+    measured, interval, count = percent(Share(hits, len(known)))
     return what, goal, measured, interval, f"{count} parameters", f"{silent} without a sigma"
 
 
@@ -179,7 +180,3 @@ def _time(lines: Sequence[Line]) -> tuple[str, ...]:
         str(seconds.size),
         f"longest {seconds.max():.0f} s",
     )
-
-
-def _markdown(rows: Iterable[tuple[str, ...]]) -> str:
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .compound.trial import COMPOUND_ROWS, run_compound
 from .trial import NoDraw, run_trial
 
 Line = dict[str, Any]
@@ -24,6 +25,7 @@ MAKING = (
     "sim",
     "scenarios/draws.py",
     "scenarios/scenario.py",
+    "benchmarks/hidden/compound",
     "benchmarks/hidden/draw.py",
     "benchmarks/hidden/film.py",
     "benchmarks/hidden/plant.py",
@@ -57,8 +59,9 @@ class Results:
         return list(self._of("version", self.version).values())
 
     def facts(self) -> dict[Job, Mapping[str, Any]]:
-        """Facts that may be used again."""
-        return {job: line["facts"] for job, line in self._of("made", self.made).items()}
+        """Facts that may be used again, by what they are of: see :func:`facts_of`."""
+        lines = self._of("made", self.made)
+        return {facts_of(job): line["facts"] for job, line in lines.items()}
 
     def append(self, line: Line) -> None:
         """Add a line; a run that is cut short leaves at most a last line that is not read."""
@@ -72,6 +75,19 @@ class Results:
         }
 
 
+def facts_of(job: Job) -> Job:
+    """The job whose facts hold for this one: what is hidden in a run is so with faults, too."""
+    row, seed = job
+    return (COMPOUND_ROWS[row].facts_row if row in COMPOUND_ROWS else row), seed
+
+
+def run_job(job: Job, facts: Mapping[str, Any] | None) -> Line:
+    """The line of one trial."""
+    row, seed = job
+    run = run_compound if row in COMPOUND_ROWS else run_trial
+    return run(row, seed, facts)
+
+
 def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Heard) -> list[Line]:
     """Run what is not in the results yet; ``heard`` gets each new line, how many, of how many.
 
@@ -83,7 +99,7 @@ def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Hea
     os.environ["NUMBA_NUM_THREADS"] = "1"  # the processes share the cores
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context) as pool:
-        futures = [pool.submit(run_trial, *job, facts.get(job)) for job in missing]
+        futures = [pool.submit(run_job, job, facts.get(facts_of(job))) for job in missing]
         try:
             for count, future in enumerate(as_completed(futures), start=1):
                 if isinstance(future.exception(), NoDraw):

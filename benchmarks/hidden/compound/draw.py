@@ -1,0 +1,304 @@
+"""Which servo a compound trial has, what it is commanded, and how it is logged; drawn by a name.
+
+Everything comes from hashes of the trial's name and of what is drawn: a new effect in a family
+leaves what is drawn for the others as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+
+import numpy as np
+
+from servosight.models import excitation as shapes
+from servosight.models.core import Array
+
+from .servo import ENCODER_DEG, Servo
+
+Span = tuple[float, float]
+Shape = Callable[[Array, float, float, np.random.Generator], Array]
+
+HIDDEN = (3, 6)
+"""Fewest and most effects of a servo; dead time, which every polled bus has, is not counted."""
+RATES_HZ: Span = (50.0, 200.0)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Something that real servos have: the numbers of :class:`Servo` that it sets, and its id.
+
+    ``ranges`` are drawn evenly on a logarithmic scale; a range of equal ends is a constant.
+    """
+
+    effect: str
+    ranges: Mapping[str, Span]
+    chance: float = 0.5
+
+
+@dataclass(frozen=True)
+class Family:
+    """Servos of one kind: the linear part at the lowest gain, relative gains, what may be in them.
+
+    Of mechanisms in one group at most one is present.
+    """
+
+    T: Span
+    xi: Span
+    gains: tuple[float, ...]
+    amplitude_deg: Span
+    fast_hz: Span
+    groups: tuple[tuple[Mechanism, ...], ...]
+
+
+def _gravity(sine: Span) -> Mechanism:
+    return Mechanism("gravity_load", {"sine": sine}, 0.7)
+
+
+COULOMB = Mechanism("coulomb_friction", {"friction": (1.0, 4.0)}, 0.4)
+STRIBECK = Mechanism(
+    "stribeck_friction",
+    {"friction": (0.6, 2.0), "excess": (1.0, 3.0), "stribeck_speed": (8.0, 40.0)},
+    0.45,
+)
+LOAD = Mechanism("load_dependent_friction", {"motor_ratio": (0.12, 0.35)}, 0.6)
+
+FAMILIES: Mapping[str, Family] = {
+    # As XL330, MX-64: a pendulum on a weak loop, gravity of tens of degrees.
+    "pendulum": Family(
+        (0.05, 0.14),
+        (0.45, 1.0),
+        (1.0, 2.0, 4.0),
+        (50.0, 90.0),
+        (0.8, 2.0),
+        (
+            (_gravity((15.0, 70.0)),),
+            (LOAD,),
+            (COULOMB, STRIBECK),
+            (Mechanism("torque_saturation", {"voltage": (20.0, 60.0)}, 0.6),),
+            (Mechanism("rate_limit", {"top_speed": (120.0, 300.0)}, 0.25),),
+        ),
+    ),
+    # As STS3215: a stiff loop with a slew limit and a dead band in its firmware.
+    "bus servo": Family(
+        (0.02, 0.05),
+        (0.5, 1.1),
+        (1.0, 2.0),
+        (30.0, 60.0),
+        (1.0, 3.0),
+        (
+            (Mechanism("rate_limit", {"top_speed": (100.0, 350.0)}, 0.6),),
+            (Mechanism("dead_zone", {"dead_band": (1.0, 2.49)}, 0.6),),
+            (_gravity((10.0, 40.0)),),
+            (LOAD,),
+            (COULOMB, STRIBECK),
+            (Mechanism("torque_saturation", {"voltage": (8.0, 25.0)}, 0.6),),
+        ),
+    ),
+    # As hobby servos: a potentiometer on gears with play.
+    "hobby servo": Family(
+        (0.015, 0.035),
+        (0.6, 1.1),
+        (1.0,),
+        (20.0, 45.0),
+        (1.0, 4.0),
+        (
+            (Mechanism("feedback_backlash", {"play": (0.8, 3.0)}, 0.8),),
+            (Mechanism("dead_zone", {"dead_band": (2.0, 6.0)}, 0.5),),
+            (_gravity((8.0, 30.0)),),
+            (COULOMB, STRIBECK),
+            (Mechanism("torque_saturation", {"voltage": (5.0, 15.0)}, 0.7),),
+        ),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Bus:
+    """How a host logs: poll rate, latencies of reading and writing, jitters [s], noise [deg].
+
+    ``repeated`` and ``glitched`` are shares of the samples.
+    """
+
+    rate_hz: float
+    read_s: float
+    write_s: float
+    poll_jitter_s: float
+    stamp_jitter_s: float
+    noise_deg: float
+    repeated: float
+    glitched: float
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A servo with its gains, and the host that logs it."""
+
+    seed: int
+    attempt: int
+    family: str
+    servo: Servo
+    hidden: tuple[str, ...]
+    gains: tuple[float, ...]
+    amplitude_deg: float
+    bus: Bus
+
+    def rng(self, *what: object) -> np.random.Generator:
+        """A source of random numbers for one thing of this trial."""
+        return rng_of("compound", self.seed, self.attempt, *what)
+
+    @property
+    def truth(self) -> dict[str, float]:
+        """The catalogue's parameters that come nearest to this servo, at a relative gain of 1."""
+        p = self.servo
+        T = math.sqrt(p.inertia)
+        every = {
+            "dead_time.delay": self.bus.read_s + self.bus.write_s + 0.5 * p.loop_s,
+            "rate_limit.rate": p.top_speed,
+            "dead_zone.half_width": (max(p.dead_band, 0.0) + 0.5) * ENCODER_DEG,
+            "torque_saturation.limit": p.voltage,
+            "coulomb_friction.level": p.friction,
+            "stribeck_friction.level": p.friction,
+            "stribeck_friction.excess": p.excess,
+            "stribeck_friction.speed": p.stribeck_speed,
+            "load_dependent_friction.ratio": p.motor_ratio,
+            "gravity_load.sine": p.sine,
+            "gravity_load.cosine": p.cosine,
+            "feedback_backlash.gap": p.play,
+        }
+        core = {"k": 1.0, "T": T, "xi": 0.5 * (p.viscous + p.back_emf) / T}
+        return core | {k: v for k, v in every.items() if k.split(".")[0] in self.effects}
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What is hidden, and the dead time of bus and firmware."""
+        return ("dead_time", *self.hidden)
+
+
+def rng_of(*names: object) -> np.random.Generator:
+    """A source of random numbers that depends on these names alone."""
+    digest = sha256(" ".join(map(str, names)).encode()).digest()
+    return np.random.default_rng(int.from_bytes(digest[:16], "little"))
+
+
+def propose(seed: int, attempt: int) -> Setup:
+    """The ``attempt``-th draw of a trial's servo. Families take turns with the seed."""
+
+    def draw(what: str) -> np.random.Generator:
+        return rng_of("compound", seed, attempt, what)
+
+    name = sorted(FAMILIES)[seed % len(FAMILIES)]
+    family = FAMILIES[name]
+    T, xi = _between(draw("T"), family.T), _between(draw("xi"), family.xi)
+    share = float(draw("back-EMF").uniform(0.1, 0.5))
+    numbers = {
+        "inertia": T * T,
+        "back_emf": 2.0 * xi * T * share,
+        "viscous": 2.0 * xi * T * (1.0 - share),
+        "loop_s": float(draw("loop").choice((5e-4, 1e-3, 2e-3))),
+    }
+    hidden = _present(family, draw)
+    for one in hidden:
+        for key, span in one.ranges.items():
+            numbers[key] = _between(draw(f"{one.effect} {key}"), span)
+    if "dead_band" in numbers:
+        numbers["dead_band"] = float(math.floor(numbers["dead_band"]))
+    bus = Bus(
+        rate_hz=_between(draw("rate"), RATES_HZ),
+        read_s=_between(draw("read"), (5e-4, 4e-3)),
+        write_s=_between(draw("write"), (5e-4, 8e-3)),
+        poll_jitter_s=_between(draw("poll"), (1e-4, 1e-3)),
+        stamp_jitter_s=_between(draw("stamp"), (2e-5, 4e-4)),
+        noise_deg=_between(draw("noise"), (0.01, 0.04)),
+        repeated=float(draw("repeated").uniform(0.0, 0.1)),
+        glitched=float(draw("glitched").uniform(0.0, 0.004)),
+    )
+    several = draw("gains").permutation(family.gains)[: 1 + int(draw("several").random() < 0.5)]
+    return Setup(
+        seed,
+        attempt,
+        name,
+        Servo(**numbers),
+        tuple(one.effect for one in hidden),
+        tuple(sorted(float(gain / several.min()) for gain in several)),
+        _between(draw("amplitude"), family.amplitude_deg),
+        bus,
+    )
+
+
+def _present(family: Family, draw: Callable[[str], np.random.Generator]) -> list[Mechanism]:
+    """Mechanisms of the servo: each group by its chance, the likeliest until there are three."""
+    ranked = []
+    for group in family.groups:
+        names = " ".join(one.effect for one in group)
+        choice, luck = draw(f"present {names}").random(2)
+        edges = np.cumsum([one.chance for one in group])
+        total = float(edges[-1])
+        one = group[int(np.searchsorted(edges, choice * total))]
+        ranked.append((luck / total, luck, one))
+    ranked.sort(key=lambda each: each[0])
+    least, most = HIDDEN
+    wanted = sum(score < 1.0 for score, _, _ in ranked)
+    return [one for _, _, one in ranked[: min(max(wanted, least), most)]]
+
+
+def command(
+    setup: Setup, run: str, part: str, gain: float, duration_s: float
+) -> tuple[Array, Array]:
+    """Poll instants [s] and goals [deg, whole encoder steps] of one recording.
+
+    ``part`` is "gentle", "fast" or "mixed"; a run is a name, and another run another motion.
+    """
+    rng = setup.rng(run, part, gain, "command")
+    period = 1.0 / setup.bus.rate_hz
+    jitter = setup.rng(run, part, gain, "poll").exponential(
+        setup.bus.poll_jitter_s, int(duration_s / period) + 1
+    )
+    time_s = np.cumsum(period + jitter)
+    time_s = time_s[time_s < duration_s]
+    size, fast = setup.amplitude_deg, _between(rng, FAMILIES[setup.family].fast_hz)
+    if part == "gentle":
+        goal = _swaying(time_s, 0.7 * size, 0.15 * fast, rng)
+    elif part == "fast":
+        goal = _joined(time_s, [_steps, _sweep, _swaying], size, fast, rng)
+    else:
+        goal = _joined(time_s, [_swaying, _steps, _slow], size, 0.6 * fast, rng)
+    rest = np.clip((time_s - 0.2) / 0.05, 0.0, 1.0)
+    return time_s, ENCODER_DEG * np.round(rest * goal / ENCODER_DEG)
+
+
+def _joined(
+    time_s: Array, kinds: Sequence[Shape], size: float, fast_hz: float, rng: np.random.Generator
+) -> Array:
+    goal = np.zeros_like(time_s)
+    edges = np.linspace(0.0, time_s[-1] + 1e-9, len(kinds) + 1)
+    for place, start, end in zip(rng.permutation(len(kinds)), edges[:-1], edges[1:], strict=True):
+        inside = (time_s >= start) & (time_s < end)
+        goal[inside] = kinds[place](time_s[inside] - start, size, fast_hz, rng)
+    return goal
+
+
+def _swaying(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
+    """Two sines, one modulated, as bam's ``sin_sin``."""
+    a, b = float(rng.uniform(0.5, 0.8)), float(rng.uniform(2.5, 4.5))
+    turn = 2.0 * np.pi * fast_hz * time_s
+    return np.asarray(size * (a * np.sin(0.5 * turn) + (1.0 - a) * np.sin(0.4 * b * turn)))
+
+
+def _steps(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
+    return shapes.steps(time_s, size, 0.5 / fast_hz, int(rng.integers(2**31)))
+
+
+def _sweep(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
+    return shapes.chirp(time_s, 0.5 * size, 0.3, 2.0 * fast_hz)
+
+
+def _slow(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
+    return shapes.triangle(time_s, 0.6 * size, 0.3 * fast_hz)
+
+
+def _between(rng: np.random.Generator, span: Span) -> float:
+    low, high = span
+    return float(low * (high / low) ** rng.random())

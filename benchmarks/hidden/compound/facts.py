@@ -1,0 +1,143 @@
+"""What is in the recordings of a compound trial: each effect left out, and all else fitted anew.
+
+The fits are to the fitted recordings without noise and faults, from the truth. The *weight* of an
+effect is what its absence adds to the misfit, in quadrature, over the noise. Dear, and therefore
+kept with each trial.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hidden.trial import NoDraw
+from servosight.identify.fit import Solution, fit_effects, polish
+from servosight.identify.problem import Problem
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
+
+from .bus import Log, logged
+from .draw import Setup, propose
+
+MATERIAL, ABSENT = 5.0, 0.5
+"""Weights from which an effect must be named, and below which it must not be."""
+OWN = 0.75
+"""A servo is drawn anew where the true effects miss it by more than so many noises."""
+ATTEMPTS = 50
+STAND_INS: Mapping[str, tuple[str, ...]] = {
+    "stribeck_friction": ("coulomb_friction", "presliding"),
+    "coulomb_friction": ("presliding",),
+    "torque_saturation": ("speed_limit",),
+    "feedback_backlash": ("backlash",),
+}
+"""Effects that could pass for another one: accepted in its place where that adds nothing."""
+DURATION_S = 5.0
+PARTS: Mapping[str, tuple[str, ...]] = {
+    "fit": ("gentle", "fast"),
+    "validate": ("mixed",),
+    "test": ("tested",),
+}
+RUNS = ("first", "second")
+
+Facts = Mapping[str, Any]
+
+
+def logs(setup: Setup, run: str, use: str, *, faults: bool) -> list[Log]:
+    """The recordings of a run for one use: fit, validate or test."""
+    return [
+        logged(setup, run, part, gain, DURATION_S, faults=faults)
+        for gain in setup.gains
+        for part in PARTS[use]
+    ]
+
+
+def find_facts(seed: int, run: str) -> dict[str, Any]:
+    """Weights of what is hidden, own misfit of the true effects and noise, of one run's fit.
+
+    Both runs of a seed have the servo that the first one's fit accepts.
+    """
+    setup, own = _accepted(seed)
+    fitted = logs(setup, run, "fit", faults=False)
+    noise = _rms([log.noise_deg for log in fitted])
+    ideal = [log.ideal for log in fitted]
+    tests = [log.ideal for log in logs(setup, run, "test", faults=False)]
+    full = own if run == RUNS[0] else _fit(ideal, setup.effects, setup.truth)
+    weights: dict[str, float] = {}
+    stand_ins: dict[str, dict[str, float]] = {}
+    for name in setup.effects:
+        others = [effect for effect in setup.effects if effect != name]
+        without = _fit(ideal, others, setup.truth)
+        weights[name] = _added(without, full, noise)
+        for other in STAND_INS.get(name, ()):
+            if weights[name] >= ABSENT and other not in others:
+                problem = Problem.of(ideal, catalogue(), _ordered([*others, other]))
+                instead = _added(fit_effects(problem, without), full, noise)
+                stand_ins.setdefault(name, {})[other] = instead
+    return {
+        "attempt": setup.attempt,
+        "family": setup.family,
+        "gains": list(setup.gains),
+        "truth": setup.truth,
+        "hidden": list(setup.effects),
+        "noise_deg": noise,
+        "own_deg": full.rmse_deg,
+        "test_own_deg": _missed(full, tests),
+        "weights": weights,
+        "stand_ins": stand_ins,
+        "samples": sum(one.time_s.size for one in ideal),
+        "rate_hz": setup.bus.rate_hz,
+    }
+
+
+def _accepted(seed: int) -> tuple[Setup, Solution]:
+    """The first draw that the catalogue's effects come near to, and their fit to its first run."""
+    for attempt in range(ATTEMPTS):
+        setup = propose(seed, attempt)
+        fitted = logs(setup, RUNS[0], "fit", faults=False)
+        full = _fit([log.ideal for log in fitted], setup.effects, setup.truth)
+        if full.rmse_deg <= OWN * _rms([log.noise_deg for log in fitted]):
+            return setup, full
+    raise NoDraw(f"compound {seed}: no draw is within {OWN} noises of the catalogue; widen it")
+
+
+def _missed(full: Solution, tests: Sequence[Recording]) -> float:
+    """Rms error [deg] of a fit on other recordings, each from its first angle at rest."""
+    physical = full.outcome.point[: full.problem.physical]
+    errors = []
+    for recording in tests:
+        problem = Problem.of([recording], catalogue(), full.problem.effects)
+        point = np.array([*physical, 0.0, recording.angle_deg[0], 0.0])
+        errors.append(recording.angle_deg - problem.predict(point)[0][0])
+    return _rms(np.concatenate(errors))
+
+
+def _fit(
+    recordings: Sequence[Recording], effects: Sequence[str], truth: Mapping[str, float]
+) -> Solution:
+    """The best fit from the truth, the parameters of effects that are left out aside."""
+    problem = Problem.of(recordings, catalogue(), _ordered(effects))
+    own = {"bias": 0.0, "initial_speed": 0.0}
+    start = [
+        coordinate.to_search(
+            truth[coordinate.name]
+            if coordinate.recording is None
+            else own.get(coordinate.name, recordings[coordinate.recording].angle_deg[0])
+        )
+        for coordinate in problem.coordinates
+    ]
+    return polish(problem, [np.clip(np.array(start), *problem.bounds)])
+
+
+def _added(fit: Solution, full: Solution, noise: float) -> float:
+    return math.sqrt(max(fit.rmse_deg**2 - full.rmse_deg**2, 0.0)) / noise
+
+
+def _ordered(effects: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in catalogue() if name in set(effects))
+
+
+def _rms(values: Sequence[float] | Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
