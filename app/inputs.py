@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.output import progress
+from servosight.app.progress import progress
 
 if TYPE_CHECKING:
     from servosight.models.core import Recording
@@ -22,7 +22,7 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     options = Options(deg_per_us=args.deg_per_us, neutral_us=args.neutral_us)
     recordings = []
     for path in paths:
-        with progress(f"tracking {path}") as show:
+        with progress(f"reading {path}") as show:
             recordings.append(read(path, options, show))
         hint = unit_hint(recordings[-1])
         if hint is not None:

@@ -48,12 +48,15 @@ def _run(words: list[str]) -> int:
     from servosight.models.base import InputError
 
     try:
+        from servosight.app.completion import complete
         from servosight.app.output import show_notes
         from servosight.app.parser import parser
         from servosight.models.base import discard_all
 
         interrupt.clean_with(discard_all)
-        args = parser().parse_args(words)
+        commands = parser()
+        complete(commands)
+        args = commands.parse_args(words)
         args.command_line = shlex.join(["servosight", *words])
         show_notes(args)
         args.run(args)

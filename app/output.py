@@ -1,4 +1,4 @@
-"""What leaves the program: JSON, human text and progress, each on its own way."""
+"""What leaves the program: JSON, files and human text, each on its own way."""
 
 from __future__ import annotations
 
@@ -6,19 +6,16 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from servosight.app.progress import quiet, set_amount
 from servosight.models.base import (
     InputError,
     Kind,
-    StageProgress,
     json_text,
     kind_of,
-    silent,
     sweep,
     write_text,
 )
@@ -38,7 +35,6 @@ WRITTEN = {
 }
 """Arguments that name a file to write, beside ``-o``."""
 PIPED_WIDTH = 120
-_quiet = [False]  # of the command that runs
 
 
 def check_outputs(args: argparse.Namespace, output: Kind = Kind.MODEL) -> None:
@@ -121,7 +117,7 @@ def console(args: argparse.Namespace) -> Console:
         markup=False,
         highlight=False,
         soft_wrap=True,
-        quiet=_quiet[0],
+        quiet=quiet(),
     )
 
 
@@ -134,7 +130,7 @@ def show_notes(args: argparse.Namespace) -> None:
             print(f"note: {record.getMessage()}", file=sys.stderr, flush=True)
 
     log = logging.getLogger("servosight")
-    _quiet[0] = args.quiet
+    set_amount(quiet=args.quiet, verbose=args.verbose)
     log.handlers = [] if args.quiet else [Notes()]
     log.setLevel(logging.INFO)
 
@@ -147,25 +143,3 @@ def next_command(*words: object) -> str:
 def made(args: argparse.Namespace) -> dict[str, Any]:
     """When and by which command line: what a report says of itself."""
     return {"at": datetime.now().astimezone(), "command": args.command_line}
-
-
-@contextmanager
-def progress(title: str) -> Iterator[StageProgress]:
-    """A bar on standard error while the block runs; silent where that is no terminal.
-
-    Gives a function that takes the stage, what is done and, where it is known, of how much.
-    """
-    if _quiet[0] or not sys.stderr.isatty():
-        yield silent
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-
-        def report(stage: str, done: int, total: int | None = None) -> None:
-            bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
-
-        yield report

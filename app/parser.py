@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import re
 from typing import NoReturn
 
 from servosight import __version__
 from servosight.app.commands import COMMANDS
-from servosight.models.base import InputError
+from servosight.models.base import InputError, did_you_mean
 
 
 class Parser(argparse.ArgumentParser):
@@ -41,8 +40,15 @@ def parser() -> argparse.ArgumentParser:
             default=argparse.SUPPRESS,
             help="show the traceback of an error",
         )
-        sub.add_argument(
+        amount = sub.add_mutually_exclusive_group()
+        amount.add_argument(
             "-q", "--quiet", action="store_true", help="print nothing but JSON and errors"
+        )
+        amount.add_argument(
+            "-v",
+            "--verbose",
+            action="store_true",
+            help="say on standard error what is done and how long it took",
         )
         command.configure(sub)
         sub.set_defaults(run=command.run)
@@ -52,5 +58,4 @@ def parser() -> argparse.ArgumentParser:
 def _meant(message: str) -> str:
     """The choice that a misspelt one is closest to."""
     found = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
-    close = difflib.get_close_matches(found[1], COMMANDS, n=1) if found else []
-    return f"; did you mean {close[0]}?" if close else ""
+    return did_you_mean(found[1], COMMANDS) if found else ""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from servosight.models.core import uncertain
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -76,15 +78,14 @@ def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: fl
 
 
 def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:
-    """Each parameter with one standard deviation and its unit."""
+    """Each parameter, rounded to its standard deviation, with that and its unit."""
     table = _table("parameter", "value", "+- sigma", "unit")
     for name, entry in parameters.items():
         entries = entry if isinstance(entry, list) else [entry]
         for place, one in enumerate(entries, 1):
             label = name if len(entries) == 1 else f"{name} ({place})"
-            sigma = one["sigma"]
-            shown = "not known" if sigma is None else f"{sigma:.2g}"
-            table.add_row(label, f"{one['value']:.5g}", shown, one["unit"])
+            value, sigma = uncertain(one["value"], one["sigma"])
+            table.add_row(label, value.replace("−", "-"), sigma, one["unit"])
     out.print(table)
 
 

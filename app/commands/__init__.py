@@ -11,6 +11,7 @@ from servosight.app.commands import (
     add,
     calibrate,
     compare,
+    completion,
     demo,
     diagnose,
     effects,
@@ -37,5 +38,6 @@ COMMANDS: dict[str, ModuleType] = {
     "report": report,
     "effects": effects,
     "excite": excite,
+    "completion": completion,
 }
 """By name, in the order of the help."""

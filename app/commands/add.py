@@ -12,13 +12,17 @@ from servosight.app.arguments import (
     add_recordings,
     any_path,
 )
-from servosight.app.output import check_outputs, console, next_command, progress, write_json
+from servosight.app.completion import with_effects
+from servosight.app.output import check_outputs, console, next_command, write_json
+from servosight.app.progress import progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight add``."""
     parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
-    parser.add_argument("effect", metavar="ID", help="effect to add; see servosight effects")
+    with_effects(
+        parser.add_argument("effect", metavar="ID", help="effect to add; see servosight effects")
+    )
     add_recordings(parser)
     add_model_output(parser)
     add_json(parser)

@@ -12,7 +12,8 @@ from servosight.app.arguments import (
     add_report,
     any_path,
 )
-from servosight.app.output import check_outputs, console, made, next_command, progress, write_json
+from servosight.app.output import check_outputs, console, made, next_command, write_json
+from servosight.app.progress import progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +51,8 @@ def run(args: argparse.Namespace) -> None:
     if args.report is not None:
         from servosight.app.report import write_report
 
-        write_report(args.report, result, recordings, effects, **made(args))
+        with progress("writing the report"):
+            write_report(args.report, result, recordings, effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command("diagnose", *args.recordings, "--auto"))

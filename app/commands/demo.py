@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_force, add_seed, any_path
-from servosight.app.output import check_target, console, made, progress
+from servosight.app.output import check_target, console, made
+from servosight.app.progress import progress
 from servosight.models.base import Kind
 
 WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
@@ -56,7 +57,8 @@ def run(args: argparse.Namespace) -> None:
     values = result.to_dict()
     result.actuator.save(card)
     write_text(diagnosis, json_text(values))
-    write_report(report, result, [recording], **made(args))
+    with progress("writing the report"):
+        write_report(report, result, [recording], **made(args))
     show_diagnosis(out, values)
     out.print(f"4. What was hidden: {', '.join(scenario.effects)}.")
     out.print(f"5. Open {report} in a browser.")

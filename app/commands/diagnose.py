@@ -17,7 +17,8 @@ from servosight.app.arguments import (
     error_deg,
     limit_pair,
 )
-from servosight.app.output import check_outputs, console, made, next_command, progress, write_json
+from servosight.app.output import check_outputs, console, made, next_command, write_json
+from servosight.app.progress import progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -122,7 +123,9 @@ def run(args: argparse.Namespace) -> None:
     if args.report is not None:
         from servosight.app.report import write_report
 
-        write_report(args.report, result, [*recordings, *validate, *test], effects, **made(args))
+        every = [*recordings, *validate, *test]
+        with progress("writing the report"):
+            write_report(args.report, result, every, effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import add_force, add_json, add_plugins
+from servosight.app.completion import with_effects
 from servosight.app.output import check_outputs, console, write_json
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight effects``."""
-    parser.add_argument("effect", metavar="ID", nargs="?", help="one effect, in full")
+    with_effects(parser.add_argument("effect", metavar="ID", nargs="?", help="one effect, in full"))
     parser.add_argument("--list", action="store_true", help="one line for each effect")
     add_json(parser)
     add_plugins(parser)

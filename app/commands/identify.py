@@ -13,18 +13,22 @@ from servosight.app.arguments import (
     add_seed,
     identifiers,
 )
-from servosight.app.output import check_outputs, console, next_command, progress, write_json
+from servosight.app.completion import with_effects
+from servosight.app.output import check_outputs, console, next_command, write_json
+from servosight.app.progress import progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight identify``."""
     add_recordings(parser)
-    parser.add_argument(
-        "--effects",
-        metavar="ID,ID",
-        type=identifiers,
-        default=[],
-        help="effects to fit beside the linear core; see servosight effects",
+    with_effects(
+        parser.add_argument(
+            "--effects",
+            metavar="ID,ID",
+            type=identifiers,
+            default=[],
+            help="effects to fit beside the linear core; see servosight effects",
+        )
     )
     parser.add_argument(
         "--method",

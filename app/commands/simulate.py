@@ -6,7 +6,9 @@ import argparse
 from dataclasses import replace
 
 from servosight.app.arguments import add_force, add_seed, any_path
-from servosight.app.output import console, next_command, progress
+from servosight.app.completion import with_effects
+from servosight.app.output import console, next_command
+from servosight.app.progress import progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -18,12 +20,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         help="default: the standard one",
     )
-    parser.add_argument(
-        "--effect",
-        metavar="ID",
-        action="append",
-        default=[],
-        help="hide this effect in the twin (may be repeated)",
+    with_effects(
+        parser.add_argument(
+            "--effect",
+            metavar="ID",
+            action="append",
+            default=[],
+            help="hide this effect in the twin (may be repeated)",
+        )
     )
     parser.add_argument(
         "--set",

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, any_path, box, point
-from servosight.app.output import check_outputs, check_target, console, progress
+from servosight.app.output import check_outputs, check_target, console
+from servosight.app.progress import progress
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from servosight.models.base._atomic import unwritable as unwritable
 from servosight.models.base._atomic import write_bytes as write_bytes
 from servosight.models.base._atomic import write_text as write_text
 from servosight.models.base._errors import InputError as InputError
+from servosight.models.base._errors import did_you_mean as did_you_mean
 from servosight.models.base._files import LARGEST_LOG as LARGEST_LOG
 from servosight.models.base._files import LARGEST_TABLE as LARGEST_TABLE
 from servosight.models.base._files import check_path as check_path

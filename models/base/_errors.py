@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class InputError(Exception):
     """Bad input or usage.
@@ -9,3 +11,15 @@ class InputError(Exception):
     The message is one sentence that names the file, the row or key, what was expected and how to
     mend it. The command line prints it and exits with code 2.
     """
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The known name that a misspelt one is closest to, as a question; empty without one.
+
+    >>> did_you_mean("baklash", ["dead_time", "backlash"])
+    ' (did you mean backlash?)'
+    """
+    import difflib  # only where something is wrong
+
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""

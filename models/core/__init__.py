@@ -11,6 +11,7 @@ from servosight.models.base import StageProgress as StageProgress
 from servosight.models.base import check_fields as check_fields
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
+from servosight.models.base import did_you_mean as did_you_mean
 from servosight.models.base import json_text as json_text
 from servosight.models.base import kind_of as kind_of
 from servosight.models.base import marked_png as marked_png

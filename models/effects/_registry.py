@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import importlib.util
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from servosight.models.core import InputError, check_path
+from servosight.models.core import InputError, check_path, did_you_mean
 from servosight.models.effects._contract import Effect
 
 CATALOGUE: tuple[str, ...] = (
@@ -61,11 +60,9 @@ def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
     """Check identifiers against the catalogue and return them in the catalogue's order."""
     for name in ids:
         if name not in effects:
-            close = difflib.get_close_matches(name, effects, n=1)
-            meant = f" (did you mean {close[0]}?)" if close else ""
             raise InputError(
-                f"unknown effect {name!r}{meant}; expected one of {', '.join(effects)}: choose "
-                f"from these or bring your own with --plugin FILE.py"
+                f"unknown effect {name!r}{did_you_mean(name, effects)}; expected one of "
+                f"{', '.join(effects)}: choose from these or bring your own with --plugin FILE.py"
             )
     wanted = set(ids)
     return [name for name in effects if name in wanted]

@@ -63,6 +63,7 @@ def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
         path = cache_folder() / f"{name}.py"
         if not path.is_file():
             write_text(path, text)
+        if not any((path.parent / "__pycache__").glob(f"{name}.*.nbi")):
             logging.getLogger("servosight").info(
                 "compiling the equations of %d effects, once; this takes up to a minute",
                 len(effects),

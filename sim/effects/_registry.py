@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from servosight.models.core import InputError
+from servosight.models.core import InputError, did_you_mean
 from servosight.sim.effects._contract import HiddenEffect
 from servosight.sim.effects._uncatalogued import UNCATALOGUED
 from servosight.sim.effects.builtin import (
@@ -72,15 +72,15 @@ def resolve(settings: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, 
     for name, values in settings.items():
         if name not in TWIN_EFFECTS:
             raise InputError(
-                f"the twin has no effect {name!r}; expected one of {', '.join(TWIN_EFFECTS)}: "
-                f"choose from these"
+                f"the twin has no effect {name!r}{did_you_mean(name, TWIN_EFFECTS)}; expected "
+                f"one of {', '.join(TWIN_EFFECTS)}: choose from these"
             )
         defaults = TWIN_EFFECTS[name].defaults
         for key in values:
             if key not in defaults:
                 raise InputError(
-                    f"effect {name} has no parameter {key!r}; expected one of "
-                    f"{', '.join(defaults)}: choose from these"
+                    f"effect {name} has no parameter {key!r}{did_you_mean(key, defaults)}; "
+                    f"expected one of {', '.join(defaults)}: choose from these"
                 )
     return {
         name: {**effect.defaults, **settings[name]}

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,8 @@ import pytest
 from servosight import __version__
 from servosight.app.commands import COMMANDS
 from servosight.app.main import main
-from servosight.app.output import progress, write_json
+from servosight.app.output import write_json
+from servosight.app.progress import progress, set_amount
 from servosight.models.core import InputError, json_text
 from servosight.models.effects import catalogue
 
@@ -270,8 +272,82 @@ def test_quiet_prints_json_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert captured.err == ""
 
 
-def test_a_misspelt_effect_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "did you mean backlash?" in said(capsys, 2, ["effects", "baklash"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["effects", "baklash"],
+        ["simulate", "--effect", "baklash", "-o", "rec"],
+        ["identify", "rec.csv", "--effects", "coulomb_friction,baklash"],
+    ],
+)
+def test_a_misspelt_effect_is_guessed(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert "did you mean backlash?" in said(capsys, 2, words)
+
+
+def test_verbose_says_what_took_how_long(capsys: pytest.CaptureFixture[str]) -> None:
+    set_amount(quiet=False, verbose=True)
+    try:
+        with progress("diagnosing") as show:
+            show("1 frames/s", 1, 2)
+            show("2 frames/s", 2, 2)
+            show("trying backlash", 0, 1)
+    finally:
+        set_amount(quiet=False, verbose=False)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = [re.sub(r"\d+\.\d s$", "N s", line) for line in captured.err.splitlines()]
+    assert lines == ["diagnosing ...", "  trying backlash: N s", "diagnosing: N s"]
+
+
+def test_verbose_and_quiet_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "not allowed with" in said(capsys, 2, ["effects", "-q", "-v"])
+
+
+@pytest.mark.parametrize("given", [{"NO_COLOR": "1"}, {"TERM": "dumb"}, {}])
+def test_no_colour_where_none_is_wanted(
+    given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """https://no-color.org: without it, the bar of a terminal is coloured."""
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in ({"TERM": "xterm-256color"} | given).items():
+        monkeypatch.setenv(name, value)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress("work") as show:
+        show("step", 1, 2)
+    coloured = re.search(r"\x1b\[[\d;]*3\d", terminal.text) is not None
+    assert coloured == (not given)
+
+
+def completed(line: str, place: Path) -> list[str]:
+    """What a shell is told for a line that is typed so far."""
+    told = place / "told"
+    environment = {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(told),
+        "_ARGCOMPLETE_IFS": "\n",
+        "_ARGCOMPLETE_SUPPRESS_SPACE": "1",
+        "COMP_LINE": line,
+        "COMP_POINT": str(len(line)),
+    }
+    words = [sys.executable, "-m", "servosight"]
+    subprocess.run(words, env=os.environ | environment, check=True, capture_output=True)
+    return told.read_text(encoding="utf-8").split("\n")
+
+
+def test_a_shell_completes_commands_options_and_effects(tmp_path: Path) -> None:
+    assert completed("servosight dia", tmp_path) == ["diagnose"]
+    assert completed("servosight track --meth", tmp_path) == ["--method"]
+    assert completed("servosight effects backl", tmp_path) == ["backlash"]
+    words = "servosight identify run7 --effects dead_time,backl"
+    assert completed(words, tmp_path) == ["dead_time,backlash"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_a_shell(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", shell]) == 0
+    assert "_ARGCOMPLETE" in capsys.readouterr().out
 
 
 def test_long_words_are_shortened(capsys: pytest.CaptureFixture[str]) -> None:

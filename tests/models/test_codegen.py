@@ -13,7 +13,7 @@ import pytest
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects import Cues, Effect, Place, catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.plant._codegen import cache_folder, source
+from servosight.models.plant._codegen import cache_folder, kernel, source
 from servosight.models.plant._layout import Layout
 
 STIMULUS = Stimulus(
@@ -167,6 +167,26 @@ def test_the_cache_is_where_the_user_says(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.delenv("SERVOSIGHT_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     assert cache_folder() == tmp_path / "xdg" / "servosight"
+
+
+def test_a_compilation_is_announced_until_it_is_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("SERVOSIGHT_CACHE", str(tmp_path))
+    effects = {"spring": SPRING}
+    caplog.set_level("INFO", logger="servosight")
+    said = "compiling the equations of 1 effects, once; this takes up to a minute"
+    for _ in range(2):  # interrupted before anything was compiled, and begun again
+        kernel(effects)
+        assert caplog.messages == [said]
+        (name,) = (path.stem for path in tmp_path.glob("*.py"))
+        monkeypatch.delitem(sys.modules, name)
+        caplog.clear()
+    (tmp_path / "__pycache__").mkdir(exist_ok=True)
+    (tmp_path / "__pycache__" / f"{name}.simulate_rows-1.py311.nbi").touch()
+    kernel(effects)
+    assert caplog.messages == []
+    monkeypatch.delitem(sys.modules, name)
 
 
 def test_a_second_process_finds_the_kernel_compiled() -> None:

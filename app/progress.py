@@ -1,0 +1,100 @@
+"""How far long work is: a bar on a terminal, or lines with the time that each stage took."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import Enum
+
+from servosight.models.base import StageProgress, silent
+
+PACE = "frames/s"
+"""A stage that ends so tells how fast it goes, and is the same stage at another pace."""
+
+
+class Amount(Enum):
+    """How much the command that runs says."""
+
+    QUIET = 0
+    NORMAL = 1
+    VERBOSE = 2
+
+
+_amount = [Amount.NORMAL]
+
+
+def set_amount(*, quiet: bool, verbose: bool) -> None:
+    """Choose how much is said from now on."""
+    _amount[0] = Amount.QUIET if quiet else Amount.VERBOSE if verbose else Amount.NORMAL
+
+
+def quiet() -> bool:
+    """True where nothing but JSON and errors is wanted."""
+    return _amount[0] is Amount.QUIET
+
+
+@contextmanager
+def progress(title: str) -> Iterator[StageProgress]:
+    """Show on standard error how far the block is; silent where that is no terminal.
+
+    Gives a function that takes the stage, what is done and, where it is known, of how much. With
+    ``--verbose`` each stage is a line with the seconds that it took, on a terminal or not.
+    """
+    if _amount[0] is Amount.VERBOSE:
+        stages = _Stages(title)
+        try:
+            yield stages
+        finally:
+            stages.end()
+    elif quiet() or not sys.stderr.isatty():
+        yield silent
+    else:
+        with _bar(title) as show:
+            yield show
+
+
+class _Stages:
+    """Prints each stage of a work as it ends, and the whole work behind them."""
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.stage = ""
+        self.began = self.stage_began = time.perf_counter()
+        self._say(f"{title} ...")
+
+    def __call__(self, stage: str, done: int, total: int | None = None) -> None:
+        """Another stage: the one before has ended."""
+        name = "" if stage.endswith(PACE) else stage
+        if name != self.stage:
+            self._end_stage()
+            self.stage, self.stage_began = name, time.perf_counter()
+
+    def end(self) -> None:
+        """The work has ended, be it by an error."""
+        self._end_stage()
+        self._say(f"{self.title}: {time.perf_counter() - self.began:.1f} s")
+
+    def _end_stage(self) -> None:
+        if self.stage:
+            self._say(f"  {self.stage}: {time.perf_counter() - self.stage_began:.1f} s")
+
+    @staticmethod
+    def _say(words: str) -> None:
+        print(words, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _bar(title: str) -> Iterator[StageProgress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+
+        def report(stage: str, done: int, total: int | None = None) -> None:
+            bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
+
+        yield report
