@@ -129,10 +129,10 @@ def speed(case: VideoCase) -> str:
     estimator = layer_estimator(first_pass(film, interior, lambda _: shutter), interior)
     pictures = list(frames(video))
     radius = interior.surface.grid.largest_px
-    home_rad = interior.search(pictures[0].image, 0.0, np.pi)
+    initial_rad = interior.search(pictures[0].image, 0.0, np.pi)
 
     def run() -> list[int]:
-        seen = follow(estimator, pictures, home_rad, lambda _: shutter, radius)
+        seen = follow(estimator, pictures, initial_rad, lambda _: shutter, radius)
         return [one.fit.pixels for one in seen if one.fit]
 
     pixels = int(np.median(run()))

@@ -49,7 +49,7 @@ def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path)
     for _ in range(2):
         found = kept(tmp_path, track)
         assert found.offset_s == 0.25
-        assert "cannot be told from dead time" in found.note
+        assert "cannot be distinguished from dead time" in found.note
     text = (tmp_path / "recording.toml").read_text()
     assert text.count("clock_note") == 1
     assert text.count("offset_sigma_s = inf") == 1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.tracking.fit import Grid, Pixels, Sample, lag, news
-from servosight.tracking.fit._copied import copied
+from servosight.tracking.fit import Pixels, PolarGrid, Sample, lag, without_copied
+from servosight.tracking.fit._copied import copied_pixels
 
 SHAPE = (52, 60)  # no whole number of blocks
 
@@ -19,14 +19,14 @@ def pictures() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_copied_blocks_are_those_that_stayed_the_same() -> None:
-    old = copied(*pictures())
-    assert old.shape == SHAPE
-    assert old[:, :32].all()
-    assert not old[:, 32:].any()
+    copied = copied_pixels(*pictures())
+    assert copied.shape == SHAPE
+    assert copied[:, :32].all()
+    assert not copied[:, 32:].any()
 
 
 def sample() -> Sample:
-    grid = Grid((5.0, 5.0), 0.0, 1.0, 0.0, 0.02, 60, 60)
+    grid = PolarGrid((5.0, 5.0), 0.0, 1.0, 0.0, 0.02, 60, 60)
     pixels = Pixels.about(grid, SHAPE)
     chosen = np.arange(pixels.index.size // 2)
     ones = np.ones(chosen.size, np.float32)
@@ -34,13 +34,13 @@ def sample() -> Sample:
 
 
 def test_old_pixels_are_left_out_unless_they_are_all_there_is() -> None:
-    whole, old = sample(), copied(*pictures())
-    new = news(whole, old)
+    whole, copied = sample(), copied_pixels(*pictures())
+    new = without_copied(whole, copied)
     column = new.pixels.index.take(new.chosen) % SHAPE[1]
-    assert (new.held, new.left_out) == (0.0, whole.chosen.size - new.chosen.size)
+    assert (new.copied_share, new.left_out) == (0.0, whole.chosen.size - new.chosen.size)
     assert column.min() == 32
-    everything = news(whole, np.ones(SHAPE, bool))
-    assert everything.held == 1.0
+    everything = without_copied(whole, np.ones(SHAPE, bool))
+    assert everything.copied_share == 1.0
     assert everything.chosen.size == whole.chosen.size
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.tracking.core import Shutter, TrackOptions
-from servosight.tracking.shutter._find import lowest
+from servosight.tracking.shutter._find import best_shutter
 from servosight.tracking.track import track
 
 SLOW_DEG = 4.0 * np.sin(2 * np.pi * np.arange(60) / 240.0)
@@ -22,20 +22,20 @@ def test_a_slow_surface_does_not_tell_the_shutter(
     """0.1 deg a frame, 0.4 px at the tip. A shutter may roll for up to a frame time, which moves
     what lies off the middle row by up to half of that."""
     video = drawn("slow", scene(SLOW_DEG))
-    told = track(video, TrackOptions(exposure_s=0.0))
-    untold = track(video)
-    assert any("not told" in note for note in untold.notes)
-    assert not any("not told" in note for note in told.notes)
-    np.testing.assert_allclose(untold.angle_deg, told.angle_deg, atol=0.005)
-    assert np.all(untold.sigma_deg >= 0.99 * told.sigma_deg)
-    assert np.max(untold.sigma_deg**2 - told.sigma_deg**2) < (0.1 * 0.5) ** 2
+    given = track(video, TrackOptions(exposure_s=0.0))
+    not_given = track(video)
+    assert any("not given" in note for note in not_given.notes)
+    assert not any("not given" in note for note in given.notes)
+    np.testing.assert_allclose(not_given.angle_deg, given.angle_deg, atol=0.005)
+    assert np.all(not_given.sigma_deg >= 0.99 * given.sigma_deg)
+    assert np.max(not_given.sigma_deg**2 - given.sigma_deg**2) < (0.1 * 0.5) ** 2
 
 
 def test_template_matching_knows_no_shutter(
     drawn: Callable[..., Path], scene: Callable[..., Any]
 ) -> None:
     matched = track(drawn("slow", scene(SLOW_DEG)), TrackOptions(method="match"))
-    assert not any("not told" in note for note in matched.notes)
+    assert not any("not given" in note for note in matched.notes)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_a_wrong_exposure_may_pass_for_a_readout(exposure_s: float, readout_s: f
         rolls = (shutter.readout_s - readout_s) / 0.002 - 0.4 * opens
         return noise + opens**2 + 0.5 * rolls**2
 
-    found = lowest(left, 1.0 / 120.0)
+    found = best_shutter(left, 1.0 / 120.0)
 
     assert found.shutter.exposure_s == pytest.approx(exposure_s, abs=1e-4)
     assert found.shutter.readout_s == pytest.approx(readout_s, abs=1e-4)

@@ -8,8 +8,8 @@ import pytest
 from servosight.tracking.fit import (
     PIVOT,
     PLANE,
-    Grid,
     Pixels,
+    PolarGrid,
     PoseSensitivity,
     Sample,
     corrected_angles,
@@ -90,7 +90,7 @@ def test_a_lean_is_what_the_normal_equations_leave_of_a_sway() -> None:
     """Slopes by differences of a print moved by a thousandth of a pixel; then against all nine
     unknowns solved at once, in double precision."""
     rng = np.random.default_rng(2)
-    grid = Grid((60.0, 50.0), 0.0, 1.0, 0.0, 0.01, 40, 628)
+    grid = PolarGrid((60.0, 50.0), 0.0, 1.0, 0.0, 0.01, 40, 628)
     pixels = Pixels.about(grid, (100, 120))
     chosen = np.flatnonzero(pixels.radius_px[: pixels.index.size // 2] > 5.0)[::3]
     x, y = pixels.index[chosen] % 120 - 60.0, pixels.index[chosen] // 120 - 50.0

@@ -11,7 +11,7 @@ from scipy.special import erf
 
 from servosight.models.core import Array, Image
 from servosight.tracking.core import STILL
-from servosight.tracking.fit import Grid, rotation_axis
+from servosight.tracking.fit import PolarGrid, rotation_axis
 from servosight.tracking.layers import LayerEstimator
 from servosight.tracking.layers._fit import learn_layers
 from servosight.tracking.layers._layers import Layers
@@ -49,7 +49,7 @@ def drawn(angle: float) -> Image:
 
 @pytest.fixture(scope="module")
 def learnt() -> tuple[Surface, Layers]:
-    grid = Grid((PIVOT[0] + OFF_PX, PIVOT[1]), 4.0, 0.8, -0.9, 0.8 / 150.0, 180, 340)
+    grid = PolarGrid((PIVOT[0] + OFF_PX, PIVOT[1]), 4.0, 0.8, -0.9, 0.8 / 150.0, 180, 340)
     x, y = grid.points(0.0)
     corner, far = PIVOT + BAR.min(0), PIVOT + BAR.max(0)
     mask = (x > corner[0]) & (x < far[0]) & (y > corner[1]) & (y < far[1])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from servosight.tracking.core import STILL, Exposure
-from servosight.tracking.fit import Grid, Pixels
-from servosight.tracking.layers._views import View
+from servosight.tracking.fit import Pixels, PolarGrid
+from servosight.tracking.layers._frame_pixels import FramePixels
 
-GRID = Grid((20.0, 60.0), 10.0, 1.0, -0.4, 0.02, 60, 40)
+GRID = PolarGrid((20.0, 60.0), 10.0, 1.0, -0.4, 0.02, 60, 40)
 SHAPE = (120, 100)
 PIXELS = Pixels.about(GRID, SHAPE)
 WANTED = np.ones((GRID.columns, GRID.rows), np.uint8)
@@ -27,12 +27,12 @@ def layers(seed: int) -> np.ndarray:
 @pytest.mark.parametrize("exposure", [STILL, UNEVEN], ids=["still", "uneven"])
 def test_spread_is_the_transpose_of_shown(exposure: Exposure) -> None:
     """<A x, y> = <x, A' y>, to the rounding of single precision."""
-    view = View.of(PIXELS, GRID, 0.1, exposure, WANTED)
+    frame = FramePixels.of(PIXELS, GRID, 0.1, exposure, WANTED)
     rng = np.random.default_rng(3)
-    grey, behind = rng.standard_normal((2, view.index.size)).astype(np.float32)
+    grey, behind = rng.standard_normal((2, frame.index.size)).astype(np.float32)
     x = layers(4)
-    there = float(view.shown(x, behind) @ grey)
-    back = float((x * view.spread(grey, behind, x.shape)).sum())
+    there = float(frame.shown(x, behind) @ grey)
+    back = float((x * frame.spread(grey, behind, x.shape)).sum())
     assert there == pytest.approx(back, rel=1e-4, abs=1e-3)
 
 
@@ -40,16 +40,16 @@ def test_spread_is_the_transpose_of_shown(exposure: Exposure) -> None:
 def test_linear_tells_what_is_shown_and_how_it_changes(exposure: Exposure) -> None:
     """Slope by column against a turn by a hundredth of one: second differences are 1e-4."""
     x = layers(5)
-    view = View.of(PIXELS, GRID, 0.1, exposure, WANTED)
-    behind = np.full(view.index.size, 2.0, np.float32)
-    light, clear, by_light, by_clear = view.linear(x)
-    np.testing.assert_allclose(light + 2.0 * clear, view.shown(x, behind), atol=2e-4)
-    ahead = view.where + np.array([[0.01], [0.0]], np.float32)
-    behind_it = view.where - np.array([[0.01], [0.0]], np.float32)
+    frame = FramePixels.of(PIXELS, GRID, 0.1, exposure, WANTED)
+    behind = np.full(frame.index.size, 2.0, np.float32)
+    light, clear, by_light, by_clear = frame.linear(x)
+    np.testing.assert_allclose(light + 2.0 * clear, frame.shown(x, behind), atol=2e-4)
+    ahead = frame.where + np.array([[0.01], [0.0]], np.float32)
+    behind_it = frame.where - np.array([[0.01], [0.0]], np.float32)
     moved = [
-        View(view.index, place, view.smear, view.parts).shown(x, behind)
+        FramePixels(frame.index, place, frame.smear, frame.parts).shown(x, behind)
         for place in (ahead, behind_it)
     ]
-    inside = (view.where[0] > 3) & (view.where[0] < GRID.columns - 4)
+    inside = (frame.where[0] > 3) & (frame.where[0] < GRID.columns - 4)
     slope = (moved[0] - moved[1])[inside] / 0.02
     np.testing.assert_allclose((by_light + 2.0 * by_clear)[inside], slope, atol=5e-3)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.tracking.fit import Grid
+from servosight.tracking.fit import PolarGrid
 from servosight.tracking.layers._layers import Layers
 
 SHAPE = (100, 120)
@@ -15,7 +15,7 @@ SHAPE = (100, 120)
 
 def layers(bench: float) -> Layers:
     """A bar of 6 degrees, from the middle of the picture to the right."""
-    grid = Grid((60.0, 50.0), 10.0, 1.0, -0.05, 0.005, 40, 21)
+    grid = PolarGrid((60.0, 50.0), 10.0, 1.0, -0.05, 0.005, 40, 21)
     used = np.full((grid.rows, grid.columns), 2, np.uint8)
     coefficients = np.zeros((grid.rows, grid.columns, 2), np.float32)
     return Layers(grid, coefficients, used, np.full(SHAPE, bench, np.float32), 1.0, 0.0, 1.0)

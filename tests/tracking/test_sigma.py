@@ -5,25 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.fit import Fit
+from servosight.tracking.fit import AngleFit
 from servosight.tracking.uncertainty._sigma import columns, shown_share
 
 PLAIN_RAD, OWN_RAD = 1e-5, 2e-5
 FRAMES = 2000
 
 
-def fits(scatter_rad: float, count: int = FRAMES) -> list[Fit | None]:
+def fits(scatter_rad: float, count: int = FRAMES) -> list[AngleFit | None]:
     """A slow sine with a scatter of its own, and the same two guesses of sigma in each frame."""
     rng = np.random.default_rng(4)
     course = 0.3 * np.sin(2 * np.pi * np.arange(count) / 60.0)
     angle = course + scatter_rad * rng.standard_normal(count)
     return [
-        Fit(one, OWN_RAD, (0.0, 0.0), 1.0, 1.0, 0.0, 2.0, 5000, plain_rad=PLAIN_RAD)
+        AngleFit(one, OWN_RAD, (0.0, 0.0), 1.0, 1.0, 0.0, 2.0, 5000, plain_rad=PLAIN_RAD)
         for one in angle.tolist()
     ]
 
 
-def sigma_rad(seen: list[Fit | None]) -> float:
+def sigma_rad(seen: list[AngleFit | None]) -> float:
     flags = np.zeros(len(seen), np.uint8)
     return float(np.median(columns(seen, flags, [False] * len(seen), shown_share(seen))[1]))
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from servosight.tracking.video import LEAST_PX, Stabiliser, wander_px
+from servosight.tracking.video import LEAST_PX, Stabiliser, camera_motion_px
 
 RNG = np.random.default_rng(7)
 BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0
@@ -25,7 +25,7 @@ def picture(x: float, y: float, light: float, turn_deg: float) -> np.ndarray:
 
 def test_a_held_camera_in_changing_light() -> None:
     images = [picture(0.0, 0.0, 1.0 - 0.05 * n, 3.0 * n) for n in range(8)]
-    assert wander_px(images) < 0.5 * LEAST_PX
+    assert camera_motion_px(images) < 0.5 * LEAST_PX
 
 
 def test_a_hand() -> None:
@@ -34,7 +34,7 @@ def test_a_hand() -> None:
     shifts[0] = 0.0
     images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
     true_px = float(np.sqrt(((shifts - shifts.mean(0)) ** 2).sum(1).mean()))
-    assert wander_px(images) == pytest.approx(true_px, rel=0.1)
+    assert camera_motion_px(images) == pytest.approx(true_px, rel=0.1)
 
 
 def test_a_picture_is_laid_on_the_first() -> None:

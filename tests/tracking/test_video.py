@@ -128,11 +128,11 @@ def test_truncated_video(tmp_path: Path, write: Write) -> None:
     refused(lambda: track(half), "half.mkv", "truncated")
 
 
-def changed(path: Path, old: bytes, new: bytes) -> Path:
+def changed(path: Path, copied: bytes, new: bytes) -> Path:
     """The same file with some of its bytes replaced by as many others."""
     data = path.read_bytes()
-    assert old in data
-    path.write_bytes(data.replace(old, new))
+    assert copied in data
+    path.write_bytes(data.replace(copied, new))
     return path
 
 

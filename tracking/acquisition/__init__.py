@@ -1,4 +1,4 @@
-"""Found in the pictures: the moving part and its pivot, a part beside it, an indicator light."""
+"""Finding the moving part and its pivot, a second part, and an indicator light in the pictures."""
 
 from servosight.tracking.acquisition._acquire import acquire as acquire
 from servosight.tracking.acquisition._indicator import (

@@ -1,4 +1,4 @@
-"""Find the moving part and its pivot from the motion alone, or from what the user points at."""
+"""Find the moving part and its pivot from the motion alone, or from pivot and box of the user."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition._rigid import POINT, centre_of, motions_of
 from servosight.tracking.core import Box
-from servosight.tracking.fit import Grid
+from servosight.tracking.fit import PolarGrid
 from servosight.tracking.surface import (
     Surface,
     learn,
@@ -39,7 +39,7 @@ def acquire(
 ) -> Surface:
     """Learn the surface and its pivot from a sample of a video's frames, the first one first.
 
-    ``pivot_px`` is held where given; ``template`` (x, y, width, height) is the part of the first
+    ``pivot_px`` is fixed where given; ``template`` (x, y, width, height) is the part of the first
     frame where the surface is looked for. Raises ``InputError`` where nothing turns.
     """
     if template is not None:
@@ -94,7 +94,7 @@ def acquire(
 
 
 def _as_bright(images: Sequence[Image]) -> list[Single]:
-    """The pictures as bright as the first: a lamp that fades would pass for an edge."""
+    """The pictures scaled to the brightness of the first: a fading lamp would look like an edge."""
     level = [float(np.median(image)) for image in images]
     return [
         np.asarray(image, np.float32) * np.float32(level[0] / max(own, 1.0))
@@ -104,7 +104,7 @@ def _as_bright(images: Sequence[Image]) -> list[Single]:
 
 def _from_pointing(
     images: Sequence[Image], pivot_px: tuple[float, float], template: Box
-) -> tuple[Array, Mask, Grid]:
+) -> tuple[Array, Mask, PolarGrid]:
     """Angles [rad] of the frames against the first, NaN where the box's picture is not found."""
     box = _hull_mask(np.empty((0, 2)), images[0].shape, template)
     grid = _coarse(np.array(pivot_px), box)
@@ -116,7 +116,7 @@ def _from_pointing(
 def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> Array:
     """The angles [rad] with those not known searched for; NaN where the surface is not found.
 
-    Features tell nothing of a frame in which the surface stands as in the reference.
+    Features give no angle for a frame in which the surface is as in the reference frame.
     """
     model = surface.blurred(0.0)
     pixels = surface.few_pixels(images[0].shape)
@@ -144,7 +144,7 @@ def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:
 
 
 def _check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
-    """Refuse a pivot so far out that the turn about it is a shift; the lattice grows with it."""
+    """Reject a pivot so far away that the rotation is a shift; the lattice grows with distance."""
     away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
     if not np.hypot(*away) < _FARTHEST * max(shape):
         raise InputError(
@@ -161,7 +161,7 @@ def _hull_mask(points_px: Array, shape: tuple[int, ...], template: Box | None) -
         x, y, width, height = template
         mask[y : y + height, x : x + width] = 1
         return mask
-    # Features that lie alone are stray matches: keep those with company.
+    # Isolated features are false matches: keep those with neighbours.
     column, row = np.clip(np.round(points_px).astype(int), 0, [shape[1] - 1, shape[0] - 1]).T
     count = np.zeros(shape, np.float32)
     np.add.at(count, (row, column), 1.0)
@@ -172,15 +172,15 @@ def _hull_mask(points_px: Array, shape: tuple[int, ...], template: Box | None) -
     return np.asarray(cv2.dilate(mask, np.ones((25, 25), np.uint8)))
 
 
-def _coarse(pivot_px: Array, mask: NDArray[np.uint8]) -> Grid:
-    """A lattice all round the pivot that reaches past the mask; its seam lies opposite."""
+def _coarse(pivot_px: Array, mask: NDArray[np.uint8]) -> PolarGrid:
+    """A lattice all round the pivot that extends beyond the mask; its seam is opposite the mask."""
     y, x = np.nonzero(mask)
     dx, dy = x - pivot_px[0], pivot_px[1] - y
     largest = float(np.hypot(dx, dy).max()) + 20.0
     middle = float(np.arctan2(dy.mean(), dx.mean()))
     columns = int(2 * np.pi * largest / _COARSE_PX)
     step = 2 * np.pi / columns
-    return Grid(
+    return PolarGrid(
         (float(pivot_px[0]), float(pivot_px[1])),
         1.0,
         _COARSE_PX,
@@ -191,13 +191,13 @@ def _coarse(pivot_px: Array, mask: NDArray[np.uint8]) -> Grid:
     )
 
 
-def _recentred(grid: Grid, pivot_px: tuple[float, float]) -> Grid:
-    return Grid(
+def _recentred(grid: PolarGrid, pivot_px: tuple[float, float]) -> PolarGrid:
+    return PolarGrid(
         pivot_px, grid.radius_px, grid.step_px, grid.phi_rad, grid.step_rad, grid.rows, grid.columns
     )
 
 
-def _on_lattice(mask: NDArray[np.uint8], grid: Grid) -> Mask:
+def _on_lattice(mask: NDArray[np.uint8], grid: PolarGrid) -> Mask:
     """A mask on the picture with the surface at angle zero, on the lattice."""
     x, y = grid.points(0.0)
     picked = cv2.remap(mask, x.astype(np.float32), y.astype(np.float32), cv2.INTER_NEAREST)

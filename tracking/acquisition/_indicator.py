@@ -1,8 +1,9 @@
-"""The command's clock and the video's: a light in view that the command switches tells both.
+"""The offset between the command's clock and the video's, from a light that the command switches.
 
 A light that is on from the command's start, or while the command is above its middle, or that
-changes with each of its steps, is looked for where pixels follow one of these patterns. Its rows'
-brightness, each integrated over its own exposure, then tells the offset to a fraction of a frame.
+changes with each of its steps, is searched for where pixels follow one of these patterns. From the
+brightness of its rows, each integrated over its own exposure, follows the offset to a fraction of a
+frame.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Shows = Literal["start", "above", "step"]
 
 CONFOUNDED = (
     "no light in view marks the command: an error of the offset between video and command cannot "
-    "be told from dead time"
+    "be distinguished from dead time"
 )
 
 _SAMPLE = 48
@@ -75,7 +76,7 @@ class IndicatorLight:
 
 
 def patterns(time_s: Array, command_deg: Array, frame_s: float) -> list[Pattern]:
-    """What a light could show of a command held between its rows (rows,).
+    """The patterns that a light could show of a command held between its rows (rows,).
 
     Steps closer than three frames are not shown one by one.
     """
@@ -106,8 +107,8 @@ def find_light(
 ) -> IndicatorLight | None:
     """The light that follows the command in a tracked video; None where none does.
 
-    ``offset_s`` is what is assumed so far: patterns that repeat are looked for within a second of
-    it. ``place_px`` (x, y) is where the light is, found where not given.
+    ``offset_s`` is the offset assumed so far: repeating patterns are searched for within a second
+    of it. ``place_px`` (x, y) is the light's position, found where not given.
     """
     frame_s = float(np.median(np.diff(track.time_s)))
     shown = patterns(command_time_s, command_deg, frame_s)
@@ -157,7 +158,7 @@ def _all_but(place_px: tuple[float, float], shape: tuple[int, ...]) -> Mask:
 
 
 def _guesses(shown: Sequence[Pattern], mid_s: Array, time_s: Array, offset_s: float) -> Array:
-    """What a light shows in sampled frames, for offsets a frame apart; (guesses, samples)."""
+    """The state of a light in sampled frames, for offsets one frame apart; (guesses, samples)."""
     frame_s = float(np.median(np.diff(time_s)))
     table = np.array(
         [
@@ -171,7 +172,7 @@ def _guesses(shown: Sequence[Pattern], mid_s: Array, time_s: Array, offset_s: fl
 
 
 def _offsets(pattern: Pattern, time_s: Array, offset_s: float, step_s: float) -> Array:
-    """Offsets worth trying: a single edge may fall anywhere in the video."""
+    """The offsets to try: a single edge may lie anywhere in the video."""
     if pattern.shows == "start":
         return np.asarray(
             np.arange(pattern.time_s[0] - time_s[-1], pattern.time_s[0] - time_s[0], step_s)
@@ -180,7 +181,7 @@ def _offsets(pattern: Pattern, time_s: Array, offset_s: float, step_s: float) ->
 
 
 def _blobs(stack: NDArray[np.float32], guesses: Array, barred: Mask) -> list[Mask]:
-    """The patches of pixels that follow a pattern best, on the binned picture."""
+    """The groups of pixels that follow a pattern best, on the binned picture."""
     count, shape = len(stack), stack.shape[1:]
     flat = stack.reshape(count, -1)
     away = flat - flat.mean(0)
@@ -205,7 +206,7 @@ def _blobs(stack: NDArray[np.float32], guesses: Array, barred: Mask) -> list[Mas
 
 
 def _core(blob: Mask, worth: Array) -> Mask:
-    """The brighter part of a patch: its halo is noise."""
+    """The brighter part of a group of pixels: its halo is mostly noise."""
     return np.asarray(blob & (worth > 0.4 * worth[blob].max()))
 
 
@@ -235,14 +236,14 @@ def _offset(
 ) -> tuple[float, float, float]:
     """Offset, sigma [s] and correlation of rows' brightness (rows, frames) with a pattern.
 
-    Each row has its own darkness and gain. The offset is the mean over its likelihood, so that one
-    which no exposure tells, because the edge fell between two, is the middle of what is possible.
+    Each row has its own dark level and gain. The offset is the mean of its likelihood: where the
+    edge lies between two exposures, it is the middle of the possible range.
     """
     frame_s = float(np.median(np.diff(opens_s[0])))
     wide = _offsets(pattern, opens_s[0], assumed_s, 0.25 * frame_s)
     middle = len(level) // 2
-    rest = _unlike(pattern, level.mean(0)[None], opens_s[middle][None], exposure_s, wide)
-    near = rest <= rest.min() * 1.02 + 1e-12
+    residual = _misfit(pattern, level.mean(0)[None], opens_s[middle][None], exposure_s, wide)
+    near = residual <= residual.min() * 1.02 + 1e-12
     best = float(wide[near][np.argmin(np.abs(wide[near] - assumed_s))])
     step = 1.2 * frame_s
     sigma = step
@@ -252,27 +253,27 @@ def _offset(
     least = 1.0
     for _ in range(4):
         tries = best + np.linspace(-step, step, _FINE)
-        rest = _unlike(pattern, level, opens_s, exposure_s, tries)
-        least = float(rest.min())
+        residual = _misfit(pattern, level, opens_s, exposure_s, tries)
+        least = float(residual.min())
         noise = least / level.size + (_LEVEL_DOUBT**2) * total / level.size / len(level)
-        weight = np.exp(-0.5 * (rest - least) / noise)
+        weight = np.exp(-0.5 * (residual - least) / noise)
         best = float(weight @ tries / weight.sum())
         sigma = float(np.sqrt(weight @ (tries - best) ** 2 / weight.sum()))
         step = max(6.0 * sigma, 4.0 * step / _FINE)
     return best, sigma, float(np.sqrt(max(1.0 - least / total, 0.0)))
 
 
-def _unlike(
+def _misfit(
     pattern: Pattern, level: Array, opens_s: Array, exposure_s: float, offsets_s: Array
 ) -> Array:
-    """Squared residual (offsets,) of each row's line through brightness over the share of light."""
+    """Squared residual (offsets,) of a line per row through brightness over the share of light."""
     away = level - level.mean(1, keepdims=True)
     total = float((away**2).sum())
-    rest = np.full(offsets_s.size, total)
+    residual = np.full(offsets_s.size, total)
     for number, offset in enumerate(offsets_s):
         share = pattern.share(opens_s + offset, opens_s + offset + exposure_s)
         share = share - share.mean(1, keepdims=True)
         power = (share**2).sum(1)
         along = (share * away).sum(1)
-        rest[number] -= float((along**2 / np.maximum(power, 1e-9)).sum())
-    return rest
+        residual[number] -= float((along**2 / np.maximum(power, 1e-9)).sum())
+    return residual

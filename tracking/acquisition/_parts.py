@@ -1,6 +1,6 @@
 """A second part that moves in the same picture: the horn beside the surface.
 
-It is found and measured as the first was, in the same plane, in pictures in which only it moves.
+It is found and measured like the first one, in the same plane, in pictures in which only it moves.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Image, Mask
-from servosight.tracking.calibration import View
+from servosight.tracking.calibration import CameraView
 from servosight.tracking.core import CameraGeometry, Track, outline_at
 
 SHADOW_PX = 12
-"""How far about a part its shadow reaches."""
+"""Width of the shadow around a part."""
 
 
 def swept(track: Track, shape: Sequence[int]) -> Mask:
-    """Where a tracked part and its shadow come by, in pictures of ``shape`` (height, width)."""
+    """The pixels (height, width) that a tracked part or its shadow covers at any time."""
     cover = np.zeros(tuple(shape), np.uint8)
     angles = track.angle_deg[track.found]
     for angle in np.linspace(angles.min(), angles.max(), 2 + int(np.ptp(angles))):
@@ -29,13 +29,13 @@ def swept(track: Track, shape: Sequence[int]) -> Mask:
 
 
 def without(images: Sequence[Image], first: Track) -> list[Image]:
-    """The pictures with everything painted over that the first part comes by."""
+    """The pictures with all pixels painted grey that the first part covers at any time."""
     barred = swept(first, images[0].shape)
     grey = np.uint8(np.median(images[0]))
     return [np.where(barred, grey, image) for image in images]
 
 
-def same_view(first: Track, camera: CameraGeometry | None) -> View:
-    """The view in which the first part was measured: both turn in planes that lie alike."""
+def same_view(first: Track, camera: CameraGeometry | None) -> CameraView:
+    """The view in which the first part was measured: both parts turn in parallel planes."""
     calibrated = camera is not None and camera.onto is not None
-    return View(first.plane, None, "view as for the first part", calibrated)
+    return CameraView(first.plane, None, "view as for the first part", calibrated)

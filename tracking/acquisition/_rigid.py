@@ -1,4 +1,4 @@
-"""Rigid motions of what moves together in a video's frames, by features, and their centre."""
+"""Rigid motions of the features that move together in a video's frames, and their centre."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEAST_FEATURES = 8
 _LEAST_FRAMES = 4
 _STRIDE = 3
 POINT = "point at it with --pivot X,Y and --template X,Y,W,H"
-"""How to mend it where the motion does not tell, as words for the user."""
+"""The remedy in error messages where the motion does not determine part and pivot."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def motions_of(video: Path, images: Sequence[Image], template: Box | None) -> li
     """Rigid motions of the largest moving group of features, the reference frame's own first."""
     finder = cv2.SIFT.create(1500, contrastThreshold=0.02)
 
-    # Features are dear: of every third frame, as long as these tell enough.
+    # Features take long: every third frame first, all frames if these are not enough.
     @cache
     def features(frame: int) -> Any:  # cv2's own hints deny that nothing found is None
         return finder.detectAndCompute(images[frame], None)
@@ -72,7 +72,7 @@ def _largest_group(
             if len(before) == 0:
                 continue
             away = np.hypot(*(after - before).T)
-            # By a high quantile: a stray match or two is no motion.
+            # By a high quantile: one or two false matches are no motion.
             moved_px = max(moved_px, float(np.quantile(away, 0.95)))
             moving = away > _MOVED_PX
             motion = _rigid(frame, before[moving], after[moving])
@@ -115,7 +115,7 @@ def _rigid(frame: int, before: Array, after: Array) -> Rigid | None:
 
 
 def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:
-    """The point that no motion moves, by least squares; frames that turned little say little."""
+    """The fixed point of all motions, by least squares; small turns have little weight."""
     rows, values = [], []
     for motion in motions[1:]:
         scale = np.hypot(motion.matrix[0, 0], motion.matrix[1, 0])

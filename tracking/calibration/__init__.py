@@ -1,4 +1,4 @@
-"""Lens and plane: from a board, or from the swing itself."""
+"""Lens and plane of motion: from a calibration board, or from the swing itself."""
 
 from servosight.tracking.calibration._board import (
     Board as Board,
@@ -22,7 +22,7 @@ from servosight.tracking.calibration._file import (
     write_camera as write_camera,
 )
 from servosight.tracking.calibration._view import (
-    View as View,
+    CameraView as CameraView,
 )
 from servosight.tracking.calibration._view import (
     rectifier as rectifier,

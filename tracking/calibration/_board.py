@@ -17,7 +17,7 @@ from servosight.models.core import Array, Image, InputError
 from servosight.tracking.core import CameraGeometry, Lens
 from servosight.tracking.video import sample_frames
 
-Kind = Literal["checkerboard", "aruco"]
+BoardKind = Literal["checkerboard", "aruco"]
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 _FROM_VIDEO = 40
@@ -35,7 +35,7 @@ class Board:
     "aruco" is a ChArUco board: a 4x4 marker of three quarters of its size in every light square.
     """
 
-    kind: Kind
+    kind: BoardKind
     columns: int
     rows: int
     square_mm: float
@@ -78,7 +78,7 @@ class Board:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What pictures of a board told; ``errors_px`` is the rms of each view, by its name."""
+    """The calibration from pictures of a board; ``errors_px`` is each picture's rms, by name."""
 
     camera: CameraGeometry
     size_px: tuple[int, int]
@@ -106,7 +106,7 @@ def read_views(sources: Sequence[Path]) -> dict[str, Image]:
 
 
 def _read(file: Path) -> Image:
-    """A grey picture, turned upright as its EXIF data say.
+    """A grey picture, rotated upright according to its EXIF data.
 
     By Pillow, whose readers raise errors where OpenCV's print warnings of their own.
     """
@@ -135,7 +135,7 @@ def write_picture(file: Path, image: Image) -> None:
 def calibrate(views: dict[str, Image], board: Board, plane: Path | None = None) -> Calibration:
     """Lens from at least four views of the board, plane from the picture where it lies in it.
 
-    With fewer views only the ``plane`` is told, for a lens that bends nothing. Raises
+    With fewer views only the ``plane`` is found, for a lens without distortion. Raises
     ``InputError`` where the board is not found often enough.
     """
     first = next(iter(views.values()))
@@ -174,13 +174,14 @@ def _lens(
         for _, place in found.values()
     ]
     seen = [points.astype(np.float32).reshape(-1, 1, 2) for points, _ in found.values()]
-    # A term that the views do not tell bends the corners that no board reached: leave it out.
-    for held in (0, cv2.CALIB_FIX_K3, cv2.CALIB_FIX_K3 + cv2.CALIB_FIX_K2):
+    # A coefficient that the views do not determine would distort the corners that no board
+    # covered: leave it out.
+    for fixed in (0, cv2.CALIB_FIX_K3, cv2.CALIB_FIX_K3 + cv2.CALIB_FIX_K2):
         rms, matrix, bent, turns, _, doubt, _, errors = cv2.calibrateCameraExtended(
-            board, seen, size, np.zeros((3, 3)), np.zeros(5), flags=held
+            board, seen, size, np.zeros((3, 3)), np.zeros(5), flags=fixed
         )
         k, sigma = np.ravel(bent)[:5], np.ravel(doubt)[4:9]
-        last = 1 if held & cv2.CALIB_FIX_K3 else 4
+        last = 1 if fixed & cv2.CALIB_FIX_K3 else 4
         if abs(k[last]) > _SURE * sigma[last]:
             break
     lens = Lens(
@@ -197,14 +198,14 @@ def _lens(
 
 
 def _quality(rms: float, share: float, tilt_deg: float, lens: Lens, doubt: Array) -> str:
-    """A sentence on how far the lens may be trusted."""
-    wants = []
+    """A sentence on the accuracy of the lens."""
+    advice = []
     if rms > 0.5:
-        wants.append("corners are off by more than half a pixel: a flatter board, sharper pictures")
+        advice.append("corner errors exceed half a pixel: use a flatter board, sharper pictures")
     if share < 0.6:
-        wants.append(f"the board covered {100 * share:.0f} % of the picture: show it at the edges")
+        advice.append(f"the board covered {100 * share:.0f} % of the picture: show it at the edges")
     if tilt_deg < 20.0:
-        wants.append(f"it was tilted by {tilt_deg:.0f} deg at most: tilt it by 30 to 45 deg")
+        advice.append(f"it was tilted by {tilt_deg:.0f} deg at most: tilt it by 30 to 45 deg")
     focal = float(doubt[0]) / lens.focal_px[0]
-    told = f"corners fit to {rms:.3f} px rms, focal length to {100 * focal:.2g} %"
-    return f"{told}; {'; '.join(wants)}" if wants else f"{told}, picture covered: good"
+    result = f"corners fit to {rms:.3f} px rms, focal length to {100 * focal:.2g} %"
+    return f"{result}; {'; '.join(advice)}" if advice else f"{result}, picture covered: good"

@@ -1,4 +1,4 @@
-"""camera.toml: what a calibration found, in and out."""
+"""Reading and writing camera.toml, the result of a calibration."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 LARGEST = 1e9
-"""No length, entry of a matrix or coefficient of a camera comes near this."""
+"""Larger than any length, matrix entry or coefficient of a camera."""
 
 
 def write_camera(path: Path, calibration: Calibration) -> None:

@@ -1,9 +1,9 @@
-"""The surface's plane from its own swing: its points must run on circles about one centre.
+"""The surface's plane from its own swing: its points must move on circles about one centre.
 
-A plane that turns about an axis across it moves in the picture by ``H^-1 R(angle) H``. The fixed
+A plane that turns about an axis normal to it moves in the picture by ``H^-1 R(angle) H``. The fixed
 points of that motion are the pivot and the images of the two circular points, so the swing alone
-tells H up to a similarity, without any focal length (Hartley and Zisserman 2004, 2.7; Fremont and
-Chellali 2004 for points on a turntable). Circles seen from aside are ellipses; here all points'
+determines H up to a similarity, without any focal length (Hartley and Zisserman 2004, 2.7; Fremont
+and Chellali 2004 for points on a turntable). Seen obliquely, circles are ellipses; here all points'
 ellipses are fitted at once, as circles in the plane.
 """
 
@@ -28,21 +28,20 @@ from servosight.tracking.core import (
 )
 
 _ROUNDS = 30
-_SURE = 5.0  # sigma: features lean as a whole, too, by some of it
+_SURE = 5.0  # sigma: features also have a common error with the view, of some sigma
 _LEAST_WEIGHT = 6.0
 _STRONGEST = 5.0  # stretch or horizon: a camera 85 deg off the axis makes 1.2 of the first
-_FARTHEST = 1e3  # of a point from the pivot, in half widths of the picture
+_FARTHEST = 1e3  # distance of a point from the pivot, in half widths of the picture
 _OWN = 6  # unknowns beside the angles: shape of the plane 4, pivot 2
 
 
 @dataclass(frozen=True)
 class Swing:
-    """What a swing tells of its plane.
+    """The plane of motion found from a swing.
 
-    ``angle_rad`` (frames,) with the first at zero; ``rigid_rad`` what they are if the picture is
-    taken for the plane; ``shared_rad`` (frames, 4) by how much their differences from the first are
-    off where the plane is by one sigma, along each axis of its covariance. ``noise_px`` is that of
-    a point.
+    ``angle_rad`` (frames,) with the first at zero; ``rigid_rad`` the angles if the picture is taken
+    as the plane; ``shared_rad`` (frames, 4) the error of their differences from the first where the
+    plane is off by one sigma, along each axis of its covariance. ``noise_px`` is that of a point.
     """
 
     plane: MotionPlane
@@ -54,28 +53,28 @@ class Swing:
 
     @property
     def doubt_rad(self) -> Array:
-        """Sigma of the angles' differences from the first, as the plane's makes it; (frames,)."""
+        """Sigma of the angles' differences from the first due to the plane's; (frames,)."""
         return np.asarray(np.sqrt((self.shared_rad**2).sum(1)))
 
     @property
     def gain_rad(self) -> float:
-        """By how much, rms, angles read off the picture itself would be wrong."""
+        """The rms error of angles measured in the picture without correction."""
         return float(np.std(self.angle_rad - self.rigid_rad))
 
     @property
     def significant(self) -> bool:
-        """True where the picture is surely not the plane: the correction exceeds its sigma well."""
+        """True where the picture is surely not the plane: the correction far exceeds its sigma."""
         return self.gain_rad > _SURE * float(np.sqrt(np.mean(self.doubt_rad**2)))
 
     def shared_at(self, angle_rad: Array) -> Array:
-        """The same [rad] at other angles against the first frame's, (n,); (n, 4)."""
+        """``shared_rad`` at other angles (n,) relative to the first frame's; (n, 4)."""
         order = np.argsort(self.angle_rad)
         known, shared = self.angle_rad[order], self.shared_rad[order]
         return np.column_stack([np.interp(angle_rad, known, column) for column in shared.T])
 
 
 def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
-    """The plane on which all tracks run on circles about one pivot; None where they tell none.
+    """The plane in which all points move on circles about one pivot; None where none is found.
 
     Least squares over the plane's shape, the pivot, the frames' angles and the points themselves,
     the last by variable projection; Tukey's weights against false matches.
@@ -83,16 +82,16 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     straight = lens.straight(tracks.xy_px) if lens is not None else tracks.xy_px
     middle = 0.5 * (np.array(tracks.shape[1::-1]) - 1.0)
     size = float(middle[0])
-    seen = _Seen((straight - middle) / size, tracks.point, tracks.frame)
+    seen = _SwingPoints((straight - middle) / size, tracks.point, tracks.frame)
     free = seen.start()
     if free is None:
         return None
-    rigid = seen.solve(free, held=4)
-    full = seen.solve(rigid.values, held=0) if rigid is not None else None
+    rigid = seen.solve(free, fixed=4)
+    full = seen.solve(rigid.values, fixed=0) if rigid is not None else None
     if rigid is None or full is None:
         return None
-    told = full.told & rigid.told
-    if told.sum() < LEAST_FRAMES or not told[0]:
+    usable = full.usable & rigid.usable
+    if usable.sum() < LEAST_FRAMES or not usable[0]:
         return None
     matrix = _matrix(full.values[:4])
     pivot = mapped(matrix, full.values[None, 4:_OWN])[0] * size + middle
@@ -103,9 +102,9 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
     return Swing(
         plane,
         (float(x), float(y)),
-        full.angle_rad[told],
-        rigid.angle_rad[told],
-        full.shared_rad()[told],
+        full.angle_rad[usable],
+        rigid.angle_rad[usable],
+        full.shared_rad()[usable],
         full.noise * size,
     )
 
@@ -113,7 +112,7 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
 def _matrix(shape: Array) -> Array:
     """From the plane to the picture (3, 3), by four numbers: stretch (a, b), horizon (c, d).
 
-    The stretch is symmetric with determinant one: what a similarity adds says nothing of angles.
+    The stretch is symmetric with determinant one: a similarity does not change angles.
     """
     a, b, c, d = shape
     size = np.hypot(a, b)
@@ -125,15 +124,15 @@ def _matrix(shape: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Fitted:
-    """Solution, its covariance by clusters (points), the rms of what is left of a point, and the
-    frames in which enough of them hold."""
+class _SwingFit:
+    """Solution, its covariance by clusters (points), the rms residual of a point, and the frames in
+    which enough points fit."""
 
     values: Array
     covariance: Array
     normal: Array
     noise: float
-    told: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
 
     @property
     def angle_rad(self) -> Array:
@@ -141,23 +140,22 @@ class _Fitted:
         return np.append(0.0, self.values[_OWN:])
 
     def shared_rad(self) -> Array:
-        """What one sigma of the plane's shape along each axis of its covariance makes of each
-        frame's angle against the first's; (frames, 4).
+        """Change of each frame's angle, relative to the first's, with the plane's shape.
 
-        As the shape's error passes into angles and pivot when these are fitted with it held.
+        (frames, 4), for one sigma of the shape along each axis of its covariance.
         """
         passed = -np.linalg.lstsq(self.normal[4:, 4:], self.normal[4:, :4], rcond=1e-12)[0][2:]
         return np.vstack([np.zeros(4), passed @ one_sigma(self.covariance[:4, :4])])
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _SwingPoints:
     xy: Array
     point: Index
     frame: Index
 
     def start(self) -> Array | None:
-        """Angles and pivot as if the picture were the plane; None where nothing turns."""
+        """Angles and pivot if the picture is taken as the plane; None where nothing turns."""
         count = int(self.frame.max()) + 1
         angles = np.zeros(count)
         rows, values = [], []
@@ -183,20 +181,22 @@ class _Seen:
         pivot = np.linalg.lstsq(stacked, np.concatenate(values), rcond=None)[0]
         return np.concatenate([np.zeros(4), pivot, angles[1:]])
 
-    def solve(self, values: Array, held: int) -> _Fitted | None:
-        """Gauss-Newton from ``values`` with the first ``held`` unknowns kept as they are.
+    def solve(self, values: Array, fixed: int) -> _SwingFit | None:
+        """Gauss-Newton from ``values`` with the first ``fixed`` unknowns kept as they are.
 
         None where it diverges, as it does on points that do not turn about a common pivot.
         """
         points = self._points(values)
         values = values.copy()
         for _ in range(_ROUNDS):
-            rest, slopes, own = self._linear(values, points)
-            weight = _tukey(rest)
-            rest, slopes, solved = self._projected(rest, slopes[:, :, held:], own, weight)
-            normal, right = _normal(rest, slopes, weight)
+            residuals, slopes, own = self._linear(values, points)
+            weight = _tukey(residuals)
+            residuals, slopes, solved = self._projected(
+                residuals, slopes[:, :, fixed:], own, weight
+            )
+            normal, right = _normal(residuals, slopes, weight)
             step = -np.linalg.lstsq(normal, right, rcond=1e-12)[0]
-            values[held:] += step
+            values[fixed:] += step
             points -= solved[:, :, 0] + solved[:, :, 1:] @ step
             if not (np.abs(values[:4]).max() < _STRONGEST and np.abs(points).max() < _FARTHEST):
                 return None
@@ -204,21 +204,21 @@ class _Seen:
                 break
         raw, slopes, own = self._linear(values, points)
         weight = _tukey(raw)
-        rest, slopes, _ = self._projected(raw, slopes, own, weight)
-        normal, _ = _normal(rest, slopes, weight)
+        residuals, slopes, _ = self._projected(raw, slopes, own, weight)
+        normal, _ = _normal(residuals, slopes, weight)
         used = int(np.count_nonzero(weight))
         freedom = float(np.maximum(2 * used - values.size - 2 * len(points), 1))
         noise = _robust(raw) * float(np.sqrt(2.0 * used / freedom))
         # Summed over a point's frames first: a feature's own bias is one error, not many.
         sums = np.zeros((len(points), values.size))
-        np.add.at(sums, self.point, np.einsum("nk,nkg->ng", weight[:, None] * rest, slopes))
-        bread = np.linalg.pinv(normal, rcond=1e-12) / _bend(weight)
+        np.add.at(sums, self.point, np.einsum("nk,nkg->ng", weight[:, None] * residuals, slopes))
+        bread = np.linalg.pinv(normal, rcond=1e-12) / _influence_slope(weight)
         covariance = bread @ (sums.T @ sums) @ bread * (2.0 * used / freedom)
-        told = np.bincount(self.frame, weight) > _LEAST_WEIGHT
-        return _Fitted(values, covariance, normal, noise, told)
+        usable = np.bincount(self.frame, weight) > _LEAST_WEIGHT
+        return _SwingFit(values, covariance, normal, noise, usable)
 
     def _points(self, values: Array) -> Array:
-        """Where the points lie in the plane about the pivot, with the first angle; (points, 2)."""
+        """Positions of the points in the plane about the pivot, at the first angle; (points, 2)."""
         angle = np.append(0.0, values[_OWN:])[self.frame]
         arm = mapped(inverse(_matrix(values[:4])), self.xy) - values[4:_OWN]
         cos, sin = np.cos(angle), np.sin(angle)
@@ -254,15 +254,15 @@ class _Seen:
         return place - self.xy, slopes, by_flat @ turn
 
     def _projected(
-        self, rest: Array, slopes: Array, own: Array, weight: Array
+        self, residuals: Array, slopes: Array, own: Array, weight: Array
     ) -> tuple[Array, Array, Array]:
-        """Rest and slopes less what the points' places take up, and how these follow.
+        """Residuals and slopes with the points' positions eliminated, and the positions' solution.
 
-        ``solved`` (points, 2, 1 + unknowns): the step of a place is less its first column and
-        less the others times the step of the unknowns.
+        ``solved`` (points, 2, 1 + unknowns): the step of a position is minus its first column,
+        minus the others times the step of the unknowns.
         """
         count = int(self.point.max()) + 1
-        right = np.concatenate([rest[:, :, None], slopes], axis=2)
+        right = np.concatenate([residuals[:, :, None], slopes], axis=2)
         normal, sums = np.zeros((count, 2, 2)), np.zeros((count, 2, right.shape[2]))
         weighed = weight[:, None, None] * own.transpose(0, 2, 1)
         np.add.at(normal, self.point, weighed @ own)
@@ -272,25 +272,25 @@ class _Seen:
         return right[:, :, 0], right[:, :, 1:], solved
 
 
-def _bend(weight: Array) -> float:
+def _influence_slope(weight: Array) -> float:
     """Mean slope of Tukey's influence over its mean weight; with u^2 = 1 - sqrt(weight)."""
     inside = np.sqrt(weight[weight > 0])
     return float(np.mean(inside * (3.0 * inside - 2.0)) / np.mean(inside**2))
 
 
-def _tukey(rest: Array) -> Array:
+def _tukey(residuals: Array) -> Array:
     """Weights (n,) that fall to zero at 4.7 robust standard deviations."""
-    scale = 4.7 * _robust(rest) + 1e-9
-    return np.asarray(np.clip(1.0 - (rest**2).sum(1) / scale**2, 0.0, None) ** 2)
+    scale = 4.7 * _robust(residuals) + 1e-9
+    return np.asarray(np.clip(1.0 - (residuals**2).sum(1) / scale**2, 0.0, None) ** 2)
 
 
-def _robust(rest: Array) -> float:
+def _robust(residuals: Array) -> float:
     """Standard deviation along one axis, from the median distance."""
-    return float(np.median(np.hypot(*rest.T))) / 1.1774
+    return float(np.median(np.hypot(*residuals.T))) / 1.1774
 
 
-def _normal(rest: Array, slopes: Array, weight: Array) -> tuple[Array, Array]:
+def _normal(residuals: Array, slopes: Array, weight: Array) -> tuple[Array, Array]:
     count = slopes.shape[2]
     rows = slopes.reshape(-1, count)
     weighed = rows * np.repeat(weight, 2)[:, None]
-    return weighed.T @ rows, weighed.T @ rest.ravel()
+    return weighed.T @ rows, weighed.T @ residuals.ravel()

@@ -1,4 +1,4 @@
-"""Features of the surface, found again in the frames of its swing."""
+"""Features of the surface, matched over the frames of its swing."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _FEATURES = 1500
 _MOVED_PX = 1.5
 _LEAST_MATCHES = 15
 LEAST_FRAMES = 4
-"""Fewer do not tell a plane."""
+"""Fewer do not determine a plane."""
 _GATE_PX = 1.5
 
 
 @dataclass(frozen=True)
 class Tracks:
-    """Points of the surface found again: ``xy_px`` (n, 2) of point ``point`` in frame ``frame``."""
+    """Matched points of the surface: ``xy_px`` (n, 2) of point ``point`` in frame ``frame``."""
 
     xy_px: Array
     point: Index
@@ -31,7 +31,7 @@ class Tracks:
 
 
 def feature_tracks(images: Sequence[Image]) -> Tracks | None:
-    """Features of one frame found again in the others, where they moved together; None: too few."""
+    """Features of one frame matched in the others, where they moved together; None: too few."""
     # Without the precise upscaling OpenCV places all features a quarter of a pixel off.
     finder = cv2.SIFT.create(_FEATURES, contrastThreshold=0.02, enable_precise_upscale=True)
     found = [finder.detectAndCompute(image, None) for image in images]

@@ -1,7 +1,7 @@
-"""How the camera looks at the surface: as calibrated, else as the swing shows, else along the axis.
+"""The camera's view of the surface: as calibrated, else from the swing, else along the axis.
 
 Only the frames from which the surface is found are resampled into the plane; angles are measured
-on the pictures' own pixels, whose places in the plane are a table.
+on the pictures' own pixels, whose positions in the plane are a table.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from servosight.tracking.calibration._swing_features import feature_tracks
 from servosight.tracking.core import CameraGeometry, MotionPlane, like_picture
 
 _MOST_FRAMES = 16
-# Features lean as a whole with the view, which their own scatter does not show: on the twin's
-# videos from 30 deg aside they left up to 2.8 times what it says.
-_LEAN = 3.0
+# Features have a common error that depends on the view and that their own scatter does not show: on
+# the twin's videos at 30 deg off the axis the error was up to 2.8 times the sigma from the scatter.
+_VIEW_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
-class View:
-    """The plane that the tracker works in, what the swing shows of it, and a sentence on it.
+class CameraView:
+    """The plane that the tracker works in, the swing from which it was found, and a sentence on it.
 
     ``calibrated`` says that a calibration gave it.
     """
@@ -41,26 +41,27 @@ class View:
         return self.swing is not None and self.plane is self.swing.plane
 
     def shared_rad(self, angle_rad: Array) -> Array:
-        """Errors of angles (n,) against the first frame's, one sigma of each, (n, errors), from
-        what is not known of the plane."""
+        """Errors of angles (n,) relative to the first frame's due to the plane; (n, errors).
+
+        One sigma of each independent error."""
         if self.swing is None or not self.found:
             return np.zeros((len(angle_rad), 0))
-        return _LEAN * self.swing.shared_at(angle_rad)
+        return _VIEW_FACTOR * self.swing.shared_at(angle_rad)
 
 
-def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> View:
-    """The view in frames spread over the motion, the first frame first."""
+def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> CameraView:
+    """The view from frames spread over the motion, the first frame first."""
     lens = camera.lens if camera is not None else None
     if camera is not None and camera.onto is not None:
         middle = 0.5 * (np.array(images[0].shape[1::-1], np.float64) - 1.0)
         plane = MotionPlane(like_picture(camera.onto, middle), lens)
-        return View(plane, None, "view as calibrated", calibrated=True)
+        return CameraView(plane, None, "view as calibrated", calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
     tracks = feature_tracks(images[::stride])
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
     flat = MotionPlane(lens=lens)
     if swing is None:
-        return View(
+        return CameraView(
             flat,
             None,
             "the swing is too small to show whether the camera looks along the axis of rotation: "
@@ -68,14 +69,14 @@ def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> Vi
         )
     doubt_deg = float(np.rad2deg(swing.doubt_rad.max()))
     if not swing.significant:
-        return View(
+        return CameraView(
             flat,
             swing,
             f"camera assumed to look along the axis of rotation: the swing shows no tilt, and one "
             f"too small to show changes the angle by at most {doubt_deg:.2g} deg (one sigma)",
         )
     tilt = swing.plane.tilt_deg(np.array(swing.pivot_px))
-    return View(
+    return CameraView(
         swing.plane,
         swing,
         f"camera {tilt:.3g} deg off the axis of rotation, found from the swing and corrected: "

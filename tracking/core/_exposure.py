@@ -1,4 +1,4 @@
-"""What the surface does while one picture is taken: smear, and rows with times of their own."""
+"""Motion of the surface during one exposure: motion blur, and rows exposed at different times."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Exposure:
         """For a speed [rad/s] and an acceleration [rad/s^2] at mid-exposure of the middle row."""
         length, readout = shutter.exposure_s, shutter.readout_s
         parts = np.zeros(1)
-        # A smear that is short against the print's grain shows its middle and no more.
+        # Blur that is short compared with the texture is described by its middle alone.
         shown = 1.0 / (1.0 + (_GRAIN_RAD / max(abs(speed) * length, 1e-12)) ** 2)
         if shown * abs(acceleration) * length**2 / 12.0 > _UNEVEN_RAD:
             middle = ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5) * length
@@ -78,12 +78,12 @@ class Exposure:
 
     @property
     def turn_rad(self) -> float:
-        """How far the surface turned during a row's exposure."""
+        """The turn of the surface during a row's exposure."""
         return self.smear_rad * self.parts_rad.size
 
     @property
     def slack_rad(self) -> float:
-        """How far a row can be from the middle one."""
+        """The largest turn of the surface between the middle row and any other row."""
         return 0.5 * abs(self.per_delay_rad) + 0.25 * abs(self.bend_rad)
 
 

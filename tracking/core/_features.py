@@ -1,4 +1,4 @@
-"""Features of two pictures that belong together."""
+"""Matching features of two pictures."""
 
 from __future__ import annotations
 

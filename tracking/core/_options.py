@@ -1,4 +1,4 @@
-"""What is given of a video, and how it is to be tracked."""
+"""The options of tracking: what is given of a video, and the method."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Family = Literal["aruco", "apriltag"]
 
 @dataclass(frozen=True, kw_only=True)
 class TrackOptions:
-    """What is given of a video, and how it is to be tracked; each value has a default.
+    """What is given of a video, and the method; each value has a default.
 
     Attributes:
         method: a name in ``servosight.tracking.methods.METHODS``: "refine", "match" or "marker".

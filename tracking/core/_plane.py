@@ -19,7 +19,7 @@ _ROUNDS = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 50, 1e-12)
 
 @dataclass(frozen=True)
 class Lens:
-    """Focal lengths and principal point [px], and what bends straight lines.
+    """Focal lengths and principal point [px], and distortion.
 
     ``distortion`` are k1, k2, p1, p2, k3 of Brown and Conrady's model, in OpenCV's order and signs
     (Brown 1966; OpenCV, ``calibrateCamera``).
@@ -63,7 +63,7 @@ class Lens:
 class MotionPlane:
     """From pixels to the plane and back; without arguments the picture is the plane.
 
-    ``onto`` (3, 3) takes straight pixels to the plane.
+    ``onto`` (3, 3) maps undistorted pixels to the plane.
     """
 
     onto: Array = field(default_factory=lambda: np.eye(3))
@@ -90,7 +90,7 @@ class MotionPlane:
     def tilt_deg(self, at_px: Array) -> float:
         """Angle from the surface's normal to the line of sight through a pixel (2,).
 
-        As the foreshortening there tells; exact for a distant camera.
+        Computed from the foreshortening there; exact for a distant camera.
         """
         small = np.linalg.svd(jacobian(self.onto, at_px), compute_uv=False)
         return float(np.rad2deg(np.arccos(min(small[1] / small[0], 1.0))))
@@ -98,7 +98,7 @@ class MotionPlane:
 
 @dataclass(frozen=True)
 class CameraGeometry:
-    """A camera as calibrated: its lens, and the map (3, 3) from straight pixels to the plane.
+    """A calibrated camera: its lens, and the map (3, 3) from undistorted pixels to the plane.
 
     Either may be unknown (None); the map is right up to a similarity.
     """
@@ -108,7 +108,7 @@ class CameraGeometry:
 
 
 PICTURE = MotionPlane()
-"""A camera that looks along the axis through a lens that bends nothing."""
+"""A camera that looks along the axis through a lens without distortion."""
 
 
 def inverse(matrix: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Errors that all frames of a video share, by what one sigma of each makes of their angles."""
+"""Errors that all frames of a video share: the change of their angles with one sigma of each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def one_sigma(covariance: Array) -> Array:
 
 
 def principal(errors: Array) -> Array:
-    """The same errors by independent ones, the largest first, without those that are next to
-    nothing; (frames, errors) to (frames, fewer)."""
+    """Independent errors of the same covariance, the largest first, without negligible ones;
+    (frames, errors) to (frames, fewer)."""
     left, size, _ = np.linalg.svd(errors, full_matrices=False)
     return np.asarray(left * size)[:, size > _NOTHING * size.max(initial=1e-12)]

@@ -1,4 +1,4 @@
-"""Cubic B-splines on a lattice, and what a shutter that stays open makes of them."""
+"""Cubic B-splines on a lattice, and their motion blur."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def smeared(coefficients: Single, smear: float) -> Single:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _running_mean(values, width):  # type: ignore[no-untyped-def]
-    """Mean along the first axis over ``width`` samples about each; the ends go on for ever."""
+    """Mean along the first axis over ``width`` samples about each; the end values are repeated."""
     columns, rows = values.shape
     whole = int(0.5 * (width - 1.0))  # full samples on either side, and a part of the next
     part = 0.5 * (width - 1.0) - whole

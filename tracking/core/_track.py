@@ -1,4 +1,4 @@
-"""What tracking a video gives."""
+"""The result of tracking a video."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Flag(IntFlag):
     COVERED = 1  # something hides part of the surface
     CUT = 2  # part of the surface is outside of the picture
     SATURATED = 4  # much of it is black or white
-    DUPLICATE = 8  # the picture is the one before, so the time is not its own
+    DUPLICATE = 8  # the picture repeats the one before, so its time is not right
     LOST = 16  # not found: the angle is the last one's, the sigma that of all angles seen
     AFTER_GAP = 32  # frames before this one are missing from the file
 
@@ -52,10 +52,10 @@ class Track(Result):
         template_px: x, y, width, height [px] of a box on the moving part, on the first frame.
         outline_px: x, y of the moving part's contour at angle zero [px], (points, 2).
         plane: the plane of motion in the picture.
-        notes: what to know about view, times and camera, a sentence each.
-        shared_deg: what one sigma of each error that all frames share (pivot, plane, readout) does
-            to the angles [deg], (frames, errors); None where not known. ``sigma_deg`` includes
-            their size, but they do not average out over frames.
+        notes: remarks on view, times and camera, a sentence each.
+        shared_deg: change of the angles [deg] with one sigma of each error that all frames share
+            (pivot, plane, readout), (frames, errors); None where not known. ``sigma_deg`` includes
+            them, but they do not average out over frames.
         shutters: exposure and readout, given or found.
 
     >>> import numpy as np

@@ -1,4 +1,4 @@
-"""The result drawn on the pictures that it came from."""
+"""Drawing the result on the video's pictures."""
 
 from servosight.tracking.drawing._draw import write_overlay as write_overlay
 from servosight.tracking.drawing._draw import write_sheet as write_sheet

@@ -1,4 +1,4 @@
-"""The tracker's result on the pictures it came from: overlay video and contact sheet."""
+"""The tracker's result drawn on the video's pictures: overlay video and contact sheet."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def caption(track: Track, index: int) -> str:
 def annotated(image: Image, tracks: Sequence[Track], index: int) -> Colours:
     """A frame with each part's outline, pivot and angle line, and a line of text for each below.
 
-    The text stands on rows of its own, so that it hides nothing: (height + room, width, 3) uint8,
-    both even. The colour turns red where a flag is up.
+    The text has rows of its own, so that it hides nothing: (height + room, width, 3) uint8, both
+    even. The colour is red where a flag is set.
     """
     height, width = image.shape
     room = _LINE_PX * (len(tracks) + 1)
@@ -106,7 +106,7 @@ def write_overlay(
 
     if path.suffix.lower() not in _CONTAINERS:
         raise InputError(
-            f"{path}: cannot be told as a video by its ending; expected one of "
+            f"{path}: does not have the ending of a video file; expected one of "
             f"{', '.join(_CONTAINERS)}, rename it."
         )
     source = frames(tracks[0].video)
@@ -131,14 +131,14 @@ def write_overlay(
 
 
 def _rate(track: Track) -> Fraction:
-    """The usual frame rate, for players that want one."""
+    """The usual frame rate, for players that need one."""
     return Fraction(1.0 / float(np.median(np.diff(track.time_s)))).limit_denominator(1000)
 
 
 def write_sheet(path: Path, tracks: Sequence[Track], progress: FrameProgress | None = None) -> None:
     """Write a PNG of the dozen frames with the largest sigma, in the order of their times.
 
-    Those with a neighbour of larger sigma are passed over: one bad stretch would fill the sheet.
+    Frames near one of larger sigma are left out: otherwise one bad stretch would fill the sheet.
     Raises ``InputError`` for another ending than .png.
     """
     if path.suffix.lower() != ".png":
@@ -159,7 +159,7 @@ def write_sheet(path: Path, tracks: Sequence[Track], progress: FrameProgress | N
 
 
 def doubtful(tracks: Sequence[Track], count: int = _SHEET_FRAMES) -> list[int]:
-    """The frames with the largest sigma, each part's by its own usual one; rising, distinct."""
+    """The frames with the largest sigma relative to each part's median; rising, not adjacent."""
     doubt = np.max([track.sigma_deg / np.median(track.sigma_deg) for track in tracks], axis=0)
     room = max(len(doubt) // (4 * count), 1)
     found: list[int] = []

@@ -1,7 +1,7 @@
-"""Codecs that draw a picture from the one before it: where they only copied, nothing new is told.
+"""Pixels that a predicting codec copied from the frame before: they carry no new information.
 
-Such a codec spends nothing on a block that changed too little to be worth it. The block then shows
-the surface where it was, so its pixels say that the angle stands still, and say so exactly.
+Such a codec skips a block that changed little. The block then shows the surface at its previous
+angle, so its pixels would indicate, with high precision, that the angle has not changed.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from servosight.tracking.fit._polar import Sample
 
 _BLOCK_PX = 8  # the smallest block that codecs copy as one
 _SAME = 0.5  # share of a block's pixels; by chance a fifth are the same
-_LEAST_NEW = 0.1  # of what tells of the angle: less is not enough to measure by
+_LEAST_NEW = 0.1  # of the information on the angle: less is not enough for a measurement
 
 
-def copied(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask:
+def copied_pixels(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask:
     """The pixels (height, width) in blocks of which most are as in the picture before."""
     height, width = picture.shape
     room = ((0, -height % _BLOCK_PX), (0, -width % _BLOCK_PX))
@@ -29,29 +29,35 @@ def copied(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask:
     return np.asarray(often.repeat(_BLOCK_PX, 0).repeat(_BLOCK_PX, 1)[:height, :width])
 
 
-def news(sample: Sample, old: Mask | None) -> Sample:
-    """The pixels of a sample that are not ``old``; or, where these tell next to nothing, all of
-    them, and the share that the old ones have in what they tell."""
-    if old is None:
+def without_copied(sample: Sample, copied: Mask | None) -> Sample:
+    """The pixels of a sample that are not ``copied``.
+
+    Where these hold too little information on the angle: all pixels, with the share of that
+    information that lies in copied ones.
+    """
+
+    if copied is None:
         return sample
-    stale = old.reshape(-1).take(sample.pixels.index.take(sample.chosen))
+    stale = copied.reshape(-1).take(sample.pixels.index.take(sample.chosen))
     worth = sample.per_turn.astype(np.float64) ** 2
     share = float(worth[stale].sum() / max(worth.sum(), 1e-30))
-    return replace(sample, held=share) if share > 1.0 - _LEAST_NEW else sample.within(~stale)
+    return (
+        replace(sample, copied_share=share) if share > 1.0 - _LEAST_NEW else sample.within(~stale)
+    )
 
 
-def lag(angle: Array, held: Array) -> Array:
-    """How far behind each frame's angle may be, in its unit; (frames,).
+def lag(angle: Array, copied_share: Array) -> Array:
+    """The possible lag of each frame's angle, in its unit; (frames,).
 
-    ``held`` (frames,) is the share that pixels copied from the frame before have in it: they lag
-    by as much as that frame did, and by what the surface turned since.
+    ``copied_share`` (frames,) is the weight in the angle of pixels copied from the frame before:
+    they lag by as much as that frame did, and by the turn of the surface since.
     """
     number = np.arange(angle.size)
-    fresh = held < 0.5
+    fresh = copied_share < 0.5
     if not fresh.any():
         return np.zeros_like(angle)
     turned = np.abs(np.gradient(np.interp(number, number[fresh], angle[fresh])))
     behind = np.zeros_like(angle)
-    for n in np.flatnonzero(held):
-        behind[n] = held[n] * (behind[n - 1] + turned[n])
+    for n in np.flatnonzero(copied_share):
+        behind[n] = copied_share[n] * (behind[n - 1] + turned[n])
     return behind

@@ -13,7 +13,7 @@ from servosight.tracking.fit._kernels import GATE, gate_of, judged, median_resid
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
 
-Freedom = Callable[[Sample], Single]
+MotionJacobian = Callable[[Sample], Single]
 """Change of each pixel with each unknown of the motion, (unknowns, pixels), the angle first."""
 
 _LEAST_PIXELS = 60
@@ -24,19 +24,20 @@ _SHRINK = 0.03  # of a step near the answer, the next one
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Where the surface was found in a picture, and how well the model explains it there.
+class AngleFit:
+    """The angle fitted to one picture, and how well the model explains the picture there.
 
     ``shift_px`` is zero unless it is fitted. ``kept`` is the share of pixels that passed the gate,
     ``saturated`` the share at either end of the range, ``correlation`` that of picture
     and model over the kept pixels, ``noise`` their residual's rms [grey levels]. ``pixels`` counts
     those that the model covers, ``in_view`` is the share of the surface that they are.
-    ``sigma_rad`` allows for residuals that hang together, ``plain_rad`` takes each for itself.
-    ``delay`` is where in the readout the angle is told, as a share of it about the middle row,
-    ``delay_spread`` the variance of its pixels about that.
-    Grey levels are ``gain`` times the model's plus ``offset``. ``held`` is the share of pixels that
-    a codec copied from the picture before, 0 where there are enough others. ``sensitivity`` is
-    that to errors of pivot and plane, where the sample has its slope along the radius.
+    ``sigma_rad`` allows for correlated residuals, ``plain_rad`` assumes independent ones.
+    ``delay`` is the mean time of the pixels that determine the angle, as a share of the readout
+    about the middle row, ``delay_spread`` its variance over these pixels.
+    Grey levels are ``gain`` times the model's plus ``offset``. ``copied_share`` is the share of
+    pixels that a codec copied from the picture before, 0 where there are enough others.
+    ``sensitivity`` is that to errors of pivot and plane, where the sample has its slope along the
+    radius.
     """
 
     angle_rad: float
@@ -53,7 +54,7 @@ class Fit:
     delay_spread: float = 0.0
     gain: float = 1.0
     offset: float = 0.0
-    held: float = 0.0
+    copied_share: float = 0.0
     sensitivity: PoseSensitivity | None = None
 
 
@@ -76,7 +77,7 @@ def correlation(a: Single, b: Single) -> float:
 
 @dataclass(frozen=True)
 class _Step:
-    """One weighted least-squares step: its pixels, its equations and their solution.
+    """One weighted least-squares step: pixels, equations and solution.
 
     ``rows`` (3 or more, pixels) are the changes with gain, offset and motion, ``used`` and
     ``inside`` count the pixels that passed the gate and those not at either end of the range.
@@ -95,20 +96,20 @@ class _Step:
 
 def gauss_newton(
     model: Callable[[float], Sample],
-    freedom: Freedom,
+    jacobian: MotionJacobian,
     picture: NDArray[np.uint8],
     angle_rad: float,
     shot: float = 0.0,
     light: tuple[float, float] | None = None,
     least: int = 2,
     exact: float = 0.1,
-) -> Fit | None:
-    """Fit angle, gain and offset of the light (and what else ``freedom`` adds), from ``angle_rad``.
+) -> AngleFit | None:
+    """Fit angle, gain and offset of the light (and unknowns that ``jacobian`` adds).
 
-    ``model(angle_rad)`` is the surface sampled at the pixels that it covers at that angle; their
-    residuals are the camera's own noise, not a resampled one. Its variance grows with the grey
-    level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset, where
-    they are known. At ``least`` so many steps are made, and as many as leave the angle right to
+    Starts at ``angle_rad``. ``model(angle)`` is the surface sampled at the pixels that it covers;
+    their residuals are the camera's own noise, not a resampled one. Its variance grows with the
+    grey level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset,
+    where they are known. At least ``least`` steps are made, until the angle is accurate to
     ``exact`` of its sigma. Returns None where too few pixels are left, or the iteration diverges.
     """
     start = angle_rad
@@ -120,12 +121,12 @@ def gauss_newton(
             return None
         seen = now.grey(picture)
         if iteration == 1 and light is None:
-            # The learnt brightness, but for an offset: least squares would bend to what covers.
+            # Brightness as learnt, with an offset only: least squares would fit what covers a part.
             offset = median_residual(seen, now.value)
-        # What covers a part bends the light towards itself, and the gate would open to it.
+        # What covers a part biases gain and offset, and the gate would then accept it.
         gate = min(gate, gate_of(seen, now.value, gain, offset))
         light_now = np.array([gain, offset, gate, shot], np.float32)
-        solved = _step(now, seen, freedom(now), light_now)
+        solved = _step(now, seen, jacobian(now), light_now)
         if solved is None:
             return None
         step = solved
@@ -133,10 +134,10 @@ def gauss_newton(
         angle_rad += turned
         if abs(angle_rad - start) > _FARTHEST_RAD:
             return None
-        # Steps shrink by about the same share each time: the next one is not worth its while.
+        # Steps shrink by about the same factor: stop where the next one is negligible.
         shrink = min(abs(turned) / before, 1.0) if iteration > 1 else _SHRINK
         sigma = np.sqrt(step.inverse[2, 2]) * gate / GATE
-        # What covers a part bends the first step.
+        # The first step is biased where something covers a part.
         clear = iteration > 1 or step.used > _CLEAR * step.inside
         if iteration >= least and clear and abs(turned) * shrink < max(exact * sigma, 1e-7):
             break
@@ -162,7 +163,7 @@ def _step(sample: Sample, seen: NDArray[np.uint8], motion: Single, light: Single
     return _Step(sample, seen, rows, weight, matrix, inverse, inverse @ right, used, inside)
 
 
-def _fit(angle_rad: float, step: _Step) -> Fit:
+def _fit(angle_rad: float, step: _Step) -> AngleFit:
     """The fit of a last step, with its sigma from the residuals."""
     now, solution = step.sample, step.solution
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
@@ -180,7 +181,7 @@ def _fit(angle_rad: float, step: _Step) -> Fit:
         sensitivity = pose_sensitivity(
             now, step.seen, step.rows, step.weight, step.matrix, solution, variance
         )
-    return Fit(
+    return AngleFit(
         angle_rad,
         sigma,
         shift,
@@ -194,7 +195,7 @@ def _fit(angle_rad: float, step: _Step) -> Fit:
         delay_spread=spread,
         gain=float(solution[0]),
         offset=float(solution[1]),
-        held=now.held,
+        copied_share=now.copied_share,
         sensitivity=sensitivity,
     )
 
@@ -202,8 +203,8 @@ def _fit(angle_rad: float, step: _Step) -> Fit:
 def _sandwich(sums: Array) -> float:
     """Standard deviation of an estimate from its pixels' influences (White 1980, by clusters).
 
-    Summed over tiles before squaring, so that residuals which hang together (a shadow, an
-    imperfect model) count as the few observations that they are; where they are independent it is
+    Summed over tiles before squaring, so that correlated residuals (a shadow, an imperfect model)
+    count as few observations; where they are independent it is
     ``noise^2 / sum(gradient^2)``.
     """
     used = max(int(np.count_nonzero(sums)), 2)

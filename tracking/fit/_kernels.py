@@ -1,4 +1,4 @@
-"""Sums over the pixels of one picture: gate, weights, normal equations and what a fit leaves."""
+"""Sums over the pixels of one picture: gate, weights, normal equations and residuals of a fit."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 GATE = 4.5
-"""A pixel whose residual is this many robust standard deviations from the model shows something
-else: a finger, a glint, a cable."""
+"""A pixel whose residual exceeds this many robust standard deviations shows something else: a
+finger, a glint, a cable."""
 
 _SCALE_PIXELS = 600
 
@@ -16,7 +16,7 @@ _kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 
 @_kernel
 def median_residual(seen, value):  # type: ignore[no-untyped-def]
-    """Median of picture less model; some 600 of the pixels tell it well enough."""
+    """Median of picture less model, from some 600 of the pixels."""
     stride = 1 + seen.size // _SCALE_PIXELS
     return np.median(seen[::stride] - value[::stride])
 
@@ -69,8 +69,8 @@ def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
 def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: ignore[no-untyped-def]
     """Change of each pixel with the surface's pose errors, (6, pixels) [grey levels/px].
 
-    Shift along x and along y; stretch along x, stretch aslant, perspective along x and against y,
-    by how far these move what is ``farthest`` from the pivot.
+    Shift along x and along y; stretch along x and along the diagonal; perspective along x and
+    against y. The last four in pixels of displacement at the distance ``farthest`` from the pivot.
     """
     for i in range(by_turn.size):
         along, cos, sin = by_turn[i] / radius[i], outwards[0, i], outwards[1, i]
@@ -86,8 +86,8 @@ def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: i
 
 @_kernel
 def judged(seen, rows, weight, solution, inverse, tile, tiles):  # type: ignore[no-untyped-def]
-    """What the fit leaves: influences on the angle summed by tile, squared residuals, the same
-    weighed, and correlation of the pixels of any weight."""
+    """Residuals of the fit: influences on the angle summed by tile, sums of squared residuals
+    without and with weights, and correlation over the pixels of any weight."""
     sums = np.zeros(tiles)
     used = squares = weighed = s = v = ss = vv = sv = 0.0
     for i in range(seen.size):

@@ -1,8 +1,8 @@
-"""The moving part in polar coordinates about its pivot: turning it is sliding it along one axis.
+"""The moving part in polar coordinates about its pivot: a rotation is a shift along one axis.
 
-A picture's pixels keep their radius and their polar angle whatever the surface does, so the tables
-are made once and a turn of the surface is one subtraction; motion blur is a running mean along the
-angle. Inside, angles are radians, counter-clockwise positive as seen (y points down).
+Radius and polar angle of a picture's pixels do not depend on the surface, so the tables are
+computed once and a turn of the surface is one subtraction; motion blur is a running mean along the
+angle. Angles here are radians, counter-clockwise positive as seen (y points down).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _BLOCK_PX = 32
 
 
 @dataclass(frozen=True)
-class Grid:
+class PolarGrid:
     """A lattice of ``rows`` radii by ``columns`` polar angles about ``pivot_px`` (x, y).
 
     It lies in the ``plane``, whose points are the picture's unless a camera off the axis or a lens
@@ -83,7 +83,7 @@ class Pixels:
     @classmethod
     def about(
         cls,
-        grid: Grid,
+        grid: PolarGrid,
         shape: tuple[int, ...],
         every: int = 1,
     ) -> Pixels:
@@ -124,7 +124,9 @@ class Pixels:
             delay=self.delay[places],
         )
 
-    def covering(self, grid: Grid, angle_rad: float, slack_rad: float = 0.0) -> tuple[slice, float]:
+    def covering(
+        self, grid: PolarGrid, angle_rad: float, slack_rad: float = 0.0
+    ) -> tuple[slice, float]:
         """The pixels that the turned lattice can reach, and the turn on this table's own circle.
 
         ``slack_rad`` is how far some may be turned from the rest.
@@ -138,12 +140,13 @@ class Pixels:
 
 @dataclass(frozen=True)
 class Sample:
-    """The surface's model at the pixels it covers; all arrays (pixels,).
+    """The model of the surface at the pixels it covers; all arrays (pixels,).
 
     ``chosen`` are those pixels' places in the table ``pixels``; ``value`` in grey levels;
     ``per_turn`` its change with the surface's own angle, per radian, and ``per_px`` with the
-    pixel's radius. ``left_out`` counts pixels that it covers as well and that tell nothing new,
-    ``held`` is the share that such pixels have in what these tell.
+    pixel's radius. ``left_out`` counts covered pixels left out because they carry no new
+    information, ``copied_share`` is their share of the information where they could not be left
+    out.
     """
 
     pixels: Pixels
@@ -152,23 +155,23 @@ class Sample:
     per_turn: Single
     per_px: Single
     left_out: int = 0
-    held: float = 0.0
+    copied_share: float = 0.0
 
     def within(self, kept: Mask) -> Sample:
         """The ``kept`` (pixels,) alone."""
         by_radius = self.per_px[kept] if self.per_px.size else self.per_px
         chosen, value, per_turn = self.chosen[kept], self.value[kept], self.per_turn[kept]
         left_out = self.left_out + self.chosen.size - chosen.size
-        return Sample(self.pixels, chosen, value, per_turn, by_radius, left_out, self.held)
+        return Sample(self.pixels, chosen, value, per_turn, by_radius, left_out, self.copied_share)
 
     def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """What a picture (height, width) shows at the pixels."""
+        """The grey levels of a picture (height, width) at the pixels."""
         return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
 
     @property
     def delay(self) -> tuple[float, float]:
-        """The readout's share about the middle row at which the angle is told: mean, variance."""
-        found: tuple[float, float] = _told_at(self.per_turn, self.pixels.delay, self.chosen)
+        """Time of the pixels that determine the angle, in shares of the readout: mean, variance."""
+        found: tuple[float, float] = _mean_delay(self.per_turn, self.pixels.delay, self.chosen)
         return found
 
     @property
@@ -185,7 +188,7 @@ class Sample:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _told_at(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
+def _mean_delay(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
     """Mean and variance of the delays of some pixels, weighed by their slopes' squares."""
     worth, first, second = 1e-30, 0.0, 0.0
     for i in range(chosen.size):
@@ -197,7 +200,7 @@ def _told_at(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
 
 
 def sample(
-    grid: Grid,
+    grid: PolarGrid,
     coefficients: Single,
     reach: Single,
     pixels: Pixels,
@@ -208,8 +211,8 @@ def sample(
 
     ``coefficients`` (columns, rows) are those of the spline: pixels come by their angle, so what
     they need lies together. ``reach`` (columns, rows) are the columns from a cell to the nearest
-    one that is not the surface's; pixels nearer to it than half of what turned during the
-    ``exposure`` are left out.
+    one outside the surface; pixels nearer to it than half the turn during the ``exposure`` are left
+    out.
     """
     part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
     phi, radius = pixels.phi_rad[part], pixels.radius_px[part]

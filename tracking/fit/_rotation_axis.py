@@ -3,8 +3,8 @@
 The pivot is learnt from some frames. Where it is off by d, the surface seen at an angle is shifted
 by ``(1 - R) d``, which looks like a rotation: an error that all frames share, and that no frame's
 own sigma includes. Each frame has a little information on its shift, and all of them together
-determine d. The same holds for a plane that was found from few features: where it is off, the
-surface is stretched, or seen in another perspective, differently at each angle.
+determine d. The same applies to a plane that was found from few features: an error of it stretches
+the surface or changes its perspective, differently at each angle.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from servosight.tracking.fit._kernels import pose_slopes
 from servosight.tracking.fit._polar import Sample
 
 PIVOT, PLANE = slice(0, 2), slice(2, 6)
-"""The pose errors that a wrong pivot makes, and those that a wrong plane makes."""
+"""The pose errors due to a wrong pivot, and those due to a wrong plane."""
 
 _HARMONICS = (1.0, -2.0, -1.0)  # of the turn, by which shift, stretch and perspective turn with it
 _LEAST_FRAMES = 8
@@ -66,7 +66,7 @@ def pose_sensitivity(
     """The sensitivity of a fit of ``rows`` (3, pixels; light, offset and turn) with its ``normal``
     matrix (3, 3) and ``solution`` (3,).
 
-    ``weight`` (pixels,) is each pixel's, ``variance`` what residuals of weight 1 have.
+    ``weight`` (pixels,) is each pixel's, ``variance`` that of residuals of weight 1.
     """
     table = sample.pixels
     radius, outwards = table.radius_px.take(sample.chosen), table.outwards.take(sample.chosen, 1)
@@ -98,7 +98,7 @@ def rotation_axis(
     """The ``free`` pose errors by least squares over frames at some angles (frames,); None where
     too few frames are given.
 
-    The learnt picture's own errors, which turn with it, are estimated beside them.
+    The learnt picture's own errors, which turn with it, are estimated together with them.
     """
     if len(sensitivities) < _LEAST_FRAMES:
         return None
@@ -118,8 +118,8 @@ def _covariance(angle_rad: Array, score: Array, inverse: Array, count: int) -> A
     """That of the first ``count`` unknowns, from each frame's ``score`` (frames, unknowns) and the
     inverse matrix.
 
-    At near angles the same pixels of sensor and background err the same way: frames there count as
-    one observation (White 1980, by clusters).
+    At nearly equal angles the same pixels of sensor and background cause the same error: such
+    frames count as one observation (White 1980, by clusters).
     """
     plain = inverse[:count, :count]
     place = np.unique(np.floor(angle_rad / _ALIKE_RAD), return_inverse=True)[1]

@@ -1,4 +1,4 @@
-"""The fine stage: Gauss-Newton on the angle over layers, outline and shadow included."""
+"""The fine estimator: Gauss-Newton on the angle over layers, outline and shadow included."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from servosight.models.core import Image, Mask
 from servosight.tracking.core import Exposure
-from servosight.tracking.fit import Fit, Sample, gauss_newton, news, turn
-from servosight.tracking.layers._layers import Layers, Rings
+from servosight.tracking.fit import AngleFit, Sample, gauss_newton, turn, without_copied
+from servosight.tracking.layers._layers import Layers, RingPixels
 from servosight.tracking.surface import SurfaceEstimator, likely
 
-# Blurred layers are kept by their width: steps of a sixth of a column, then of four per cent.
+# Blurred layers are cached by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0
 _FULL_AT = 4.0
 _KEPT_TABLES = 32
@@ -23,14 +23,14 @@ _FEW_PIXELS = 1000
 
 @dataclass(frozen=True)
 class LayerEstimator:
-    """The stage: learnt layers, all pixels about their pivot, few of them, and the wide search.
+    """Learnt layers, all pixels about their pivot, a few of these, and the wide search.
 
-    The few tell the angle well enough for a single step on all.
+    The few determine the angle well enough for a single step on all.
     """
 
     layers: Layers
-    whole: Rings
-    few: Rings
+    whole: RingPixels
+    few: RingPixels
     wide: SurfaceEstimator
     blurred: Callable[[int], Layers]
 
@@ -43,21 +43,21 @@ class LayerEstimator:
             return layers.smeared(_FULL_AT * np.expm1(width / _WIDTHS)) if width else layers
 
         every = 1 + int(layers.area_px / _FEW_PIXELS)
-        whole, few = (Rings.about(layers.grid, layers.bench.shape, n) for n in (1, every))
+        whole, few = (RingPixels.about(layers.grid, layers.bench.shape, n) for n in (1, every))
         return cls(layers, whole, few, wide, blurred)
 
     def fit_near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """Fit from an angle; None if it is no fit.
+        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
+    ) -> AngleFit | None:
+        """Fit from an angle; None where the fit is not accepted.
 
-        Pixels that are ``old`` are left out as long as others tell the angle.
+        Pixels that are ``copied`` are left out where the others determine the angle.
         """
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
 
         def at(angle: float) -> Sample:
-            return news(model.at(self.whole, angle, exposure, outwards=True), old)
+            return without_copied(model.at(self.whole, angle, exposure, outwards=True), copied)
 
         def roughly(angle: float) -> Sample:
             return model.at(self.few, angle, exposure)

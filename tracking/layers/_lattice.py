@@ -1,4 +1,4 @@
-"""Where the cells of the layers lie: a lattice about the outline, and how far inside it."""
+"""The lattice of the layers' cells about the outline, and each cell's distance from it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Single
-from servosight.tracking.fit import Grid
+from servosight.tracking.fit import PolarGrid
 from servosight.tracking.surface import Surface
 
 PAD_PX = 14.0
-"""A soft shadow reaches so far."""
+"""Width of a soft shadow."""
 
-_HUB = 0.35  # nearer to the pivot than this share of the radius, little is told
+_HUB = 0.35  # share of the radius within which there is little information
 
 
-def wide(surface: Surface, shape: tuple[int, ...]) -> Grid:
-    """A lattice about the outline with room for its edge and shadow; the hub's back left out."""
+def wide(surface: Surface, shape: tuple[int, ...]) -> PolarGrid:
+    """A lattice about the outline with room for edge and shadow, without the hub's far side."""
     old = surface.grid
     away = surface.outline_px - np.array(old.pivot_px)
     radius = np.hypot(*away.T)
@@ -29,7 +29,7 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> Grid:
     first = max(float(radius.min()) - PAD_PX, 4.0)
     space = 1.0
     step = space / last
-    return Grid(
+    return PolarGrid(
         old.pivot_px,
         first,
         space,
@@ -41,8 +41,8 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> Grid:
     )
 
 
-def depth(surface: Surface, grid: Grid) -> Single:
-    """How far inside the outline each cell lies, less than 0 outside [px]; (columns, rows)."""
+def depth(surface: Surface, grid: PolarGrid) -> Single:
+    """Distance of each cell from the outline [px], negative outside; (columns, rows)."""
     half = int(np.ceil(grid.largest_px)) + 4
     raster = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
     points = surface.outline_px - np.array(grid.pivot_px) + half

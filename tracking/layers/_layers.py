@@ -1,11 +1,12 @@
-"""Surface, cover and bench as layers, learnt from the video itself: edges and shadow tell too.
+"""Surface, transparency and background ("bench") as layers learnt from the video itself.
 
 With the surface at an angle, a pixel p shows ``light(q) + clear(q) bench(p)``, with q the place on
-the surface that turns to p: ``light`` is the surface's own, times its cover, and ``clear`` the
-share of the bench that it lets through, 0 inside, 1 outside, between them at the edge and in the
-shadow that goes with it. All three are linear given the angles, so they are found by
-alternating least squares over frames: per cell of the surface a line in the bench behind it, per
-pixel of the bench a mean (the layers of Wang and Adelson 1994, with soft masks).
+the surface that turns to p: ``light`` is the surface's own, times its opacity, and ``clear`` the
+transparency: 0 inside, 1 outside, between them at the edge and in the shadow that turns with the
+surface. So edge and shadow contribute to the angle, too. All three are linear given the angles and
+are found by alternating least squares over frames: per cell of the surface a line in the background
+behind it, per pixel of the background a mean (the layers of Wang and Adelson 1994, with soft
+masks).
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
-from servosight.tracking.fit import Grid, Pixels, Sample
+from servosight.tracking.fit import Pixels, PolarGrid, Sample
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover
-_ENOUGH = 300  # cells that tell how much of a part is in view
-_GAP = 6  # cells that are not in use do not part a run
+_ENOUGH = 300  # cells by which the share of a part in view is computed
+_GAP = 6  # so many unused cells do not divide a run
 
 
 @dataclass(frozen=True)
-class Rings:
-    """A picture's pixels by rings about a pivot, a row of the lattice each, and by angle in these.
+class RingPixels:
+    """A picture's pixels sorted by rings about a pivot, one for each lattice row, and by angle.
 
     ``start`` (rows + 1,) are the rings' places in the table ``pixels``, each twice round.
     """
@@ -39,7 +40,7 @@ class Rings:
     start: NDArray[np.intp]
 
     @classmethod
-    def about(cls, grid: Grid, shape: tuple[int, ...], every: int = 1) -> Rings:
+    def about(cls, grid: PolarGrid, shape: tuple[int, ...], every: int = 1) -> RingPixels:
         """The pixels of a picture of ``shape`` (height, width); with ``every`` > 1 a thinning."""
         table = Pixels.about(grid, shape, every)
         ring = np.rint((table.radius_px - grid.radius_px) / grid.step_px).astype(np.intp)
@@ -52,14 +53,14 @@ class Rings:
 class Layers:
     """The learnt layers. ``coefficients`` (rows, columns, 2) of the splines of light and clearness.
 
-    ``used`` (rows, columns) marks cells whose pixels tell something of the angle, by 2 where the
-    bench must be known for it; ``bench``
-    (height, width) is what lies still [grey levels], NaN where unknown; ``noise`` [grey levels] the
-    rms of what the layers leave unexplained in the frames that they were learnt from; its variance
-    grows with the grey level g as ``1 + shot g``. ``correlation`` is that of picture and model.
+    ``used`` (rows, columns) marks cells whose pixels hold information on the angle, by 2 where the
+    background must be known for it; ``bench`` (height, width) is the background [grey levels], NaN
+    where unknown; ``noise`` [grey levels] the rms residual of the layers in the frames that they
+    were learnt from; its variance grows with the grey level g as ``1 + shot g``. ``correlation`` is
+    that of picture and model.
     """
 
-    grid: Grid
+    grid: PolarGrid
     coefficients: Single
     used: NDArray[np.uint8]
     bench: Single
@@ -75,11 +76,11 @@ class Layers:
         return float((count * radius).sum() * self.grid.step_px * self.grid.step_rad)
 
     def in_view(self, angle_rad: float) -> float:
-        """The share, by area, of the cells in use that the picture holds with the surface there.
+        """The share, by area, of the cells in use that lie in the picture at an angle.
 
-        By place alone: where the bench behind it is unknown, a part is not cut off.
+        By position alone: a part before unknown background counts as in view.
         """
-        phi, radius = self._telling
+        phi, radius = self._informative
         x, y = self.grid.pivot_px
         turned = phi + angle_rad
         place = np.column_stack([x + radius * np.cos(turned), y - radius * np.sin(turned)])
@@ -91,7 +92,7 @@ class Layers:
         return float(radius @ inside / radius.sum())
 
     @cached_property
-    def _telling(self) -> tuple[Array, Array]:
+    def _informative(self) -> tuple[Array, Array]:
         """Polar angle at angle zero [rad] and radius [px] of some cells in use; (cells,) each."""
         row, column = np.nonzero(self.used)
         every = 1 + row.size // _ENOUGH
@@ -110,7 +111,7 @@ class Layers:
         return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
 
     def smeared(self, columns: float) -> Layers:
-        """The same layers as a shutter shows them that is open while they turn by ``columns``."""
+        """The same layers with the motion blur of a turn by ``columns`` during the exposure."""
         by_column = np.ascontiguousarray(self.coefficients.transpose(1, 0, 2))
         flat = smeared(by_column.reshape(len(by_column), -1), columns).reshape(by_column.shape)
         spread = np.ones((1, 2 * int(np.ceil(0.5 * columns)) + 1), np.uint8)
@@ -121,13 +122,13 @@ class Layers:
         )
 
     def at(
-        self, rings: Rings, angle_rad: float, exposure: Exposure, outwards: bool = False
+        self, ring_pixels: RingPixels, angle_rad: float, exposure: Exposure, outwards: bool = False
     ) -> Sample:
-        """What the pixels that tell something show with the surface at an angle.
+        """The model at the pixels with information on the angle, with the surface at an angle.
 
-        The exposure's smear is the layers' own; with its change ``outwards``, if that is wanted.
+        The motion blur is in the layers already; ``outwards`` adds the slope along the radius.
         """
-        grid, pixels = self.grid, rings.pixels
+        grid, pixels = self.grid, ring_pixels.pixels
         lowest = angle_rad + grid.phi_rad - exposure.slack_rad
         turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
         place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
@@ -136,7 +137,7 @@ class Layers:
         chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
         out = np.empty((3, chosen.size), np.float32)
         count = _layered(
-            self.coefficients, self.used, self.bench.reshape(-1), self._runs, rings.start,
+            self.coefficients, self.used, self.bench.reshape(-1), self._runs, ring_pixels.start,
             pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index,
             place, motion, parts, chosen, out,
         )  # fmt: skip
@@ -145,14 +146,14 @@ class Layers:
         return Sample(pixels, chosen[:count], value, per_turn, per_px)
 
 
-# Not for all of fastmath: an unknown bench is NaN.
+# Not all of fastmath: unknown background is NaN.
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
 def _layered(  # type: ignore[no-untyped-def]
     coefficients, used, bench, runs, start, phi, radius, delay, index, place, motion, parts,
     chosen, out,
 ):  # fmt: skip
-    """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in
-    use, where the bench is known if it is wanted; returns how many, their places in ``chosen``."""
+    """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in use
+    and whose background is known if it is needed; returns their number, places in ``chosen``."""
     rows, columns, _ = coefficients.shape
     flat = coefficients.reshape(-1)
     origin, per_rad, first, per_px = place
@@ -177,7 +178,7 @@ def _layered(  # type: ignore[no-untyped-def]
             if not ((v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)):
                 continue
             use = used[ring, np.int32(u + half)]
-            # What nothing shines through needs no bench.
+            # Opaque cells need no background.
             behind = bench[index[here]] if use == SEEN_THROUGH else zero
             if use == 0 or np.isnan(behind):
                 continue

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from servosight.tracking.fit import AngleEstimator, Seen
+from servosight.tracking.fit import AngleEstimator, TrackedFrame
 from servosight.tracking.layers._fine import LayerEstimator
 from servosight.tracking.layers._fit import learn_layers
 from servosight.tracking.surface import SurfaceEstimator
@@ -20,10 +20,12 @@ _JUDGES = 5  # of so many frames one judges
 _GAIN = 1.0
 
 
-def layer_estimator(runs: Iterable[Sequence[Seen]], refine: SurfaceEstimator) -> AngleEstimator:
+def layer_estimator(
+    runs: Iterable[Sequence[TrackedFrame]], refine: SurfaceEstimator
+) -> AngleEstimator:
     """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
     tell the angle better."""
-    chosen: list[Seen] = []
+    chosen: list[TrackedFrame] = []
     radius = refine.surface.grid.largest_px
     for run in runs:
         chosen += _slowest([s for s in run if s.fit and not s.repeated], _FROM_EACH)
@@ -54,7 +56,7 @@ def layer_estimator(runs: Iterable[Sequence[Seen]], refine: SurfaceEstimator) ->
     return stage if not ratios or np.median(ratios) < _GAIN else refine
 
 
-def _slowest(seen: list[Seen], count: int) -> list[Seen]:
+def _slowest(seen: list[TrackedFrame], count: int) -> list[TrackedFrame]:
     """Of each of ``count`` groups of near angles, the frame that moved least while exposed."""
     ordered = sorted(seen, key=lambda s: s.angle_rad)
     groups = np.array_split(np.arange(len(ordered)), count)

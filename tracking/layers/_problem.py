@@ -1,6 +1,6 @@
-"""The linear problem about layers, angles and light, and some steps towards its answer.
+"""The linear least-squares problem of layers, angles and light, and some steps of its solution.
 
-By conjugate gradients that know how a spline and a bench that hardly varies hang together.
+By conjugate gradients, preconditioned for the spline's overlap and for a uniform background.
 """
 
 from __future__ import annotations
@@ -12,28 +12,28 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from servosight.models.core import Array, Single
-from servosight.tracking.fit import Grid
-from servosight.tracking.layers._views import View
+from servosight.tracking.fit import PolarGrid
+from servosight.tracking.layers._frame_pixels import FramePixels
 
 _STEPS = 24
-_DOUBT = 0.5  # about the cover of a cell, given that of others as near to the edge
-_HELD = 0.1  # what holds the light, in frames' worth
+_DOUBT = 0.5  # sigma of a cell's transparency about that of cells as near to the edge
+_LIGHT_PRIOR = 0.1  # weight of the light's prior, in frames
 _LEAST_RADIUS = 0.15
-_FINEST_PX = 1.0  # wavelength along the columns that is held smooth as much as it is seen
+_FINEST_PX = 1.0  # wavelength along the columns at which smoothing weighs as much as the pixels
 _OWN = 3  # unknowns of each frame: angle, gain, offset
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """What some frames (frames,) show.
+    """The unknowns of some frames (frames,).
 
     ``layers`` (columns, rows, 2) on ``grid`` are the coefficients of light and clearness;
     ``angle_rad``, ``gain`` and ``offset`` [grey levels] are the frames'; ``bench`` (height, width)
-    is what lies still, NaN where unknown. A frame's grey levels are ``gain model + offset``, and
-    their ``noise`` [grey levels] has a variance that grows with the level g as ``1 + shot g``.
+    is the background, NaN where unknown. A frame's grey levels are ``gain model + offset``, and
+    the variance of their ``noise`` [grey levels] grows with the level g as ``1 + shot g``.
     """
 
-    grid: Grid
+    grid: PolarGrid
     layers: Single
     angle_rad: Array
     gain: Array
@@ -44,14 +44,14 @@ class Bundle:
 
 
 @dataclass(frozen=True)
-class Rest:
-    """What a bundle leaves in one frame: ``grey`` [grey levels] beside ``model``; (pixels,).
+class FrameResidual:
+    """One frame beside the model of a bundle: ``grey`` and ``model`` [grey levels]; (pixels,).
 
-    Where the bench is not known, or something else is seen, ``trust`` is 0. ``rows`` (3, pixels)
-    are the model's changes with the frame's angle, gain and offset.
+    Where the background is unknown, or something else is visible, ``trust`` is 0. ``rows``
+    (3, pixels) are the model's changes with the frame's angle, gain and offset.
     """
 
-    view: View
+    frame: FramePixels
     behind: Single
     grey: Single
     model: Single
@@ -59,9 +59,9 @@ class Rest:
     rows: Single
 
 
-def closer(
+def improved(
     now: Bundle,
-    rest: list[Rest],
+    residuals: list[FrameResidual],
     free: Single,
     likely: Single,
     still: bool,
@@ -69,24 +69,24 @@ def closer(
     """Some steps of conjugate gradients, of the layers alone where ``still``."""
     weight = [
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
-        for r, gain in zip(rest, now.gain, strict=True)
+        for r, gain in zip(residuals, now.gain, strict=True)
     ]
-    problem = _Problem(now, rest, weight, free, likely, still)
-    left = [r.grey - r.model for r in rest]
+    problem = _Problem(now, residuals, weight, free, likely, still)
+    left = [r.grey - r.model for r in residuals]
     x = np.zeros(problem.size, np.float32)
-    down = problem.back(left) + problem.held(np.zeros_like(x))
-    easy = problem.eased(down)
-    step, power = easy, float(easy @ down)
+    descent = problem.back(left) + problem.prior(np.zeros_like(x))
+    conditioned = problem.preconditioned(descent)
+    step, power = conditioned, float(conditioned @ descent)
     for _ in range(_STEPS):
         seen = problem.shown(step)
         bent = sum(float((w * s) @ s) for w, s in zip(weight, seen, strict=True))
-        length = np.float32(power / (bent + problem.stiff(step)))
+        length = np.float32(power / (bent + problem.prior_energy(step)))
         x = x + length * step
         left = [r - length * s for r, s in zip(left, seen, strict=True)]
-        down = problem.back(left) + problem.held(x)
-        easy = problem.eased(down)
-        before, power = power, float(easy @ down)
-        step = easy + np.float32(power / before) * step
+        descent = problem.back(left) + problem.prior(x)
+        conditioned = problem.preconditioned(descent)
+        before, power = power, float(conditioned @ descent)
+        step = conditioned + np.float32(power / before) * step
     layers, own = problem.parts(x)
     return replace(
         now,
@@ -98,23 +98,23 @@ def closer(
 
 
 class _Problem:
-    """The linear problem about a bundle: unknowns in one vector, light centred on the mean bench.
+    """The linear problem at a bundle: unknowns in one vector, light centred on the mean background.
 
-    Where the bench hardly varies, a cell's light and its clearness say the same: a change of
-    clearness is therefore taken together with the light that keeps the cell's grey.
+    Where the background hardly varies, a cell's light and its transparency have the same effect:
+    so a change of transparency includes the change of light that keeps the cell's grey level.
     """
 
     def __init__(
         self,
         now: Bundle,
-        rest: list[Rest],
+        residuals: list[FrameResidual],
         weight: list[Single],
         free: Single,
         likely: Single,
         still: bool,
     ) -> None:
-        self.now, self.rest, self.weight, self.free = now, rest, weight, free
-        self.cells, self.frames = free.size, len(rest)
+        self.now, self.residuals, self.weight, self.free = now, residuals, weight, free
+        self.cells, self.frames = free.size, len(residuals)
         self.size = self.cells + _OWN * self.frames
         bench = now.bench[np.isfinite(now.bench)]
         self.middle = np.float32(bench.mean()) if bench.size else np.float32(0.0)
@@ -122,20 +122,20 @@ class _Problem:
         self.likely = likely - now.layers
         self.before = now.layers.copy()
         self.before[:, :, 0] += self.middle * now.layers[:, :, 1]
-        held = (now.noise / _DOUBT) ** 2
-        self.doubt = np.array([_HELD, held], np.float32) * free
+        prior = (now.noise / _DOUBT) ** 2
+        self.doubt = np.array([_LIGHT_PRIOR, prior], np.float32) * free
         radius = now.grid.radius_px + now.grid.step_px * np.arange(now.grid.rows)
         share = np.maximum(radius / now.grid.largest_px, _LEAST_RADIUS).astype(np.float32)
         mean = sum(float(w.sum()) for w in weight) / max(sum(w.size for w in weight), 1)
-        self.sizes = (1.0, float(self.spread) + held / (mean * self.frames))
-        self.easing = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
-        # Near the pivot many columns share a pixel: what is finer than that would hold what each
-        # frame has to itself, a pivot that is not exact among it.
+        self.sizes = (1.0, float(self.spread) + prior / (mean * self.frames))
+        self.preconditioner = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
+        # Near the pivot many columns share a pixel: finer detail there would absorb frame-specific
+        # error, such as that of an inexact pivot.
         finest = (2.0 * np.pi * radius / (now.grid.largest_px * _FINEST_PX)) ** 4
         smooth = (share * np.float32(mean * self.frames) / finest).astype(np.float32)
         self.smooth = smooth[:, None] * np.array([1.0, self.spread], np.float32)
-        self.easing_of_wave = _easing_of_wave(now.grid.columns, finest)
-        power = np.array([(r.rows * w) @ r.rows.T for r, w in zip(rest, weight, strict=True)])
+        self.wave_preconditioner = _wave_preconditioner(now.grid.columns, finest)
+        power = np.array([(r.rows * w) @ r.rows.T for r, w in zip(residuals, weight, strict=True)])
         self.own = np.zeros_like(power) if still else np.linalg.inv(power + 1e-6 * np.eye(_OWN))
 
     def parts(self, x: Single) -> tuple[Single, Single]:
@@ -145,64 +145,65 @@ class _Problem:
         return layers, x[self.cells :].reshape(self.frames, _OWN)
 
     def shown(self, x: Single) -> list[Single]:
-        """What a change does to the frames' pixels."""
+        """The change of the frames' pixels with a change of the unknowns."""
         layers, own = self.parts(x)
         return [
-            np.asarray(r.view.shown(layers, r.behind) + o @ r.rows)
-            for r, o in zip(self.rest, own, strict=True)
+            np.asarray(r.frame.shown(layers, r.behind) + o @ r.rows)
+            for r, o in zip(self.residuals, own, strict=True)
         ]
 
     def back(self, left: list[Single]) -> Single:
-        """The transpose, weighed."""
+        """The transpose of ``shown``, weighted."""
         layers = np.zeros(self.free.shape, np.float32)
         own = np.zeros((self.frames, _OWN), np.float32)
-        for n, (r, w, residual) in enumerate(zip(self.rest, self.weight, left, strict=True)):
+        for n, (r, w, residual) in enumerate(zip(self.residuals, self.weight, left, strict=True)):
             grey = w * residual
-            layers += r.view.spread(grey, r.behind, self.free.shape)
+            layers += r.frame.spread(grey, r.behind, self.free.shape)
             own[n] = r.rows @ grey
         layers[:, :, 1] -= self.middle * layers[:, :, 0]
         layers *= self.free
         return np.concatenate([layers.ravel(), own.ravel()])
 
-    def held(self, x: Single) -> Single:
-        """The pull towards what is likely without any frame."""
+    def prior(self, x: Single) -> Single:
+        """Gradient towards the prior: likely layers that are smooth along the columns."""
         change = x[: self.cells].reshape(self.free.shape)
         pull = np.zeros_like(x)
-        rough = _bent(self.smooth * _bent(self.before + change)) * self.free
+        rough = (
+            _second_difference(self.smooth * _second_difference(self.before + change)) * self.free
+        )
         pull[: self.cells] = (self.doubt * (self.likely - change) - rough).ravel()
         return pull
 
-    def stiff(self, x: Single) -> float:
-        """What that pull adds to the square of a change."""
+    def prior_energy(self, x: Single) -> float:
+        """The prior's part in the quadratic form of a change."""
         change = x[: self.cells].reshape(self.free.shape)
-        return float((self.doubt * change**2 + self.smooth * _bent(change) ** 2).sum())
+        return float((self.doubt * change**2 + self.smooth * _second_difference(change) ** 2).sum())
 
-    def eased(self, x: Single) -> Single:
-        """Preconditioned: by the inverse of the spline's own products, cells alike in weight."""
+    def preconditioned(self, x: Single) -> Single:
+        """Preconditioned by the inverse of the spline's products, for cells of equal weight."""
         layers = x[: self.cells].reshape(self.free.shape).copy()
         for side, size in enumerate(self.sizes):
-            sheet = layers[:, :, side] * self.easing
+            sheet = layers[:, :, side] * self.preconditioner
             sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
-            waves = fft.dct(sheet, axis=0, norm="ortho") * self.easing_of_wave
+            waves = fft.dct(sheet, axis=0, norm="ortho") * self.wave_preconditioner
             sheet = fft.idct(waves, axis=0, norm="ortho").astype(np.float32)
             sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
-            layers[:, :, side] = sheet * self.easing / np.float32(size)
+            layers[:, :, side] = sheet * self.preconditioner / np.float32(size)
         layers *= self.free
         own = np.einsum("nab,nb->na", self.own, x[self.cells :].reshape(self.frames, _OWN))
         return np.concatenate([layers.ravel(), own.ravel()]).astype(np.float32)
 
 
-def _easing_of_wave(columns: int, finest: NDArray[np.floating]) -> Single:
-    """Inverse of the spline's own product and of the smoothing, for each wave along the columns.
+def _wave_preconditioner(columns: int, finest: NDArray[np.floating]) -> Single:
+    """Inverse of the spline's product plus the smoothing, for each wave along the columns.
 
-    Smoothing is as strong as the product where a second difference squared is ``finest`` (rows,);
-    (columns, rows).
+    Both are equal where a second difference squared is ``finest`` (rows,); (columns, rows).
     """
     cos = np.cos(np.pi * np.arange(columns) / columns)[:, None]
     return np.asarray(1.0 / (((4.0 + 2.0 * cos) / 6.0) ** 2 + (2.0 - 2.0 * cos) ** 2 / finest))
 
 
-def _bent(layers: Single) -> Single:
-    """Second differences along the columns; at either end the layers go on as they are."""
+def _second_difference(layers: Single) -> Single:
+    """Second differences along the columns; the end values are repeated."""
     padded = np.pad(layers, ((1, 1), (0, 0), (0, 0)), "edge")
     return np.asarray(2.0 * layers - padded[:-2] - padded[2:])

@@ -7,10 +7,10 @@ in ``METHODS``.
 from servosight.tracking.methods._box import choose_box as choose_box
 from servosight.tracking.methods._contract import Method as Method
 from servosight.tracking.methods._frames import (
-    Instrument as Instrument,
+    MovingPart as MovingPart,
 )
 from servosight.tracking.methods._frames import (
-    Subject as Subject,
+    TrackingSetup as TrackingSetup,
 )
 from servosight.tracking.methods._frames import (
     track_frames as track_frames,

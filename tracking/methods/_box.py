@@ -15,8 +15,8 @@ _LARGEST_HALF_PX = 28
 def choose_box(outline_px: Array, pivot_px: tuple[float, float], picture: Image) -> Box:
     """The square on the surface with most information on its angle (x, y, width, height).
 
-    It never sees past the surface's edge. The information is the sum of (dI/dangle)^2 over its
-    pixels (Robinson and Milanfar 2004).
+    It stays within the surface's edge at any angle. The information is the sum of (dI/dangle)^2
+    over its pixels (Robinson and Milanfar 2004).
     """
     shape = picture.shape
     cover = np.zeros(shape, np.uint8)

@@ -1,4 +1,4 @@
-"""What a method of tracking is."""
+"""The contract of a tracking method."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The pipeline that methods share which measure frame after frame.
+"""The pipeline shared by methods that measure frame after frame.
 
-Find the moving part; prepare an estimator (the method's own); follow the frames; evaluate all of
-them together.
+Find the moving part; prepare the method's own estimator; track the frames; evaluate all of them
+together.
 """
 
 from __future__ import annotations
@@ -13,50 +13,49 @@ import numpy as np
 
 from servosight.models.core import Array, FrameProgress, Image, InputError
 from servosight.tracking.acquisition import acquire, same_view, without
-from servosight.tracking.calibration import View, rectifier, view_of
+from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.surface import Surface, SurfaceEstimator
-from servosight.tracking.uncertainty import Measured, evaluate
+from servosight.tracking.uncertainty import FrameMeasurements, evaluate
 from servosight.tracking.video import Film
 
 
 @dataclass(frozen=True)
-class Subject:
-    """The moving part as the motion, or the user, shows it.
+class MovingPart:
+    """The moving part, found from the motion or from the user's options.
 
-    ``view`` is how the camera sees its plane, ``rectified`` resamples pictures into that plane and
-    ``first`` is the first one so. ``estimator`` measures it by its interior, ``home_rad`` is its
-    angle in the first frame against the learnt ``surface``, ``outline`` (points, 2) its contour
-    there in the plane, ``box`` the square on it that determines the angle best.
+    ``view`` is the camera's view of its plane, ``rectified`` resamples pictures into that plane and
+    ``first`` is the first one resampled. ``estimator`` measures it by its interior, ``initial_rad``
+    is its angle in the first frame relative to the learnt ``surface``, ``outline`` (points, 2) its
+    contour there in the plane, ``box`` the square on it that determines the angle best.
     """
 
-    view: View
+    view: CameraView
     rectified: Callable[[Image], Image]
     first: Image
     surface: Surface
     estimator: SurfaceEstimator
-    home_rad: float
+    initial_rad: float
     outline: Array
     box: Box
 
 
 @dataclass(frozen=True)
-class Instrument:
-    """What measures each frame, from ``home_rad`` in the first one.
+class TrackingSetup:
+    """The estimator of each frame, from ``initial_rad`` in the first one.
 
-    ``pivot`` is x, y in the plane about which it turns the part, ``shutters`` when rows are
-    exposed.
+    ``pivot`` is x, y in the plane about which the part turns, ``shutters`` the exposure of rows.
     """
 
     estimator: AngleEstimator
-    home_rad: float
+    initial_rad: float
     pivot: tuple[float, float]
     shutters: Shutters
 
 
-Prepare = Callable[[Film, Subject], Instrument]
+Prepare = Callable[[Film, MovingPart], TrackingSetup]
 
 
 def track_frames(
@@ -64,21 +63,21 @@ def track_frames(
 ) -> Track:
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
     film = film.stabilised()
-    subject = find_subject(film, options)
-    instrument = prepare(film, subject)
-    measured = measure(film, subject, instrument, progress)
-    time_s = film.times(measured.stamps_s, instrument.shutters.middle_s)
+    part = find_moving_part(film, options)
+    setup = prepare(film, part)
+    measured = measure(film, part, setup, progress)
+    time_s = film.times(measured.stamps_s, setup.shutters.middle_s)
     angles = evaluate(
         measured,
         time_s,
-        subject.view,
-        instrument.shutters,
+        part.view,
+        setup.shutters,
         pivot_given=options.pivot is not None,
         correlated=film.predicted or film.stabiliser is not None,
     )
-    plane = subject.view.plane
-    x, y = plane.to_picture(np.array([instrument.pivot]) + angles.pivot_shift_px)[0]
-    shutter_notes = (instrument.shutters.note,) if instrument.shutters.note else ()
+    plane = part.view.plane
+    x, y = plane.to_picture(np.array([setup.pivot]) + angles.pivot_shift_px)[0]
+    shutter_notes = (setup.shutters.note,) if setup.shutters.note else ()
     return Track(
         video=film.path,
         method=options.method,
@@ -87,21 +86,21 @@ def track_frames(
         sigma_deg=np.rad2deg(angles.sigma_rad),
         flags=angles.flags,
         pivot_px=(float(x), float(y)),
-        template_px=subject.box,
-        outline_px=plane.to_picture(subject.outline),
+        template_px=part.box,
+        outline_px=plane.to_picture(part.outline),
         plane=plane,
         notes=(
-            *(angles.notes or (subject.view.note,)),
+            *(angles.notes or (part.view.note,)),
             *shutter_notes,
             *film.notes(measured.stamps_s),
         ),
         shared_deg=np.rad2deg(angles.shared_rad),
-        shutters=instrument.shutters,
+        shutters=setup.shutters,
     )
 
 
-def find_subject(film: Film, options: TrackOptions) -> Subject:
-    """The moving part, its pivot and its plane from the calm frames of a stabilised video."""
+def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
+    """The moving part, its pivot and its plane, from slow frames of a stabilised video."""
     images, beside = film.images, options.beside
     if beside is None:
         view = view_of(images, options.camera)
@@ -119,23 +118,23 @@ def find_subject(film: Film, options: TrackOptions) -> Subject:
     estimator = SurfaceEstimator.of(surface, images[0].shape)
     start_rad = estimator.search(images[0], 0.0, np.pi)
     home = estimator.fit_near(images[0], start_rad, STILL)
-    home_rad = home.angle_rad if home is not None else 0.0
-    outline = turned(surface.outline_px, surface.pivot_px, home_rad)
+    initial_rad = home.angle_rad if home is not None else 0.0
+    outline = turned(surface.outline_px, surface.pivot_px, initial_rad)
     box = options.template or choose_box(outline, surface.pivot_px, flat[0])
-    return Subject(view, rectified, flat[0], surface, estimator, home_rad, outline, box)
+    return MovingPart(view, rectified, flat[0], surface, estimator, initial_rad, outline, box)
 
 
 def measure(
-    film: Film, subject: Subject, instrument: Instrument, progress: FrameProgress | None = None
-) -> Measured:
+    film: Film, part: MovingPart, setup: TrackingSetup, progress: FrameProgress | None = None
+) -> FrameMeasurements:
     """Measure every frame; InputError where the part is found in none of them."""
-    radius_px = subject.surface.grid.largest_px
+    radius_px = part.surface.grid.largest_px
     rows = []
     for seen in follow(
-        instrument.estimator,
+        setup.estimator,
         film.frames(),
-        instrument.home_rad,
-        instrument.shutters,
+        setup.initial_rad,
+        setup.shutters,
         radius_px,
         film.predicted,
     ):
@@ -144,7 +143,7 @@ def measure(
         if progress is not None:
             progress(frame.index + 1, film.header.count)
     stamps, alignment, fits, exposures, repeated = (list(c) for c in zip(*rows, strict=True))
-    measured = Measured(stamps, alignment, fits, exposures, repeated, radius_px)
+    measured = FrameMeasurements(stamps, alignment, fits, exposures, repeated, radius_px)
     if all(fit is None for fit in measured.fits):
         raise InputError(
             f"{film.path}: the surface was found in none of {len(rows)} frames; expected it in "

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from servosight.models.core import Array, FrameProgress, InputError
-from servosight.tracking.calibration import View, view_of
+from servosight.tracking.calibration import CameraView, view_of
 from servosight.tracking.core import (
     Family,
     Flag,
@@ -39,8 +39,8 @@ _FAMILIES: dict[Family, tuple[int, ...]] = {
 _LEAST_SHARE = 0.3  # of the sampled frames that show it
 _MOVED_PX = 2.0
 _MAD = 1.4826  # standard deviation over median absolute deviation
-# Weights of a centre and an edge in the search for the pivot: edges are off together, by a tenth
-# of this.
+# Sigma of a centre and of an edge's angle in the search for the pivot: edges have a common error of
+# a tenth of this.
 _CENTRE_PX, _EDGE_RAD = 0.03, np.deg2rad(1.0)
 
 
@@ -113,7 +113,7 @@ class _Swing:
     outline: Array
 
 
-def _swing(view: View, corners: Array, pivot_px: tuple[float, float] | None) -> _Swing:
+def _swing(view: CameraView, corners: Array, pivot_px: tuple[float, float] | None) -> _Swing:
     """From corners (frames, 4, 2) [px]; the pivot is ``pivot_px`` where given."""
     found: NDArray[np.bool_] = np.asarray(np.isfinite(corners).all((1, 2)))
     centre_px = _centres(corners)
@@ -187,7 +187,7 @@ def _chosen(film: Film, options: TrackOptions) -> tuple[Any, int]:
 
 
 def _centres(corners: Array) -> Array:
-    """Where a square's diagonals meet, (n, 2): its centre however it is seen."""
+    """The intersection of a square's diagonals, (n, 2): its centre under any perspective."""
     a, b, c, d = corners.transpose(1, 0, 2)
     along, across, between = c - a, d - b, b - a
     cross = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]

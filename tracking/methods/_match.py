@@ -18,18 +18,18 @@ from servosight.tracking.core import (
     TrackOptions,
     turning,
 )
-from servosight.tracking.fit import AngleEstimator, Fit
-from servosight.tracking.methods._frames import Instrument, Subject, track_frames
+from servosight.tracking.fit import AngleEstimator, AngleFit
+from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
 from servosight.tracking.video import Film
 
 _LEAST_SCORE = 0.6
-# The peak of a sampled correlation, interpolated by a parabola, leans towards whole pixels.
+# The peak of a sampled correlation, interpolated by a parabola, is biased towards whole pixels.
 _PEAK_BIAS_PX = 0.015
 
 
 @dataclass(frozen=True)
 class TemplateEstimator:
-    """The stage: a box of the first frame, found again by normalised cross-correlation.
+    """A box of the first frame, found again by normalised cross-correlation.
 
     The angle is that of the line from the pivot to the box's centre.
     """
@@ -46,15 +46,16 @@ class TemplateEstimator:
         return np.asarray(centre - np.array(self.pivot_px))
 
     def fit_near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """Match near an angle: once as far as a quarter of the box, once more, turned right."""
+        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
+    ) -> AngleFit | None:
+        """Match near an angle: within a quarter of the box, then with a template so turned."""
         reach = max(self.box[2:]) // 4 + 3
         rough = self._match(picture, angle_rad, reach)
         fit = rough and self._match(picture, rough.angle_rad, 3)
         if fit is None or not exposure.slack_rad:
             return fit
-        # Found in the box's own rows, told for the middle one. Correlation needs no smear.
+        # Measured at the time of the box's rows, converted to the middle row's. Correlation needs
+        # no model of motion blur.
         arm = turning(fit.angle_rad) @ self.arm_px
         late = float(self.pivot_px[1] + arm[1]) / max(picture.shape[0] - 1, 1) - 0.5
         own = exposure.per_delay_rad * late + exposure.bend_rad * late**2
@@ -72,7 +73,7 @@ class TemplateEstimator:
 
     def _match(
         self, picture: Image, angle_rad: float, reach: int, least: float = _LEAST_SCORE
-    ) -> Fit | None:
+    ) -> AngleFit | None:
         turn = np.array(
             [[np.cos(angle_rad), np.sin(angle_rad)], [-np.sin(angle_rad), np.cos(angle_rad)]]
         )
@@ -90,13 +91,13 @@ class TemplateEstimator:
         if score[row, column] < least:
             return None
         offset = _peak(np.asarray(score, np.float32), int(row), int(column))
-        # Where the box's exact centre went: the template was cut on whole pixels.
+        # Position of the box's exact centre: the template was cut on whole pixels.
         moved = low + np.array([column, row]) - corner + offset
         place = centre + moved - np.array(self.pivot_px)
         home = turn @ self.arm_px
         step = float(np.arctan2(home[1] * place[0] - home[0] * place[1], home @ place))
         seen = window[row : row + height, column : column + width]
-        return Fit(
+        return AngleFit(
             angle_rad + step,
             _sigma_rad(template, seen, home),
             (0.0, 0.0),
@@ -151,15 +152,15 @@ def _sigma_rad(template: NDArray[np.float32], seen: NDArray[np.float32], arm_px:
 
 @dataclass(frozen=True)
 class RectifiedEstimator:
-    """An estimator that sees pictures resampled into the plane of motion."""
+    """An estimator on pictures resampled into the plane of motion."""
 
     estimator: AngleEstimator
     rectified: Callable[[Image], Image]
 
     def fit_near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """As the estimator's own; which pixels are ``old`` is not known in the plane."""
+        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
+    ) -> AngleFit | None:
+        """The estimator's own fit; which pixels are ``copied`` is not known in the plane."""
         return self.estimator.fit_near(self.rectified(picture), angle_rad, exposure)
 
     def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
@@ -170,13 +171,13 @@ class RectifiedEstimator:
 def match(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """Template matching: a box of the first frame found again in the others.
 
-    Exposure and readout are used where they are given, and not looked for.
+    Exposure and readout are used where they are given; they are not estimated.
     """
 
-    def prepare(film: Film, subject: Subject) -> Instrument:
-        pivot = subject.surface.pivot_px
-        template = TemplateEstimator(subject.first, pivot, subject.box)
+    def prepare(film: Film, part: MovingPart) -> TrackingSetup:
+        pivot = part.surface.pivot_px
+        template = TemplateEstimator(part.first, pivot, part.box)
         shutters = film.shutters or Shutters(np.zeros(1), 0.0)
-        return Instrument(RectifiedEstimator(template, subject.rectified), 0.0, pivot, shutters)
+        return TrackingSetup(RectifiedEstimator(template, part.rectified), 0.0, pivot, shutters)
 
     return track_frames(film, options, progress, prepare)

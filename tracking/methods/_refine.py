@@ -1,4 +1,4 @@
-"""Method ``refine``: Gauss-Newton on the angle, on all pixels that show it."""
+"""Method ``refine``: Gauss-Newton on the angle, over all pixels that depend on it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from servosight.models.core import FrameProgress
 from servosight.tracking.core import Shutters, Track, TrackOptions
 from servosight.tracking.layers import LayerEstimator, layer_estimator
-from servosight.tracking.methods._frames import Instrument, Subject, track_frames
+from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
 from servosight.tracking.shutter import find_shutter, first_pass
 from servosight.tracking.video import Film
 
@@ -22,15 +22,15 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     return track_frames(film, options, progress, prepare)
 
 
-def prepare(film: Film, subject: Subject) -> Instrument:
+def prepare(film: Film, part: MovingPart) -> TrackingSetup:
     """The estimator over layers, or over the interior where the layers are no better."""
-    interior = subject.estimator
+    interior = part.estimator
     look = partial(first_pass, film, interior)
     shutters = film.shutters
     if shutters is None:
         shutters = find_shutter(interior, look(Shutters(np.zeros(1), 0.0)))
     estimator = layer_estimator(look(shutters), interior)
-    pivot = subject.surface.pivot_px
+    pivot = part.surface.pivot_px
     if isinstance(estimator, LayerEstimator):  # the layers refine the pivot as they are learnt
         pivot = estimator.layers.grid.pivot_px
-    return Instrument(estimator, subject.home_rad, pivot, shutters)
+    return TrackingSetup(estimator, part.initial_rad, pivot, shutters)

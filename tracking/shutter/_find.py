@@ -1,9 +1,8 @@
-"""Exposure and readout of a camera of which nothing is told, from pictures of a fast surface.
+"""Exposure and readout time of an unknown camera, from pictures of a fast surface.
 
-A picture is smeared as long as its rows were exposed, and sheared as far as the readout kept them
-apart. Both change what the learnt surface leaves unexplained, so the pair that leaves least is the
-camera's: one number each for all frames. A picture that stands on its head was read from its last
-row up, a readout below zero.
+The motion blur of a picture is proportional to the exposure, its shear to the readout time. Both
+change the residual of the learnt surface, so the pair with the smallest residual is the camera's:
+one number each for all frames. A picture read from its last row up has a readout below zero.
 """
 
 from __future__ import annotations
@@ -15,36 +14,39 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion
-from servosight.tracking.fit import Seen
+from servosight.tracking.fit import TrackedFrame
 from servosight.tracking.surface import SurfaceEstimator
 
 _FRAMES = 24
 _LEAST = 8
-_PACE_PX = (1.0, 24.0)  # at the tip, from frame to frame: less tells nothing, more tears
+_PACE_PX = (
+    1.0,
+    24.0,
+)  # at the tip, from frame to frame: less holds no information, more cannot be tracked
 _STEPS = 8  # of a frame time, at first
 _FINER = 3
 _AROUND = 2
-_ROUNDS = 8  # of the finer steps, each of which goes three on at most
+_ROUNDS = 8  # of the finer steps, three steps at most each
 _SURE = 4.0
 # The surface is learnt from pictures of the same shutter, which is a small error in all of them:
 # on the twin's videos readouts came out within 2 % of a frame time, exposures within 5 %.
 _TIMES, _AT_LEAST = 2.0, 0.02
-_UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: anything up to it
+_UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
 
 
 @dataclass(frozen=True)
 class _Moving:
     """A frame that moves, with its speed [rad/s] and acceleration [rad/s^2]."""
 
-    seen: Seen
+    seen: TrackedFrame
     speed: float
     acceleration: float
 
 
-def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[Seen]]) -> Shutters:
-    """The shutter by ``runs`` of neighbouring frames, measured as if they stood still.
+def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]]) -> Shutters:
+    """The shutter from ``runs`` of neighbouring frames that were measured without motion.
 
-    Where too little moves fast enough, none, with a doubt of a frame time.
+    Where too little moves fast enough, none, with an uncertainty of a frame time.
     """
     radius, frame_s = refine.surface.grid.largest_px, 0.0
     moving: list[_Moving] = []
@@ -55,12 +57,12 @@ def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[Seen]]) -> Sh
     unknown = _UNKNOWN * frame_s
     if len(moving) < _LEAST:
         note = (
-            "exposure and readout of the camera are not told, and too little moves to see them: "
-            "sigma holds a shutter that rolls for up to a frame time"
+            "exposure and readout of the camera are not given, and too little moves to find them: "
+            "sigma allows for a rolling shutter with a readout of up to a frame time"
         )
         return Shutters(np.zeros(1), 0.0, unknown, note)
 
-    found = lowest(lambda shutter: _left(refine, moving, shutter), frame_s)
+    found = best_shutter(lambda shutter: _left(refine, moving, shutter), frame_s)
     opens_s, rolls_s = found.shutter.exposure_s, found.shutter.readout_s
     opens_doubt_s, rolls_doubt_s = (
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
@@ -71,27 +73,27 @@ def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[Seen]]) -> Sh
     upwards = " from the last row up" if rolls_s < 0.0 else ""
     note = (
         f"exposure {1e3 * opens_s:.2g} ms and readout {1e3 * abs(rolls_s):.2g} ms{upwards} are not "
-        "told and "
-        f"found from smear and shear, with a sigma of {1e3 * opens_doubt_s:.1g} and "
-        f"{1e3 * rolls_doubt_s:.1g} ms: [camera] in recording.toml tells them better"
+        "given and were "
+        f"found from motion blur and shear, with a sigma of {1e3 * opens_doubt_s:.1g} and "
+        f"{1e3 * rolls_doubt_s:.1g} ms: values given in [camera] of recording.toml are better"
     )
     return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note)
 
 
 @dataclass(frozen=True)
-class Lowest:
-    """The shutter that leaves least, and one sigma of its exposure and readout by chance alone."""
+class ShutterEstimate:
+    """The shutter of least residual, and sigma of exposure and readout from the scatter alone."""
 
     shutter: Shutter
     exposure_doubt_s: float
     readout_doubt_s: float
 
 
-def lowest(left: Callable[[Shutter], Array], frame_s: float) -> Lowest:
-    """The shutter at which frames leave least, each squared residual by ``left`` (frames,).
+def best_shutter(left: Callable[[Shutter], Array], frame_s: float) -> ShutterEstimate:
+    """The shutter with the least squared residuals ``left`` (frames,) of the frames.
 
-    One number after the other, over all that a frame time allows and then in finer steps, until
-    both stay: a wrong exposure can pass for a readout.
+    Exposure and readout in turn, over a whole frame time and then in finer steps until both
+    converge: a wrong exposure can look like a readout.
     """
 
     def readout(at_s: Array, opens_s: float) -> tuple[float, float]:
@@ -111,10 +113,10 @@ def lowest(left: Callable[[Shutter], Array], frame_s: float) -> Lowest:
         moved_s = np.subtract((rolls_s, opens_s), before_s)
         if np.abs(moved_s).max() < step_s / _FINER:
             break
-    return Lowest(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s)
+    return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s)
 
 
-def _moving(run: Sequence[Seen]) -> list[_Moving]:
+def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:
     """The frames of a run that have two neighbours on either side."""
     found = []
     for n in range(2, len(run) - 2):
@@ -128,7 +130,7 @@ def _moving(run: Sequence[Seen]) -> list[_Moving]:
 
 
 def _fastest(moving: Sequence[_Moving], per_speed: float) -> list[_Moving]:
-    """Some of the fastest that can be followed; ``per_speed`` [px s] makes pixels of a speed."""
+    """Some of the fastest that can be tracked; ``per_speed`` [px s] converts a speed to pixels."""
     paced = [one for one in moving if _PACE_PX[0] < abs(one.speed) * per_speed < _PACE_PX[1]]
     return sorted(paced, key=lambda one: -abs(one.speed))[:_FRAMES]
 
@@ -138,15 +140,15 @@ def _left(refine: SurfaceEstimator, moving: Sequence[_Moving], shutter: Shutter)
     found = np.full(len(moving), np.nan)
     for n, one in enumerate(moving):
         motion = Exposure.of(one.speed, one.acceleration, shutter)
-        fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.old)
+        fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.copied)
         if fit is not None:
             found[n] = fit.noise**2 / max(fit.kept, 1e-3)
     return found
 
 
 def _least(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
-    """Where frames leave least, by the parabola through the lowest of them; and its sigma, by
-    leaving out one frame after the other (the jackknife)."""
+    """The least total residual, by the parabola about the lowest value; and its sigma by the
+    jackknife, leaving out one frame after the other."""
     table = np.array(left)
     table = table[:, np.isfinite(table).all(0)]
     count = table.shape[1]
@@ -161,7 +163,7 @@ def _least(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
 
 
 def _vertex(at_s: Array, total: Array) -> float:
-    """Where a parabola about the smallest of ``total`` is lowest, within what was tried."""
+    """The minimum of a parabola about the smallest of ``total``, within the values tried."""
     n = int(np.clip(np.argmin(total), _AROUND, at_s.size - 1 - _AROUND))
     near = slice(n - _AROUND, n + _AROUND + 1)
     middle, unit = at_s[n], at_s[n + 1] - at_s[n]

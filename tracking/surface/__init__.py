@@ -1,4 +1,4 @@
-"""The moving part's picture, mask and outline, and its angle by its interior."""
+"""The moving part's picture, mask and outline, and its angle from its interior."""
 
 from servosight.tracking.surface._estimator import (
     SurfaceEstimator as SurfaceEstimator,
@@ -10,7 +10,7 @@ from servosight.tracking.surface._mask import surface_mask as surface_mask
 from servosight.tracking.surface._outline import tightened as tightened
 from servosight.tracking.surface._search import search as search
 from servosight.tracking.surface._surface import (
-    Blurred as Blurred,
+    BlurredSurface as BlurredSurface,
 )
 from servosight.tracking.surface._surface import (
     Surface as Surface,

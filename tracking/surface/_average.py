@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Image, Single
 from servosight.tracking.core import weights
-from servosight.tracking.fit import GATE, Grid
+from servosight.tracking.fit import GATE, PolarGrid
 
 
 def spline_of(image: Image) -> Single:
@@ -18,11 +18,13 @@ def spline_of(image: Image) -> Single:
     return np.asarray(ndimage.spline_filter(image, order=3, output=np.float32))
 
 
-def average(splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid: Grid) -> Single:
+def average(
+    splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid: PolarGrid
+) -> Single:
     """Spline coefficients of the mean of frames turned back, each shifted by its own.
 
-    Of shape (columns, rows), float32. A cell's mean leaves out what lies far from its median: what
-    covered the surface for a while.
+    Of shape (columns, rows), float32. A cell's mean leaves out values far from its median, where
+    something covered the surface for a time.
     """
     stack = np.empty((grid.columns, grid.rows, len(splines)), np.float32)
     radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
@@ -38,7 +40,7 @@ def average(splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _turn_back(spline, centre, radius, phi, out):  # type: ignore[no-untyped-def]
-    """A picture's spline on a turned lattice; beyond the picture its border goes on."""
+    """A picture's spline on a turned lattice; beyond the picture its border values are repeated."""
     height, width = spline.shape
     for m in range(phi.size):
         cos, sin = np.cos(phi[m]), np.sin(phi[m])
@@ -63,7 +65,7 @@ def _turn_back(spline, centre, radius, phi, out):  # type: ignore[no-untyped-def
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _usual_mean(stack):  # type: ignore[no-untyped-def]
-    """Mean over the last axis of what lies within the gate about the median."""
+    """Mean over the last axis of the values within the gate about the median."""
     columns, rows, count = stack.shape
     mean = np.empty((columns, rows))
     away = np.empty(count, np.float32)

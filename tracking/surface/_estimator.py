@@ -8,17 +8,17 @@ import numpy as np
 
 from servosight.models.core import Image, Mask
 from servosight.tracking.core import Exposure
-from servosight.tracking.fit import Fit, Pixels, Sample, gauss_newton, news, turn
+from servosight.tracking.fit import AngleFit, Pixels, Sample, gauss_newton, turn, without_copied
 from servosight.tracking.surface._search import search
 from servosight.tracking.surface._surface import Surface
 
-# A fit that explains less of the picture than this share of what the learnt frames showed is of
-# something else; the same for pixels that pass the gate.
+# A fit with less than this share of the learnt frames' correlation, or of pixels that pass the
+# gate, is not of the surface.
 _LEAST_CORRELATION = 0.6
 _LEAST_KEPT = 0.35
 
 
-def likely(fit: Fit, usual: float) -> bool:
+def likely(fit: AngleFit, usual: float) -> bool:
     """Whether a fit is of the surface, whose ``usual`` correlation the learnt frames showed."""
     return fit.correlation >= _LEAST_CORRELATION * usual and fit.kept >= _LEAST_KEPT
 
@@ -28,7 +28,7 @@ class SurfaceEstimator:
     """A learnt surface, and tables of the picture's pixels about its pivot."""
 
     surface: Surface
-    every: int  # of so many pixels one is used
+    every: int  # one of so many pixels is used
     pixels: Pixels
     thin: Pixels
     shape: tuple[int, ...]
@@ -40,21 +40,21 @@ class SurfaceEstimator:
         return cls(surface, surface.thinning, pixels, surface.few_pixels(shape), shape)
 
     def thinned(self, by: int) -> SurfaceEstimator:
-        """The same on one of ``by`` pixels: faster, and less exact by the root of that."""
+        """The same on one of ``by`` pixels: faster, and less exact by the square root of ``by``."""
         every, shape = self.every * by, self.shape
         return replace(self, every=every, pixels=self.surface.pixels(shape, every))
 
     def fit_near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask | None = None
-    ) -> Fit | None:
-        """Fit from an angle, the surface as the exposure shows it; None if it is no fit.
+        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
+    ) -> AngleFit | None:
+        """Fit from an angle, with the exposure's motion blur; None where the fit is not accepted.
 
-        Pixels that are ``old`` are left out as long as others tell the angle.
+        Pixels that are ``copied`` are left out where the others determine the angle.
         """
         model = self.surface.blurred(exposure.turn_rad)
 
         def at(angle: float) -> Sample:
-            return news(model.at(self.pixels, angle, exposure), old)
+            return without_copied(model.at(self.pixels, angle, exposure), copied)
 
         fit = gauss_newton(at, turn, picture, angle_rad)
         if fit is None or not likely(fit, self.surface.correlation):

@@ -1,4 +1,4 @@
-"""Which cells turn with the surface and which stay with the bench, once the angles are known."""
+"""The cells that turn with the surface, as against those of the background, from known angles."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.fit import Grid
+from servosight.tracking.fit import PolarGrid
 
 
-def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first: Mask) -> Mask:
-    """Cells that turn with the surface rather than stay with the bench, about the cells ``first``.
+def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, first: Mask) -> Mask:
+    """Cells that turn with the surface rather than stay with the background, about ``first``.
 
-    The bench is the median of what each pixel shows while surely nothing covers it. A cell is the
-    surface's where the turned-back mean explains the frames better than the bench does.
+    The background is the median of each pixel over frames in which surely nothing covers it. A cell
+    is the surface's where the mean of frames turned back explains the frames better.
     """
     stack = np.stack(images)
     mask = ndimage.binary_dilation(first, iterations=4)
     places = [
         tuple(p.astype(np.float32) for p in grid.points(float(angle))) for angle in angles_rad
     ]
-    seen = np.stack([_look(image, place) for image, place in zip(stack, places, strict=True)])
+    seen = np.stack([_resampled(image, place) for image, place in zip(stack, places, strict=True)])
     height, width = stack.shape[1:]
     inside = np.stack([(x >= 0) & (y >= 0) & (x < width) & (y < height) for x, y in places])
     seen = np.where(inside, seen, np.nan)
@@ -34,10 +34,10 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first:
         own = _nanmean((seen - mean) ** 2)
     for _ in range(3):
         bench = _bench(stack, angles_rad, grid, mask)
-        behind = np.stack([_look(bench, place) for place in places])
+        behind = np.stack([_resampled(bench, place) for place in places])
         against = _nanmean((seen - behind) ** 2)
         own_near, against_near = _local(own), _local(against)
-        # Where the bench never shows, the cell must at least look the same in all frames.
+        # Where the background is never visible, the cell must at least look the same in all frames.
         never = np.isnan(against_near)
         contrast = _local((mean - _nan_to(_local(mean, 9), 0.0)) ** 2)
         turns = np.where(
@@ -53,22 +53,24 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: Grid, first:
     return np.asarray(ndimage.binary_fill_holes(ndimage.binary_closing(mask_new, iterations=2)))
 
 
-def _look(image: NDArray[np.float32], place: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+def _resampled(
+    image: NDArray[np.float32], place: Sequence[NDArray[np.float32]]
+) -> NDArray[np.float32]:
     return np.asarray(
         cv2.remap(image, place[0], place[1], cv2.INTER_LINEAR, borderValue=float("nan"))
     )
 
 
 def _temporal_noise(stack: NDArray[np.float32]) -> float:
-    """The camera's noise [grey levels]: most pixels never change but by it."""
+    """The camera's noise [grey levels]: most pixels change by it alone."""
     step = np.abs(np.diff(stack[:, ::3, ::3], axis=0))
     return float(1.4826 * np.median(step) / np.sqrt(2.0))
 
 
 def _bench(
-    stack: NDArray[np.float32], angles_rad: Array, grid: Grid, mask: Mask
+    stack: NDArray[np.float32], angles_rad: Array, grid: PolarGrid, mask: Mask
 ) -> NDArray[np.float32]:
-    """Median picture of what lies still, NaN where the (generous) mask always covers it."""
+    """Median picture of the background, NaN where the (generous) mask always covers it."""
     height, width = stack.shape[1:]
     y, x = np.indices((height, width), dtype=np.float32)
     dx, dy = x - grid.pivot_px[0], grid.pivot_px[1] - y
@@ -111,7 +113,7 @@ def _local(values: NDArray[np.float32], size: int = 5) -> NDArray[np.float32]:
     return np.asarray(np.where(share > 1e-3, total / np.maximum(share, 1e-3), np.nan), np.float32)
 
 
-def _largest(mask: Mask, grid: Grid) -> Mask:
+def _largest(mask: Mask, grid: PolarGrid) -> Mask:
     """The connected piece of largest area in the picture."""
     labels, count = ndimage.label(mask)
     if count == 0:

@@ -1,11 +1,11 @@
-"""The moving part's visible edge: a closed line where its own picture ends and the bench begins.
+"""The moving part's visible edge: a closed line between its own picture and the background.
 
-What turns with the surface is more than the surface: its shadow does too, and so does what the
-frames never show uncovered. Two cues part them, both on frames turned back about the pivot. Inside
-the edge a pixel shows the same in all frames; outside it shows a share of the bench behind it, as
-far as a shadow leaves it. And the edge itself is the sharpest step along its normal. The line that
-agrees best with both, and bends little, is found by dynamic programming (Amini, Weymouth and Jain
-1990) across a band about a rough outline.
+More than the surface turns with it: its shadow, and background that the frames never show
+uncovered. Two features distinguish them, both in frames turned back about the pivot. Inside the
+edge a pixel is the same in all frames; outside it shows the background, dimmed by a shadow. And the
+edge itself is the sharpest step along its normal. The line that agrees best with both, and is
+smooth, is found by dynamic programming (Amini, Weymouth and Jain 1990) in a band about a rough
+outline.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _SHADOW_PX = 9
 _STEP_PX = 0.5  # along a normal
 _SPACING_PX = 1.5  # from normal to normal
 _STEEPEST = 3  # steps along the normal from one normal to the next
-_BEND = 0.15  # what one such step costs, in edges
-_EVIDENCE = 3.0  # nats at which a pixel's belonging is settled
+_BEND = 0.15  # cost of one such step, in units of an edge
+_EVIDENCE = 3.0  # nats at which a pixel is surely inside or outside
 _EDGE_WORTH_PX = 6.0  # an edge outweighs so many pixels on the wrong side
 # Bands (outwards, inwards) [px]: the first goes as far in as a shadow may reach out.
 _BANDS = ((6.0, 34.0), (8.0, 8.0), (4.0, 4.0))
@@ -39,8 +39,8 @@ def tightened(
 ) -> Array:
     """The visible outline (points, 2) as x, y [px] at angle zero, from a rough one about it.
 
-    ``images`` with their ``angles_rad`` (frames,) show the surface; ``rough_px`` (points, 2) holds
-    it with what else moved. Where the pictures tell of no edge, the rough outline is returned.
+    ``images`` with their ``angles_rad`` (frames,) show the surface; ``rough_px`` (points, 2)
+    encloses it and whatever else moved. Where no edge is found, the rough outline is returned.
     """
     corner = np.floor(rough_px.min(0)) - _PAD_PX
     size = np.ceil(rough_px.max(0) + _PAD_PX - corner).astype(int) + 1
@@ -76,7 +76,7 @@ def _turned_back(image: Single, matrix: Array, size: NDArray[np.int_]) -> Single
 
 
 def _mean(pictures: Sequence[Single]) -> Single:
-    """Mean of those that know a pixel; 0 where none does."""
+    """Mean of the pictures in which a pixel is known; 0 where it is in none."""
     total = sum(np.nan_to_num(picture) for picture in pictures)
     count = sum(np.isfinite(picture).astype(np.float32) for picture in pictures)
     return np.asarray(total / np.maximum(count, 1.0), np.float32)
@@ -93,7 +93,7 @@ def _inscribed_px(line: Array, size: NDArray[np.int_]) -> float:
 
 
 def _body(rough: Array, size: NDArray[np.int_]) -> Array:
-    """The rough outline without thin pieces (horn, rod), as far as the bulk remains."""
+    """The rough outline without thin parts (horn, rod), if most of its area remains."""
     cover = _filled(rough, size)
     radius = _inscribed_px(rough, size)
     for share in (0.45, 0.3, 0.15):
@@ -112,7 +112,7 @@ def _body(rough: Array, size: NDArray[np.int_]) -> Array:
 def _bench(
     images: Sequence[Single], maps: Sequence[Array], line: Array, size: NDArray[np.int_]
 ) -> Single:
-    """Mean picture of what lies still, NaN where the surface or its shadow always covers it."""
+    """Mean picture of the background, NaN where the surface or its shadow always covers it."""
     disc = np.ones((2 * _SHADOW_PX + 1, 2 * _SHADOW_PX + 1), np.uint8)
     total, count = np.zeros(images[0].shape), np.zeros(images[0].shape)
     for image, matrix in zip(images, maps, strict=True):
@@ -126,10 +126,10 @@ def _bench(
 
 
 def _evidence(seen: Sequence[Single], behind: Sequence[Single]) -> Single:
-    """How much better a shaded bench explains a pixel than the surface does, -1 to 1.
+    """How much better a shaded background explains a pixel than the surface does, -1 to 1.
 
-    -1 is surely the surface's, 1 surely the bench's, 0 unknown: half the frames' number times the
-    log of the ratio of what either leaves unexplained.
+    -1 is surely the surface, 1 surely the background, 0 unknown: half the number of frames times
+    the log of the ratio of the two residual sums.
     """
     count, first, second, cross, bench = np.zeros((5, *seen[0].shape))
     for picture, still in zip(seen, behind, strict=True):
@@ -141,7 +141,7 @@ def _evidence(seen: Sequence[Single], behind: Sequence[Single]) -> Single:
             total += part
     own = second - first**2 / np.maximum(count, 1.0)
     shaded = second - cross**2 / np.maximum(bench, 1.0)
-    # One grey level of doubt a frame: rounding and resampling are no evidence.
+    # One grey level of uncertainty a frame: rounding and resampling are no evidence.
     own, shaded = (cv2.boxFilter(v, -1, (3, 3)) + np.maximum(count, 1.0) for v in (own, shaded))
     nats = np.where(count >= _LEAST_FRAMES, 0.5 * count * np.log(own / shaded), 0.0)
     return np.asarray(np.clip(nats / _EVIDENCE, -1.0, 1.0), np.float32)
@@ -168,9 +168,9 @@ def _along_edge(
 
 
 def _best_path(worth: Array) -> NDArray[np.intp]:
-    """The closed path of largest worth, one column a row, that steps little from row to row."""
+    """The closed path of largest total value, one column a row, with small steps between rows."""
     rows, columns = worth.shape
-    # Twice round: what the middle half chooses has forgotten where it began.
+    # Twice round: the middle half does not depend on the start.
     total = np.zeros(columns)
     came = np.empty((2 * rows, columns), np.intp)
     here = np.arange(columns)
@@ -193,7 +193,7 @@ def _best_path(worth: Array) -> NDArray[np.intp]:
 
 
 def _smooth(values: Array) -> Array:
-    """Round a closed line, or a column along it, over some two normals."""
+    """Smooth a closed line, or values along it, over about two normals."""
     return np.asarray(ndimage.gaussian_filter1d(values, 1.5, axis=0, mode="wrap"))
 
 

@@ -1,4 +1,4 @@
-"""The moving part's own picture, learnt by averaging frames turned back about its pivot."""
+"""The picture of the moving part, learnt by averaging frames turned back about its pivot."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from scipy import ndimage
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.core import STILL, Exposure, smeared, turning
 from servosight.tracking.fit import (
-    Fit,
-    Grid,
+    AngleFit,
     Pixels,
+    PolarGrid,
     Sample,
     gauss_newton,
     sample,
@@ -26,11 +26,11 @@ from servosight.tracking.fit import (
 from servosight.tracking.surface._average import average, spline_of
 
 _SPACING_PX = 0.8
-# The outline mixes surface and bench over the optics' blur; the model is of the surface alone.
+# At the outline the blur mixes surface and background; the model is of the surface alone.
 _MARGIN_PX = 2.5
 _ROUNDS = 5
 _ROUND_FRAMES = 12
-# More pixels cost time for thousandths of a degree: their noise is not what limits then.
+# More pixels cost time without benefit: noise is not the limit then.
 _MOST_PIXELS = 12_000
 _FEW_PIXELS = 1500
 _SETTLED_PX = 0.003
@@ -38,14 +38,14 @@ _SETTLED_PX = 0.003
 
 @dataclass(frozen=True)
 class Surface:
-    """What the moving part looks like with its angle at zero, and where it is.
+    """The picture of the moving part at angle zero, and its position.
 
     ``coefficients`` (columns, rows) of its spline on ``grid``, ``reach`` (columns, rows) the
     columns to its edge (0 outside), ``outline_px`` (points, 2) its contour as x, y at angle zero.
-    ``correlation`` and ``noise`` [grey levels] are what the frames it was learnt from showed.
+    ``correlation`` and ``noise`` [grey levels] are those of the frames it was learnt from.
     """
 
-    grid: Grid
+    grid: PolarGrid
     coefficients: Single
     reach: Single
     outline_px: Array
@@ -70,27 +70,27 @@ class Surface:
         return np.asarray(np.cumsum(inside[::-1])[::-1][1:])
 
     def area_px(self, columns: float) -> float:
-        """Pixels that it covers in a picture, less what ``columns`` of smear leave uncertain."""
+        """Pixels that it covers in a picture, less the uncertain ones at ``columns`` of blur."""
         return float(np.interp(columns, np.arange(self._areas_px.size), self._areas_px, right=0))
 
     def few_pixels(self, shape: tuple[int, ...]) -> Pixels:
-        """A thin table of them: enough to find the surface by."""
+        """A table of few pixels: enough to find the surface."""
         return self.pixels(shape, 1 + int(self.area_px(0.0) / _FEW_PIXELS))
 
     @property
     def thinning(self) -> int:
-        """Of so many pixels one is enough to measure the angle."""
+        """One of so many pixels is enough to measure the angle."""
         return 1 + int(self.area_px(0.0) / _MOST_PIXELS)
 
-    def blurred(self, smear_rad: float) -> Blurred:
-        """The same surface as a shutter shows it that stays open while it turns."""
+    def blurred(self, smear_rad: float) -> BlurredSurface:
+        """The same surface with the motion blur of a turn by ``smear_rad`` during the exposure."""
         columns = abs(smear_rad) / self.grid.step_rad
         coefficients = self.coefficients if columns < 0.2 else smeared(self.coefficients, columns)
-        return Blurred(self, coefficients, columns)
+        return BlurredSurface(self, coefficients, columns)
 
 
 @dataclass(frozen=True)
-class Blurred:
+class BlurredSurface:
     """A surface with the motion blur of one exposure."""
 
     surface: Surface
@@ -98,22 +98,24 @@ class Blurred:
     columns: float
 
     def at(self, pixels: Pixels, angle_rad: float, exposure: Exposure = STILL) -> Sample:
-        """The model at the pixels that the surface surely covers at this angle."""
+        """The model at the pixels that the surface covers with certainty at this angle."""
         surface = self.surface
         return sample(surface.grid, self.coefficients, surface.reach, pixels, angle_rad, exposure)
 
 
-def lattice(pivot_px: tuple[float, float], largest_px: float, mask: Mask, grid: Grid) -> Grid:
+def lattice(
+    pivot_px: tuple[float, float], largest_px: float, mask: Mask, grid: PolarGrid
+) -> PolarGrid:
     """The fine lattice about ``pivot_px`` that covers the true cells of ``mask`` on ``grid``."""
     rows = np.flatnonzero(mask.any(1))
-    # A round hub turns too, but says little: the columns are those of the part further out.
+    # A round hub carries little information: the columns are those of the part further out.
     columns = np.flatnonzero(mask[int(0.3 * rows[-1]) :].any(0))
     first = max(grid.radius_px + (rows[0] - 2) * grid.step_px, 2.0)
     last = min(grid.radius_px + (rows[-1] + 2) * grid.step_px, largest_px)
     step = _SPACING_PX / last
     low = grid.phi_rad + (columns[0] - 2) * grid.step_rad
     high = grid.phi_rad + (columns[-1] + 2) * grid.step_rad
-    return Grid(
+    return PolarGrid(
         pivot_px,
         first,
         _SPACING_PX,
@@ -124,7 +126,7 @@ def lattice(pivot_px: tuple[float, float], largest_px: float, mask: Mask, grid: 
     )
 
 
-def on_grid(mask: Mask, old: Grid, new: Grid) -> Mask:
+def on_grid(mask: Mask, old: PolarGrid, new: PolarGrid) -> Mask:
     """The mask of one lattice on another, nearest cell; outside it is false."""
     r = new.radius_px + new.step_px * np.arange(new.rows)
     phi = new.phi_rad + new.step_rad * np.arange(new.columns)
@@ -135,7 +137,7 @@ def on_grid(mask: Mask, old: Grid, new: Grid) -> Mask:
     return np.asarray(picked & inside)
 
 
-def edge_distance(mask: Mask, grid: Grid) -> Single:
+def edge_distance(mask: Mask, grid: PolarGrid) -> Single:
     """Columns from each cell to the edge less the margin, 0 outside; (columns, rows) float32."""
     padded = np.pad(mask, 1)
     # In pixels a column is as wide as its radius makes it: measured on the cells of the last row,
@@ -154,7 +156,7 @@ def edge_distance(mask: Mask, grid: Grid) -> Single:
     return np.ascontiguousarray(reach[1:-1, 1:-1].T)
 
 
-def outline(mask: Mask, grid: Grid) -> Array:
+def outline(mask: Mask, grid: PolarGrid) -> Array:
     """The largest contour of a mask on the lattice as points x, y [px] at angle zero."""
     half = int(np.ceil(grid.largest_px)) + 2
     y, x = np.indices((2 * half + 1, 2 * half + 1)) - half
@@ -177,7 +179,7 @@ def spread(angles_rad: Array, count: int) -> NDArray[np.intp]:
     return np.asarray(np.sort(order[np.round(places).astype(np.intp)]))
 
 
-def single(image: Image, mask: Mask, grid: Grid) -> Surface:
+def single(image: Image, mask: Mask, grid: PolarGrid) -> Surface:
     """The surface as one frame shows it, with its angle at zero."""
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
     picture = average([spline_of(image)], np.zeros(1), np.zeros((1, 2)), fine)
@@ -186,9 +188,9 @@ def single(image: Image, mask: Mask, grid: Grid) -> Surface:
 
 
 def learn(
-    images: Sequence[Image], angles_rad: Array, mask: Mask, grid: Grid, fixed_pivot: bool
+    images: Sequence[Image], angles_rad: Array, mask: Mask, grid: PolarGrid, fixed_pivot: bool
 ) -> tuple[Surface, Array]:
-    """Average the frames to the surface's picture, and make angles and pivot exact on the way.
+    """Average the frames to the surface's picture, and refine angles and pivot at the same time.
 
     Every round fits each frame with its own shift; the shifts of a wrong pivot p - q grow with
     the turn, ``(1 - R) (p - q)``, which gives the pivot by least squares. Frames that fit badly
@@ -219,7 +221,7 @@ def learn(
             moved, common = pivot_error(angles[used], shifts[used])
             pivot = pivot + moved
             settled = float(np.hypot(*moved)) < _SETTLED_PX
-            # What the pivot explains is no longer a shift.
+            # Remove from the shifts what the new pivot explains.
             shifts = shifts - np.array([(np.eye(2) - turning(a)) @ moved for a in angles])
             shifts -= np.array([turning(a) @ common for a in angles])
         if settled:
@@ -241,7 +243,7 @@ def learn(
 
 def _fits(
     surface: Surface, images: Sequence[Image], angles_rad: Array, fixed_pivot: bool
-) -> list[Fit | None]:
+) -> list[AngleFit | None]:
     pixels = surface.pixels(images[0].shape)
     still = surface.blurred(0.0)
     motion = turn if fixed_pivot else turn_and_shift
@@ -251,7 +253,7 @@ def _fits(
     ]
 
 
-def _trusted(fits: Sequence[Fit | None]) -> Mask:
+def _trusted(fits: Sequence[AngleFit | None]) -> Mask:
     """The frames that fit about as well as most; at least a third of them by construction."""
     noise = np.array([fit.noise / max(fit.kept, 1e-3) if fit else np.inf for fit in fits])
     finite = noise[np.isfinite(noise)]
@@ -264,8 +266,8 @@ def pivot_error(angles_rad: Array, shifts_px: Array) -> tuple[Array, Array]:
     """What to add to the assumed pivot so that the frames' shifts vanish; and their common part.
 
     The shift of a surface turned by R about p, seen about q: ``(1 - R) (p - q) + R c``, with c
-    the average's own offset. Least squares over (frames,) angles and (frames, 2) shifts; what
-    the turns are too small to tell (below a fifth of a degree) is left as it is.
+    the average's own offset. Least squares over (frames,) angles and (frames, 2) shifts; directions
+    that the turns do not determine (below a fifth of a degree) are left as they are.
     """
     rows = [np.hstack([np.eye(2) - turning(a), turning(a)]) for a in angles_rad]
     solution = np.linalg.lstsq(np.vstack(rows), shifts_px.ravel(), rcond=3e-3)[0]

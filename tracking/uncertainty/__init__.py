@@ -1,10 +1,10 @@
 """From the fits of all frames to angles and their sigma."""
 
 from servosight.tracking.uncertainty._evaluate import (
-    Angles as Angles,
+    EvaluatedAngles as EvaluatedAngles,
 )
 from servosight.tracking.uncertainty._evaluate import (
-    Measured as Measured,
+    FrameMeasurements as FrameMeasurements,
 )
 from servosight.tracking.uncertainty._evaluate import (
     evaluate as evaluate,

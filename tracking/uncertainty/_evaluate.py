@@ -1,4 +1,4 @@
-"""From the fits of all frames to angles and their sigma: what they say only together."""
+"""From the fits of all frames to angles and their sigma."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array
-from servosight.tracking.calibration import View
+from servosight.tracking.calibration import CameraView
 from servosight.tracking.core import Exposure, Flag, Shutters, principal
-from servosight.tracking.fit import Fit
+from servosight.tracking.fit import AngleFit
 from servosight.tracking.uncertainty._flicker import light_centre
 from servosight.tracking.uncertainty._middle_row import at_middle_row
 from servosight.tracking.uncertainty._pivot_refinement import refine_pivot
@@ -30,8 +30,8 @@ _ARM = 0.6  # of the largest radius: the mean distance of what determines the an
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What each frame gave by itself; one entry a frame.
+class FrameMeasurements:
+    """The measurements of the single frames; one entry a frame.
 
     Presentation times [s], sigma of the frame's alignment with the first one [px], the fit (None
     where the part was not found), the motion while exposed, whether the picture is the one before;
@@ -40,18 +40,18 @@ class Measured:
 
     stamps_s: Sequence[float]
     alignment_px: Sequence[float]
-    fits: list[Fit | None]
+    fits: list[AngleFit | None]
     exposures: Sequence[Exposure]
     repeated: Sequence[bool]
     radius_px: float
 
 
 @dataclass(frozen=True)
-class Angles:
+class EvaluatedAngles:
     """Angle and sigma [rad] (frames,) and ``Flag`` bits (frames,).
 
-    ``shared_rad`` (frames, errors) is what one sigma of each error that all frames share does to
-    the angles; ``sigma_rad`` includes it. ``pivot_shift_px`` (2,) corrects the assumed pivot.
+    ``shared_rad`` (frames, errors) is the change of the angles with one sigma of each error that
+    all frames share; ``sigma_rad`` includes it. ``pivot_shift_px`` (2,) corrects the assumed pivot.
     """
 
     angle_rad: Array
@@ -63,14 +63,14 @@ class Angles:
 
 
 def evaluate(
-    measured: Measured,
+    measured: FrameMeasurements,
     time_s: Array,
-    view: View,
+    view: CameraView,
     shutters: Shutters,
     *,
     pivot_given: bool,
     correlated: bool,
-) -> Angles:
+) -> EvaluatedAngles:
     """Angles at mid-exposure of the middle row, ``time_s`` (frames,), with their sigma.
 
     ``pivot_given`` keeps the pivot as it is. ``correlated`` adds the scatter from frame to frame,
@@ -82,7 +82,7 @@ def evaluate(
     fits = refined.fits
     if shutters.readout_s != 0.0:
         fits, timing = at_middle_row(time_s, fits, measured.exposures, shutters.readout_s)
-        # Rows with times of their own leave errors that last, which no scatter shows.
+        # Under a rolling shutter there are errors that last for many frames and cause no scatter.
         angle, sigma, flags = columns(fits, flags, measured.repeated, 1.0)
     else:
         angle, sigma, flags = columns(fits, flags, measured.repeated, shown_share(fits))
@@ -97,23 +97,27 @@ def evaluate(
         + (shared**2).sum(1)
         + (scatter(angle) ** 2 if correlated else 0.0)
     )
-    return Angles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
+    return EvaluatedAngles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
 
 
 def _at_light_centre(
-    angle: Array, time_s: Array, fits: Sequence[Fit | None], shutters: Shutters
+    angle: Array, time_s: Array, fits: Sequence[AngleFit | None], shutters: Shutters
 ) -> tuple[Array, Array]:
-    """Angles moved from the middle of the light that was gathered to mid-exposure, and the sigma
-    [rad] that this adds; (frames,) each."""
+    """Angles converted from the time of the mean light to mid-exposure, and the sigma [rad] that
+    this adds; (frames,) each."""
     gain = np.array([fit.gain if fit else np.nan for fit in fits])
     late_s, late_sigma_s = light_centre(time_s, gain, float(np.median(shutters.exposures_s)))
     speed, speed_sigma = speeds(angle, time_s)
     return angle - speed * late_s, np.hypot(speed * late_sigma_s, speed_sigma * late_s)
 
 
-def _by_readout(angle: Array, time_s: Array, fits: Sequence[Fit | None], sigma_s: float) -> Array:
-    """What one sigma of the readout time does to the angles (frames, 1), apart from a shift in time
-    that all share; (frames, 0) where the readout is known."""
+def _by_readout(
+    angle: Array, time_s: Array, fits: Sequence[AngleFit | None], sigma_s: float
+) -> Array:
+    """Change of the angles with one sigma of the readout time, less a common delay; (frames, 1).
+
+    (frames, 0) where the readout is known.
+    """
     if sigma_s == 0.0:
         return np.zeros((angle.size, 0))
     delay = np.array([fit.delay if fit else np.nan for fit in fits])
@@ -122,7 +126,7 @@ def _by_readout(angle: Array, time_s: Array, fits: Sequence[Fit | None], sigma_s
     return np.asarray(speed * apart * sigma_s, np.float64)[:, None]
 
 
-def _by_alignment(measured: Measured) -> Array:
+def _by_alignment(measured: FrameMeasurements) -> Array:
     """Sigma [rad] of frames that were aligned with the first one to some pixels; (frames,)."""
     turn = np.array(measured.alignment_px) / (_ARM * measured.radius_px)
     return np.minimum(turn, np.deg2rad(_LOST_DEG))

@@ -1,8 +1,8 @@
-"""Lamps that flicker at twice the mains: how far that moves the middle of an exposure's light.
+"""Lamps that flicker at twice the mains frequency: the shift of an exposure's mean time of light.
 
-A picture gathers most of its light where the lamp is bright, so a moving surface is seen where it
-was then. The lamp's own course is read off the pictures' gain, frame by frame. Sampled once a
-frame it is folded, but the mains leave only two frequencies to unfold it with.
+A picture collects most of its light while the lamp is bright, so a moving surface appears where it
+was then. The lamp's brightness is estimated from the pictures' gain, frame by frame. Sampled once
+a frame it is aliased, but there are only two mains frequencies to choose from.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ import numpy as np
 from servosight.models.core import Array
 
 _MAINS_HZ = (100.0, 120.0)
-_WINDOW_S = 0.5  # on either side: as long as the mains keep step with the camera's clock
+_WINDOW_S = 0.5  # on either side: the time for which mains and camera clock stay in phase
 _LEAST_FRAMES = 24
-_LEAST_SHARE = 0.005  # of the brightness: less moves nothing
+_LEAST_SHARE = 0.005  # of the brightness: less is negligible
 _SURE = 5.0
-_APART = 0.2  # what a folded wave must keep of its power beside a straight line
+_APART = 0.2  # least power of an aliased wave after a straight line is removed
 
 
 def light_centre(time_s: Array, gain: Array, exposure_s: float) -> tuple[Array, Array]:
-    """How much later than mid-exposure the middle of the light came, and its sigma [s]; (frames,).
+    """Delay of the mean time of light after mid-exposure, and its sigma [s]; (frames,) each.
 
     ``gain`` is the light's, NaN where not known. All 0 where no flicker shows.
     """
@@ -28,15 +28,15 @@ def light_centre(time_s: Array, gain: Array, exposure_s: float) -> tuple[Array, 
     if exposure_s <= 0.0:
         return late, doubt
     found = [_wave(time_s, gain, hertz) for hertz in _MAINS_HZ]
-    told = [
+    certainty = [
         float(np.median((np.abs(wave) / sigma)[np.isfinite(sigma)]))
         if np.isfinite(sigma).any()
         else 0.0
         for wave, _, sigma in found
     ]
-    best = int(np.argmax(told))
+    best = int(np.argmax(certainty))
     wave, steady, sigma = found[best]
-    if told[best] < _SURE or float(np.nanmedian(np.abs(wave) / steady)) < _LEAST_SHARE:
+    if certainty[best] < _SURE or float(np.nanmedian(np.abs(wave) / steady)) < _LEAST_SHARE:
         return late, doubt
     omega = 2.0 * np.pi * _MAINS_HZ[best]
     half = 0.5 * omega * exposure_s
@@ -67,7 +67,7 @@ def _wave(time_s: Array, gain: Array, hertz: float) -> tuple[Array, Array, Array
         apart = fast - slow @ np.linalg.lstsq(slow, fast, rcond=None)[0]
         if (apart**2).sum() < _APART * t.size:
             continue
-        # The wave fades with the lamp.
+        # The wave's amplitude may change with the lamp's brightness.
         terms = np.hstack([fast, slow, fast * t[:, None]])
         inverse = np.linalg.inv(terms.T @ terms)
         solution = inverse @ terms.T @ gain[near]

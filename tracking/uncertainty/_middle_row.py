@@ -1,8 +1,8 @@
 """Angles under a rolling shutter: from the time of the surface's own rows to the middle row's.
 
-A fit tells the angle at the instant when the surface's own rows are read, and nearly nothing of the
-speed that was assumed to carry it to the middle row. A quintic spline through all these instants
-carries it better, and averages a little on the way.
+A fit measures the angle at the time when the surface's own rows are read; the conversion to the
+middle row's time depends on an assumed speed. Interpolation by a quintic spline through the angles
+of all frames is more accurate, and averages noise a little.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from scipy.interpolate import make_interp_spline
 
 from servosight.models.core import Array
 from servosight.tracking.core import Exposure
-from servosight.tracking.fit import Fit
+from servosight.tracking.fit import AngleFit
 
-_NEIGHBOURS = 15  # frames over which what two splines differ by is averaged
-_FAR = 16  # frames, beyond which a spline has forgotten a node
+_NEIGHBOURS = 15  # frames over which the difference of two splines is averaged
+_FAR = 16  # frames, beyond which a node has no influence on a spline
 
 
 def at_middle_row(
-    time_s: Array, fits: Sequence[Fit | None], exposures: Sequence[Exposure], readout_s: float
-) -> tuple[list[Fit | None], Array]:
-    """The fits told at the middle rows' times (frames,), and the doubt [rad] that this adds.
+    time_s: Array, fits: Sequence[AngleFit | None], exposures: Sequence[Exposure], readout_s: float
+) -> tuple[list[AngleFit | None], Array]:
+    """The fits converted to the middle rows' times (frames,), and the sigma [rad] that this adds.
 
-    What the spline differs from a higher one by, more than noise does, is doubt.
+    That sigma is the difference from a spline of higher order, as far as it exceeds the noise.
     """
     places = [n for n, fit in enumerate(fits) if fit is not None]
     known = [fit for fit in fits if fit is not None]
@@ -41,7 +41,7 @@ def at_middle_row(
     doubt = np.zeros(len(fits))
     if len(known) < _FAR or np.any(np.diff(own_s) <= 0):
         return list(fits), doubt
-    # Rows apart from the mean one saw another bend than the fit was told of.
+    # The acceleration assumed by the fit was not exact: correct the rows' deviation from the mean.
     bend = 0.5 * make_interp_spline(own_s, read, 5).derivative(2)(own_s) * readout_s**2
     read = read + (assumed - bend) * spread
     fifth, seventh = (make_interp_spline(own_s, read, order)(at_s) for order in (5, 7))
@@ -50,20 +50,22 @@ def at_middle_row(
     excess = (fifth - seventh) ** 2 - (apart * sigma) ** 2
     unlike = ndimage.uniform_filter1d(excess, _NEIGHBOURS, mode="nearest")
     doubt[places] = np.sqrt(np.maximum(unlike, 0.0))
-    told = list(fits)
+    moved = list(fits)
     for place, fit, angle, less in zip(places, known, fifth, share, strict=True):
-        told[place] = replace(
+        moved[place] = replace(
             fit,
             angle_rad=float(angle),
             sigma_rad=float(less) * fit.sigma_rad,
             plain_rad=float(less) * fit.plain_rad,
         )
-    return told, doubt
+    return moved, doubt
 
 
 def _noise(late: Array) -> tuple[Array, Array]:
-    """Noise of a quintic spline ``late`` frames past a node, and of its difference to one of order
-    seven, over that of a node; (frames,) each. By the splines' answers to a single node."""
+    """Noise of a quintic spline ``late`` frames past a node relative to a node's; (frames,).
+
+    And that of its difference from a spline of order seven. From the response to one node.
+    """
     nodes = np.arange(2.0 * _FAR + 1.0)
     fifth, seventh = (make_interp_spline(nodes, 1.0 * (nodes == _FAR), n) for n in (5, 7))
     near = late[:, None] + nodes[_FAR // 2 : -(_FAR // 2)]

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.tracking.calibration import View
+from servosight.tracking.calibration import CameraView
 from servosight.tracking.fit import (
     PIVOT,
     PLANE,
-    Fit,
+    AngleFit,
     PoseSensitivity,
     corrected_angles,
     rotation_axis,
@@ -24,17 +24,19 @@ _SURE = 5.0  # sigma, from which a tilt that no feature showed is taken as real
 class PivotRefinement:
     """Fits about the refined pivot.
 
-    ``shift_px`` (2,) is the refined pivot less the assumed one [px]. ``shared_rad`` (frames,
-    errors) is what one sigma of each error that all frames share does to the angles [rad].
+    ``shift_px`` (2,) is the refined pivot minus the assumed one [px]. ``shared_rad`` (frames,
+    errors) is the change of the angles [rad] with one sigma of each error that all frames share.
     """
 
-    fits: list[Fit | None]
+    fits: list[AngleFit | None]
     shift_px: Array
     shared_rad: Array
     notes: tuple[str, ...] = ()
 
 
-def refine_pivot(fits: list[Fit | None], view: View, pivot_given: bool) -> PivotRefinement:
+def refine_pivot(
+    fits: list[AngleFit | None], view: CameraView, pivot_given: bool
+) -> PivotRefinement:
     """Refine the pivot unless it is given, and the plane unless it was calibrated.
 
     A plane found from the swing is replaced where this one is more certain. Where the swing showed
@@ -62,10 +64,10 @@ def refine_pivot(fits: list[Fit | None], view: View, pivot_given: bool) -> Pivot
     return replace(by_both, notes=(note,))
 
 
-def _refined(fits: list[Fit | None], free: slice) -> PivotRefinement:
+def _refined(fits: list[AngleFit | None], free: slice) -> PivotRefinement:
     """With the ``free`` pose errors estimated; the fits as they are where too few frames show
     them."""
-    usable: dict[int, tuple[Fit, PoseSensitivity]] = {
+    usable: dict[int, tuple[AngleFit, PoseSensitivity]] = {
         n: (fit, fit.sensitivity) for n, fit in enumerate(fits) if fit and fit.sensitivity
     }
     angle = np.array([fit.angle_rad for fit, _ in usable.values()])

@@ -12,7 +12,7 @@ from servosight.tracking.video._stabilisation import (
     Stabiliser as Stabiliser,
 )
 from servosight.tracking.video._stabilisation import (
-    wander_px as wander_px,
+    camera_motion_px as camera_motion_px,
 )
 from servosight.tracking.video._video import (
     Frame as Frame,

@@ -1,4 +1,4 @@
-"""A video file's container: opened or refused in one sentence, and what its header says."""
+"""A video file's container: opened or rejected in one sentence, and the data of its header."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ MIN_FRAMES = 50
 
 @contextmanager
 def opened(video: Path) -> Iterator[InputContainer]:
-    """The file's container; everything that FFmpeg refuses becomes one sentence."""
+    """The file's container; every error of FFmpeg becomes one sentence."""
     import av
 
     if not video.is_file():
         raise InputError(f"{video}: no such file; expected a video, give the path of one.")
     try:
-        # What a file says of its author is not read, so it may be in any encoding.
+        # Text such as the author's name is not used, so it may be in any encoding.
         with av.open(str(video), metadata_errors="replace") as container:
             if not container.streams.video:
                 raise InputError(
@@ -40,7 +40,8 @@ def opened(video: Path) -> Iterator[InputContainer]:
             stream.thread_type = "AUTO"
             stream.thread_count = 2
             yield container
-    # A damaged header gives sizes and times that no arithmetic takes: the file's fault as well.
+    # A damaged header gives impossible sizes and times, which raise arithmetic errors: also an
+    # error of the file.
     except (av.FFmpegError, EOFError, ValueError, ArithmeticError) as error:
         raise InputError(
             f"{video}: cannot be read as a video to its end ({reason(error)}); expected a whole "
@@ -54,7 +55,7 @@ def reason(error: BaseException) -> str:
 
 
 def declared_end_s(stream: Any, container: InputContainer) -> float | None:
-    """Where the header says that the video ends [s], on the clock of the presentation times."""
+    """The end of the video by its header [s], on the clock of the presentation times."""
     if stream.duration is not None and stream.time_base is not None:
         return float(((stream.start_time or 0) + stream.duration) * stream.time_base)
     if container.duration is not None:
@@ -64,10 +65,10 @@ def declared_end_s(stream: Any, container: InputContainer) -> float | None:
 
 @dataclass(frozen=True)
 class Header:
-    """What a file says of its video without decoding it.
+    """The data of a video file without decoding it.
 
-    How many pictures it holds; the unit in which it counts their times [s]; the frame rate that it
-    declares, if it does; the codec, where that tells a picture by what it loses of the one before.
+    The number of pictures; the unit of their times [s]; the declared frame rate, if any; the name
+    of the codec where it predicts pictures from earlier ones, with loss.
     """
 
     count: int

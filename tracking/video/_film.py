@@ -1,4 +1,4 @@
-"""A video made ready to be measured: header, times, and the camera's own motion."""
+"""A checked video, ready to be measured: header, times, and the camera's own motion."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
 from servosight.tracking.video._prefetch import prefetch
-from servosight.tracking.video._stabilisation import LEAST_PX, Stabiliser, wander_px
+from servosight.tracking.video._stabilisation import LEAST_PX, Stabiliser, camera_motion_px
 from servosight.tracking.video._video import Frame, calm_frames, even_times, frames, stretches
 
 _AHEAD = 4  # frames decoded while one is measured
-_OFF_RATE = 0.02  # between the declared rate and that of the presentation times
+_OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _LONGEST_S = 10.0
 
@@ -27,10 +27,10 @@ class Film:
     """A video whose header, times and frame count are checked.
 
     ``calm`` are some 32 frames spread over it in which little moves, the first one first.
-    ``table`` is the frames.csv that goes before the file's own times, ``table_time_s`` (frames,)
+    ``table`` is the frames.csv used in place of the file's own times, ``table_time_s`` (frames,)
     its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
-    ``stabiliser`` lays frames on the first one, None where the camera stands still; it moved by
-    ``wander_px`` rms.
+    ``stabiliser`` aligns frames with the first one, None where the camera does not move; it moved
+    by ``camera_motion_px`` rms.
     """
 
     path: Path
@@ -40,7 +40,7 @@ class Film:
     table_time_s: Array | None = None
     shutters: Shutters | None = None
     stabiliser: Stabiliser | None = None
-    wander_px: float = 0.0
+    camera_motion_px: float = 0.0
 
     @property
     def predicted(self) -> bool:
@@ -53,10 +53,10 @@ class Film:
         return [frame.image for frame in self.calm]
 
     def stabilised(self) -> Film:
-        """The same video with every frame laid on the first one, where the camera moves."""
-        wander = wander_px(self.images)
+        """The same video with every frame aligned with the first one, where the camera moves."""
+        wander = camera_motion_px(self.images)
         stabiliser = Stabiliser.of(self.images[0]) if wander > LEAST_PX else None
-        film = replace(self, stabiliser=stabiliser, wander_px=wander)
+        film = replace(self, stabiliser=stabiliser, camera_motion_px=wander)
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
     def frames(self) -> Iterator[Frame]:
@@ -79,7 +79,7 @@ class Film:
         return even_times(np.array(stamps_s), self.header.tick_s) + middle_s
 
     def notes(self, stamps_s: Sequence[float]) -> tuple[str, ...]:
-        """What to know about times, codec and camera motion, a sentence each."""
+        """Remarks on times, codec and camera motion, a sentence each."""
         notes = []
         step_s = np.diff(stamps_s)
         rate_hz = 1.0 / float(np.median(step_s))
@@ -96,10 +96,11 @@ class Film:
                 "only copied are left out, and sigma includes the scatter from frame to frame, but "
                 "not an error that lasts for many frames"
             )
-        if self.wander_px > LEAST_PX:
+        if self.camera_motion_px > LEAST_PX:
             notes.append(
-                f"the camera moved by {self.wander_px:.2g} px rms: its motion is measured on the "
-                "background and removed, which costs accuracy; mount the camera firmly to avoid it"
+                f"the camera moved by {self.camera_motion_px:.2g} px rms: its motion is measured "
+                "on the background and removed, which costs accuracy; mount the camera firmly to "
+                "avoid it"
             )
         return tuple(notes)
 

@@ -1,4 +1,4 @@
-"""frames.csv: when each frame of a video was taken, where the file's own times do not say."""
+"""frames.csv: the time of each frame of a video, in place of the file's own times."""
 
 from __future__ import annotations
 

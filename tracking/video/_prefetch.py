@@ -1,4 +1,4 @@
-"""Reading ahead: the next pictures are decoded while this one is measured."""
+"""Prefetch: the next pictures are decoded while this one is measured."""
 
 from __future__ import annotations
 

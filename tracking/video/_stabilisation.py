@@ -1,4 +1,4 @@
-"""A camera that moves: how far the bench wanders in the picture, and the pictures without that."""
+"""Stabilisation: the camera's own motion from the background, and the pictures without it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ import numpy as np
 from servosight.models.core import Array, Image
 
 LEAST_PX = 0.2
-"""Less is what matching features scatters by."""
+"""Smaller motion is within the scatter of matched features."""
 
 # All over the picture, however faint: the moving part often has the sharpest corners.
 _POINTS, _APART_PX, _FAINTEST = 500, 24, 1e-4
 _LEAST_FOUND = 20
-_ALIKE_PX = 0.5  # features farther from where most of them went are not the bench's
+_ALIKE_PX = (
+    0.5  # features that move differently from most by more than this are not the background's
+)
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Stabiliser:
 
     @classmethod
     def of(cls, picture: Image) -> Stabiliser | None:
-        """None where too few are found to tell."""
+        """None where too few features are found."""
         points: Any = cv2.goodFeaturesToTrack(picture, _POINTS, _FAINTEST, _APART_PX)
         return cls(picture, points) if points is not None and len(points) >= _LEAST_FOUND else None
 
@@ -44,16 +46,16 @@ class Stabiliser:
         return np.asarray(before, np.float64), np.asarray(after, np.float64)
 
     def aligned(self, image: Image) -> tuple[Image, float]:
-        """An image laid on the picture, shifted and rolled as most features are; and the doubt
-        [px] in that. The image as it is, and infinity, where they do not agree."""
+        """An image aligned with the picture by the shift and roll of most features; and the sigma
+        [px] of that. The image itself, and infinity, where they do not agree."""
         before, after = self.seen(image)
         if len(before) < _LEAST_FOUND:
             return image, np.inf
         cv2.setRNGSeed(1)
-        told: tuple[Any, Any] = cv2.estimateAffinePartial2D(
+        estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
             before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
         )
-        matrix, inlier = told
+        matrix, inlier = estimate
         if matrix is None or inlier.sum() < _LEAST_FOUND:
             return image, np.inf
         same = inlier.ravel() > 0
@@ -64,11 +66,11 @@ class Stabiliser:
         return np.asarray(still, np.uint8), float(np.sqrt((left**2).sum() / same.sum() ** 2))
 
 
-def wander_px(images: Sequence[Image]) -> float:
-    """Rms shift of most of the picture's features over frames, the first of which has them.
+def camera_motion_px(images: Sequence[Image]) -> float:
+    """Rms motion of the camera [px] over frames, from features of the first one.
 
-    Most of them lie on what does not turn, so their median is the camera's. 0 where too few are
-    found to tell.
+    Most features lie on the background, so their median shift is the camera's. 0 where too few are
+    found.
     """
     bench = Stabiliser.of(images[0])
     if bench is None:

@@ -1,4 +1,4 @@
-"""Video in: streamed grey frames and the times at which the file says they were taken."""
+"""Reading a video: streamed grey frames and their presentation times."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LARGEST_SIDE_PX = 8192
 class Frame:
     """One decoded picture: its place in the file, presentation time [s], grey (height, width).
 
-    ``sigma_px`` is what is not known of where the camera stood, if its motion was taken out.
+    ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed.
     """
 
     index: int
@@ -61,7 +61,7 @@ def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> flo
 
 
 def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
-    """The time of a frame, refused where it is not after the last one's."""
+    """The time of a frame, rejected where it is not after the last one's."""
     if time_s > last_s:
         return time_s
     raise InputError(
@@ -71,7 +71,7 @@ def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
 
 
 def _grey(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None = None) -> Image:
-    """The picture in grey; refused where its size cannot be used or is not ``shape``, the first's.
+    """The picture in grey; rejected where its size cannot be used or is not ``shape``, the first's.
 
     Before it is converted: a damaged header may claim more than fits into memory.
     """

@@ -1,7 +1,7 @@
-"""A frame that the layers are learnt from: its pixels on the lattice, and the layers' model there.
+"""The pixels of a frame on the layers' lattice, and the layers' model there.
 
-The model is linear in the layers, so learning them takes two products: of the layers with what a
-frame shows of them (``shown``), and back (``spread``). Both with the frame's own smear and rows.
+The model is linear in the layers, so learning them needs two products: from layers to pixels
+(``shown``), and its transpose (``spread``). Both with the frame's own motion blur and row times.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
-from servosight.tracking.fit import Grid, Pixels
+from servosight.tracking.fit import Pixels, PolarGrid
 
-_LEAST_SMEAR = 0.3  # columns; less is no smear
+_LEAST_SMEAR = 0.3  # columns; less is negligible
 
 
 @dataclass(frozen=True)
-class View:
+class FramePixels:
     """The pixels of one frame that show wanted cells; (pixels,).
 
     ``index`` is their place in the flattened picture, ``where`` (2, pixels) the column and row of
@@ -36,11 +36,11 @@ class View:
     def of(
         cls,
         pixels: Pixels,
-        grid: Grid,
+        grid: PolarGrid,
         angle_rad: float,
         exposure: Exposure,
         wanted: NDArray[np.uint8],
-    ) -> View:
+    ) -> FramePixels:
         """With the surface at an angle; ``wanted`` (columns, rows) marks the cells."""
         chosen, where = covered(pixels, grid, angle_rad, exposure, wanted)
         return cls(
@@ -50,7 +50,7 @@ class View:
             (exposure.parts_rad / grid.step_rad).astype(np.float32),
         )
 
-    def within(self, chosen: Mask) -> View:
+    def within(self, chosen: Mask) -> FramePixels:
         """The ``chosen`` (pixels,) alone."""
         some = np.flatnonzero(chosen)
         return replace(
@@ -66,9 +66,9 @@ class View:
         return column, row
 
     def linear(self, layers: Single) -> Single:
-        """Light and clearness (0, 1) and their slopes by column (2, 3); (4, pixels).
+        """Light and transparency (0, 1) and their slopes by column (2, 3); (4, pixels).
 
-        ``layers`` (columns, rows, 2) are splines' coefficients.
+        ``layers`` (columns, rows, 2) are spline coefficients.
         """
         out = np.zeros((4, self.index.size), np.float32)
         _linear(self._smeared(layers), self.where, self.parts, out)
@@ -94,7 +94,7 @@ class View:
 
 def covered(
     pixels: Pixels,
-    grid: Grid,
+    grid: PolarGrid,
     angle_rad: float,
     exposure: Exposure,
     wanted: NDArray[np.uint8],
@@ -132,7 +132,7 @@ def _select(wanted, phi, radius, delay, place, motion, chosen, where):  # type: 
         inside = (v >= 1.0) & (v < rows - 2) & (u >= 1.0) & (u < columns - 2)
         m = min(max(int(u + 0.5), 0), columns - 1)
         j = min(max(int(v + 0.5), 0), rows - 1)
-        # Written always, kept or written over: a branch that cannot be foretold costs more.
+        # Always written, then kept or overwritten: an unpredictable branch costs more.
         chosen[count] = i
         where[0, count], where[1, count] = u, v
         count += inside & (wanted[m, j] != 0)
@@ -165,9 +165,9 @@ def _linear(layers, where, parts, out):  # type: ignore[no-untyped-def]
 
 @_kernel
 def _before(flat, at, b, bench):  # type: ignore[no-untyped-def]
-    """Light before a bench along four rows from a place in the flattened layers, weighed by ``b``.
+    """Light with background along four rows from a place in the flattened layers, by weights ``b``.
 
-    ``at`` is unsigned: a place that could be negative would be looked at twice.
+    ``at`` is unsigned: for signed indices numba tests for wrap-around.
     """
     one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
     four, five, six, seven = np.uint64(4), np.uint64(5), np.uint64(6), np.uint64(7)
@@ -180,7 +180,7 @@ def _before(flat, at, b, bench):  # type: ignore[no-untyped-def]
 @_kernel
 def _placed(u, part, columns, rows, row):  # type: ignore[no-untyped-def]
     """Weights of the four columns about a column ``u`` less ``part``; the first one's place in the
-    flattened layers at ``row``, and how far on the next is."""
+    flattened layers at ``row``, and the distance to the next."""
     u = min(max(u - part, np.float32(1.0)), np.float32(columns - 2.001))
     m = np.int32(u)
     stride = np.uint64(2 * rows)
