@@ -23,7 +23,7 @@ hand; then `servosight diagnose REC --auto --plugin THIS_FILE.py` lets it compet
 
 import math
 
-from servosight.models.effects import Cues, Effect, Place
+from servosight.models.effects import Effect, GuessFeatures, Place
 from servosight.models.core import FIXED, TORQUE, Parameter, Scaling
 '''
 
@@ -70,7 +70,7 @@ def _drafted(effect: Effect, values: Mapping[str, float]) -> str:
     found = [values[f"{effect.id}.{parameter.name}"] for parameter in effect.parameters]
     start = ", ".join(f"{value:.6g}" for value in found)
     starts = (
-        f"\ndef {name}_starts(cues: Cues) -> tuple[tuple[float, ...], ...]:\n"
+        f"\ndef {name}_starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:\n"
         f'    """What the recording showed."""\n    return (({start},),)\n'
     )
     more = "".join(f"    {role}={name}_{role},\n" for role in effect.hooks if role != "term")

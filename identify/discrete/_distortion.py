@@ -19,7 +19,7 @@ from scipy.special import fdtrc
 from servosight.models.core import Array, Complex, InputError, Recording
 from servosight.models.excitation import Grid, grid_of
 
-Kind = Literal["excited", "odd", "even"]
+DistortionKind = Literal["excited", "odd", "even"]
 
 CHANCE = 1e-3
 """Distortion is reported where its chance under noise alone is below this."""
@@ -62,7 +62,7 @@ class Distortion:
     frequency_hz: Array
     amplitude_deg: Array
     sigma_deg: Array
-    kinds: tuple[Kind, ...]
+    kinds: tuple[DistortionKind, ...]
     response: Level
     odd: Level
     even: Level
@@ -200,7 +200,7 @@ def _level(
     )
 
 
-def _kind(line: int, grid: Grid) -> Kind:
+def _kind(line: int, grid: Grid) -> DistortionKind:
     if line in grid.excited:
         return "excited"
     return "odd" if line % 2 else "even"

@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.identify.problem._problem import Problem
 from servosight.models.core import Array, Mask
-from servosight.models.effects import Cues, Effect, Traces
+from servosight.models.effects import Effect, GuessFeatures, ResidualFeatures
 
 Masks = tuple[Mask, ...]
 
@@ -53,7 +53,7 @@ def linear_start(problem: Problem) -> Array:
     return np.asarray(np.clip(point, low, high))
 
 
-def cues(problem: Problem, point: Array) -> Cues:
+def guess_features(problem: Problem, point: Array) -> GuessFeatures:
     """Initial-guess features: sizes, from the recordings and a fit (a search point)."""
     residual = problem.residuals(point[None, :])[0]
     speeds, drives, ranges = [], [], []
@@ -66,17 +66,17 @@ def cues(problem: Problem, point: Array) -> Cues:
         command = recording.command_at(recording.time_s)
         drives.append(np.max(np.abs(values["k"] * command + bias - angles[0])))
         ranges.append(0.5 * recording.moved_range_deg)
-    return Cues(
+    return GuessFeatures(
         residual_deg=float(np.sqrt(np.mean(residual**2))),
         amplitude_deg=float(max(ranges)),
         speed_deg_s=float(max(max(speeds), 1.0)),
         drive_deg=float(max(max(drives), 0.1)),
         T_s=values["T"],
-        traces=traces(problem, point),
+        curves=residual_features(problem, point),
     )
 
 
-def traces(problem: Problem, point: Array) -> Traces:
+def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
     """Residual features: recordings and a fit (a search point), sample by sample, joined."""
     values = problem.values(point)
     k, T, xi = values["k"], values["T"], values["xi"]
@@ -108,7 +108,7 @@ def traces(problem: Problem, point: Array) -> Traces:
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
     command, angle, speed, drive, residual = joined
-    return Traces(command, angle, speed, drive, residual, intervals[-1], k, respond)
+    return ResidualFeatures(command, angle, speed, drive, residual, intervals[-1], k, respond)
 
 
 @dataclass(frozen=True)
@@ -128,14 +128,15 @@ class BaseModel:
     _guesses: dict[str, tuple[tuple[float, ...], ...]] = field(default_factory=dict, compare=False)
 
     @functools.cached_property
-    def cues(self) -> Cues:
-        """Initial-guess features of what the model leaves."""
-        return cues(self.problem, self.point)
+    def guess_features(self) -> GuessFeatures:
+        """Initial-guess features of the model's residual."""
+
+        return guess_features(self.problem, self.point)
 
     def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
         """The effect's own guesses of its parameters."""
         if effect.id not in self._guesses:
-            self._guesses[effect.id] = effect.starts(self.cues)
+            self._guesses[effect.id] = effect.starts(self.guess_features)
         return self._guesses[effect.id]
 
 
@@ -220,10 +221,10 @@ def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:
             high[j] = min(high[j], largest)
         else:
             reach = {"k": 0.5 * abs(centre) + 0.1, "T": 1.6, "xi": 1.6}.get(
-                c.name, 0.25 * linear.cues.amplitude_deg + 1.0
+                c.name, 0.25 * linear.guess_features.amplitude_deg + 1.0
             )
             if c.name == "initial_speed":
-                reach = 0.1 * linear.cues.speed_deg_s
+                reach = 0.1 * linear.guess_features.speed_deg_s
             low[j] = max(low[j], centre - reach)
             high[j] = min(high[j], centre + reach)
     return low, high

@@ -1,11 +1,11 @@
 """What a physical effect is, and the registry of all of them."""
 
 from servosight.models.effects._check import parsed as parsed
-from servosight.models.effects._contract import Cues as Cues
 from servosight.models.effects._contract import Effect as Effect
+from servosight.models.effects._contract import GuessFeatures as GuessFeatures
 from servosight.models.effects._info import EffectInfo as EffectInfo
 from servosight.models.effects._info import effect_info as effect_info
-from servosight.models.effects._initial_guess import Traces as Traces
+from servosight.models.effects._initial_guess import ResidualFeatures as ResidualFeatures
 from servosight.models.effects._place import MOTION as MOTION
 from servosight.models.effects._place import SIGNATURES as SIGNATURES
 from servosight.models.effects._place import Place as Place

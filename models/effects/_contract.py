@@ -15,7 +15,7 @@ from typing import Any
 
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects._check import all_are, check_arguments, check_function, is_a
-from servosight.models.effects._initial_guess import Traces
+from servosight.models.effects._initial_guess import ResidualFeatures
 from servosight.models.effects._place import SIGNATURES, usage
 from servosight.models.effects._place import Place as Place
 
@@ -25,12 +25,12 @@ _ID = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @dataclass(frozen=True)
-class Cues:
-    """What can be read off a recording and its linear fit before an effect is fitted.
+class GuessFeatures:
+    """Features of a recording and its linear fit, for the initial guess of an effect's parameters.
 
     All in degrees and seconds: rms residual, half range of the output, largest speed of the
-    output, largest position error of the fitted loop, and the fitted time constant. ``traces`` has
-    the same sample by sample, for what must be read off a curve.
+    output, largest position error of the fitted loop, and the fitted time constant. ``curves`` has
+    the same sample by sample.
     """
 
     residual_deg: float
@@ -38,7 +38,7 @@ class Cues:
     speed_deg_s: float
     drive_deg: float
     T_s: float
-    traces: Traces = field(default_factory=Traces)
+    curves: ResidualFeatures = field(default_factory=ResidualFeatures)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Effect:
     confirm: str
     remedy: str
     source: str
-    starts: Callable[[Cues], tuple[tuple[float, ...], ...]]
+    starts: Callable[[GuessFeatures], tuple[tuple[float, ...], ...]]
     term: Term | None = None
     latency: Term | None = None
     switch: Term | None = None
@@ -82,7 +82,7 @@ class Effect:
                 usage(self.place, role, function, self.states),
                 self.parameters,
             )
-        check_arguments(f"effect {self.id}: starts", self.starts, ["cues"])
+        check_arguments(f"effect {self.id}: starts", self.starts, ["features"])
 
     def _check_fields(self) -> None:
         hooks = self.hooks.items()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from servosight.models.effects._contract import Cues
+from servosight.models.effects._contract import GuessFeatures
 from servosight.models.effects._initial_guess import waves
 
 
@@ -18,8 +18,8 @@ def wave_resolution(
     return max(min(passage, swing), 0.01 * T)
 
 
-def wave_starts(cues: Cues, longest_deg: float) -> tuple[tuple[float, ...], ...]:
+def wave_starts(features: GuessFeatures, longest_deg: float) -> tuple[tuple[float, ...], ...]:
     """The strongest lines in the residual's spectrum over angle, of periods to ``longest_deg``."""
-    size, range_deg = cues.residual_deg, 2.0 * cues.amplitude_deg
-    read = waves(cues.traces, 0.5, longest_deg, 0.02 * cues.drive_deg)
+    size, range_deg = features.residual_deg, 2.0 * features.amplitude_deg
+    read = waves(features.curves, 0.5, longest_deg, 0.02 * features.drive_deg)
     return read or ((2.0 * size, 0.2 * range_deg, 0.0), (2.0 * size, 0.5 * range_deg, 0.0))

@@ -19,7 +19,7 @@ import numpy as np
 
 from servosight.models.core import Camera, Single
 from servosight.sim import scene
-from servosight.sim.scene import LENS_HEIGHT_MM, Part, Viewport
+from servosight.sim.scene import LENS_HEIGHT_MM, MovingBody, Viewport
 
 if TYPE_CHECKING:
     import pyrender
@@ -133,7 +133,7 @@ def _still(
 
 
 def _layer(
-    renderer: pyrender.OffscreenRenderer, part: Part, viewport: Viewport, seed: int
+    renderer: pyrender.OffscreenRenderer, part: MovingBody, viewport: Viewport, seed: int
 ) -> Layer:
     """Draw one body alone and give it the soft shadow that the ring light leaves about it."""
     from cv2 import GaussianBlur

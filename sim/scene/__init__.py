@@ -15,7 +15,7 @@ from servosight.sim.scene._scene import LUGS_MM as LUGS_MM
 from servosight.sim.scene._scene import PLATE_Z_MM as PLATE_Z_MM
 from servosight.sim.scene._scene import ROD as ROD
 from servosight.sim.scene._scene import SHAFT_MM as SHAFT_MM
-from servosight.sim.scene._scene import Part as Part
+from servosight.sim.scene._scene import MovingBody as MovingBody
 from servosight.sim.scene._scene import Viewport as Viewport
 from servosight.sim.scene._scene import case_meshes as case_meshes
 from servosight.sim.scene._scene import table as table

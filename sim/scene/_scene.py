@@ -67,7 +67,7 @@ class Viewport:
 
 
 @dataclass(frozen=True)
-class Part:
+class MovingBody:
     """What moves as one body: ``centre_mm`` (x, y, z) it turns about, the box it fills at rest."""
 
     name: str
@@ -181,6 +181,8 @@ def _rod_meshes(seed: int) -> list[pyrender.Mesh]:
 
 
 _X, _Y = SHAFT_MM
-ROD = Part("rod", (-CRANK_MM, 0.0, -5.0), (-24.5, _Y - 4.5, -15.5, 4.5), _rod_meshes)
-ARM = Part("arm", (_X, _Y, ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes)
-FIN = Part("fin", (0.0, 0.0, 0.0), (-25.5, -22.5, 91.5, 15.5), _fin_meshes)
+ROD = MovingBody("rod", (-CRANK_MM, 0.0, -5.0), (-24.5, _Y - 4.5, -15.5, 4.5), _rod_meshes)
+ARM = MovingBody(
+    "arm", (_X, _Y, ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes
+)
+FIN = MovingBody("fin", (0.0, 0.0, 0.0), (-25.5, -22.5, 91.5, 15.5), _fin_meshes)

@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
-Point = tuple[float, float]
+PlanePoint = tuple[float, float]
 
 _OVERSAMPLE = 2  # drawn finer than asked for, then averaged: PIL's shapes have no soft edges
 
@@ -51,29 +51,29 @@ class Pen:
         self.image = Image.fromarray(paper).resize(size, Image.Resampling.BICUBIC)
         self.draw = ImageDraw.Draw(self.image)
 
-    def at(self, point: Point) -> Point:
+    def at(self, point: PlanePoint) -> PlanePoint:
         """Place of a point [mm] in the picture."""
         return (
             (point[0] - self.sheet.left) * self.scale,
             (self.sheet.top - point[1]) * self.scale,
         )
 
-    def line(self, points: Sequence[Point], colour: Colour, width_mm: float) -> None:
+    def line(self, points: Sequence[PlanePoint], colour: Colour, width_mm: float) -> None:
         """A polyline."""
         width = max(1, round(width_mm * self.scale))
         self.draw.line([self.at(p) for p in points], fill=colour, width=width, joint="curve")
 
-    def polygon(self, points: Sequence[Point], colour: Colour) -> None:
+    def polygon(self, points: Sequence[PlanePoint], colour: Colour) -> None:
         """A filled polygon."""
         self.draw.polygon([self.at(p) for p in points], fill=colour)
 
-    def disc(self, centre: Point, radius_mm: float, colour: Colour) -> None:
+    def disc(self, centre: PlanePoint, radius_mm: float, colour: Colour) -> None:
         """A filled circle."""
         x, y = self.at(centre)
         r = radius_mm * self.scale
         self.draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
 
-    def target(self, centre: Point, radius_mm: float) -> None:
+    def target(self, centre: PlanePoint, radius_mm: float) -> None:
         """A quartered disc on a white sticker, as on crash-test dummies."""
         x, y = self.at(centre)
         self.disc(centre, radius_mm * 1.25, (236, 236, 230))
@@ -81,7 +81,7 @@ class Pen:
         for start in (0, 180):
             self.draw.pieslice((x - r, y - r, x + r, y + r), start, start + 90, fill=(18, 18, 20))
 
-    def text(self, centre: Point, words: str, height_mm: float, colour: Colour) -> None:
+    def text(self, centre: PlanePoint, words: str, height_mm: float, colour: Colour) -> None:
         """Upright text about ``centre``."""
         font = ImageFont.load_default(height_mm * self.scale)
         self.draw.text(self.at(centre), words, fill=colour, font=font, anchor="mm")
@@ -110,7 +110,7 @@ def paper(colour: Colour, *fields: NDArray[np.float64]) -> Picture:
     return np.asarray(np.clip(np.array(colour) + total, 0, 255), dtype=np.uint8)
 
 
-def fin(sheet: TextureArea, outline: Sequence[Point], seed: int) -> Picture:
+def fin(sheet: TextureArea, outline: Sequence[PlanePoint], seed: int) -> Picture:
     """A painted fin: panel lines, stripe, scale, letters, targets, speckle, scratches."""
     rng = np.random.default_rng([seed, 1])
     base = paper((222, 221, 214), 3.0 * noise(sheet, rng, 14, 9), 2.0 * noise(sheet, rng, 0.4, 0.4))
@@ -250,7 +250,7 @@ def turned_metal(sheet: TextureArea, seed: int) -> Picture:
     return pen.finish()
 
 
-def horn(sheet: TextureArea, shaft: Point, length_mm: float, seed: int) -> Picture:
+def horn(sheet: TextureArea, shaft: PlanePoint, length_mm: float, seed: int) -> Picture:
     """A servo's horn that points left from its shaft: a row of holes, numbers, spray paint."""
     rng = np.random.default_rng([seed, 7])
     x, y = shaft

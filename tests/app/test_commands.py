@@ -326,7 +326,7 @@ EFFECT = Effect(
     id="weak_side", place=Place.DRIVE,
     parameters=(Parameter("ratio", "-", 0.1, 2.0, 1.0, "share"),),
     equation="e", looks_like="l", cause="c", confirm="d", remedy="r", source="s",
-    starts=lambda cues: ((0.8,),), term=term,
+    starts=lambda features: ((0.8,),), term=term,
 )
 """
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import InputError, Parameter
-from servosight.models.effects import Cues, Effect, Place, catalogue
+from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.plant._codegen import cache_folder, kernel, source
 from servosight.models.plant._layout import Layout
@@ -35,7 +35,7 @@ def lagged(drive: float, w: float, state: float, share: float) -> tuple[float, f
     return drive * (1.0 - share * state), (abs(drive) - state) / 0.01
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     return ((0.01,),)
 
 

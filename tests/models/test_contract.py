@@ -24,7 +24,7 @@ def declared(place: Place, term: Callable[..., Any] | None, **changes: Any) -> E
         "id": "tried",
         "place": place,
         "parameters": (Parameter("size", "-", 0.0, 1.0, 0.0),),
-        "starts": lambda cues: ((0.5,),),
+        "starts": lambda features: ((0.5,),),
         "term": term,
         **dict.fromkeys(words, ""),
         **changes,

@@ -19,14 +19,14 @@ import pytest
 from servosight.diagnose import diagnose
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator, Array, Estimate, Recording
-from servosight.models.effects import Cues, Effect, Place, catalogue
+from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
 from servosight.models.plant._plant import STEP_SHARE
 
 T, XI = 0.0078, 0.55
 NOISE_DEG = 0.03
-CUES = Cues(1.0, 20.0, 600.0, 20.0, T)
+FEATURES = GuessFeatures(1.0, 20.0, 600.0, 20.0, T)
 ALL = list(catalogue())
 FRICTION = [
     name for name, effect in catalogue().items() if effect.place in (Place.FRICTION, Place.BRISTLE)
@@ -81,14 +81,20 @@ def test_it_explains_itself(name: str) -> None:
 
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize(
-    "cues",
-    [CUES, Cues(1e-4, 0.1, 1.0, 0.1, 2e-4), Cues(80.0, 170.0, 5e4, 400.0, 2.0)],
+    "features",
+    [
+        FEATURES,
+        GuessFeatures(1e-4, 0.1, 1.0, 0.1, 2e-4),
+        GuessFeatures(80.0, 170.0, 5e4, 400.0, 2.0),
+    ],
     ids=["usual", "tiny", "huge"],
 )
-def test_its_starts_count_its_parameters_and_mean_something(name: str, cues: Cues) -> None:
+def test_its_starts_count_its_parameters_and_mean_something(
+    name: str, features: GuessFeatures
+) -> None:
     """At usual sizes within the bounds; at the ends a search clips them, so never NaN."""
     effect = effect_of(name)
-    starts = effect.starts(cues)
+    starts = effect.starts(features)
     assert starts
     for start in starts:
         assert len(start) == len(effect.parameters)
@@ -99,7 +105,7 @@ def test_its_starts_count_its_parameters_and_mean_something(name: str, cues: Cue
             if parameter.neutral is not None
         ]
         assert any(away), "a start at the neutral value starts nothing"
-        if cues is CUES:
+        if features is FEATURES:
             for value, parameter in zip(start, effect.parameters, strict=True):
                 assert parameter.low <= value <= parameter.high
 
@@ -109,7 +115,7 @@ def test_its_starts_count_its_parameters_and_mean_something(name: str, cues: Cue
 def test_neutral_parameters_change_nothing(name: str, kind: str) -> None:
     """To the last bit, whatever the parameters that lose their meaning there."""
     plain = plant().simulate(neutral(), signal(kind))
-    for start in effect_of(name).starts(CUES):
+    for start in effect_of(name).starts(FEATURES):
         values = tuple(
             value if parameter.neutral is None else parameter.neutral
             for value, parameter in zip(start, effect_of(name).parameters, strict=True)
@@ -124,7 +130,7 @@ def test_it_fades_towards_neutral(name: str) -> None:
     """A thousandth of the way from neutral, what is left is small: candidates are nested."""
     plain = plant().simulate(neutral(), signal("steps"))
     effect = effect_of(name)
-    full = effect.starts(CUES)[0]
+    full = effect.starts(FEATURES)[0]
     faint = []
     for value, parameter in zip(full, effect.parameters, strict=True):
         low, high = parameter.search_bounds
@@ -141,7 +147,7 @@ def test_it_fades_towards_neutral(name: str) -> None:
 
 @pytest.mark.parametrize("name", ALL)
 def test_a_batch_equals_a_loop(name: str) -> None:
-    rows = np.array([neutral(), *(with_values(name, s) for s in effect_of(name).starts(CUES))])
+    rows = np.array([neutral(), *(with_values(name, s) for s in effect_of(name).starts(FEATURES))])
     batch = plant().simulate(rows, signal("steps"))
     for row, answer in zip(rows, batch, strict=True):
         np.testing.assert_array_equal(plant().simulate(row, signal("steps")), answer)
@@ -154,7 +160,7 @@ def test_the_default_step_has_converged(name: str, kind: str) -> None:
 
     Beyond 5e-5 deg, that is: below, an effect's own `resolution` governs, which is not halved.
     """
-    for start in effect_of(name).starts(CUES):
+    for start in effect_of(name).starts(FEATURES):
         row = with_values(name, start)
         fine = plant().simulate(row, signal(kind), STEP_SHARE * T / 16)
         default = np.abs(plant().simulate(row, signal(kind)) - fine).max()
@@ -170,7 +176,7 @@ def test_no_switch_stalls_where_the_motion_dies_away(name: str) -> None:
     samples = np.arange(0.0, 4.0, 0.01)
     command = np.array([0.0, 0.0531, 0.2003]), np.array([0.0, 20.0, 1.2])
     rest = Stimulus(*command, False, samples, np.ones(1))
-    for start in effect_of(name).starts(CUES):
+    for start in effect_of(name).starts(FEATURES):
         for share in np.linspace(0.05, 0.3, 12):
             answer = plant().simulate(with_values(name, start), rest, share * T)
             assert np.isfinite(answer).all()
@@ -186,7 +192,7 @@ def test_a_card_that_is_saved_and_loaded_is_the_same(name: str, tmp_path: Path) 
         "xi": Estimate(XI, None, "-"),
         "bias": Estimate(-0.25, 0.002, "deg"),
     }
-    for parameter, value in zip(effect.parameters, effect.starts(CUES)[0], strict=True):
+    for parameter, value in zip(effect.parameters, effect.starts(FEATURES)[0], strict=True):
         parameters[f"{name}.{parameter.name}"] = Estimate(value, 0.01, parameter.unit)
     card = Actuator(parameters, (name,), {"fitted_on": ["a"], "method": "gradient"})
     card.save(tmp_path / "model.toml")
@@ -217,7 +223,7 @@ def test_friction_never_adds_energy(name: str) -> None:
         return np.asarray(theta[1:-1] ** 2 + (T * speed) ** 2)
 
     free = energy(neutral())
-    for start in effect_of(name).starts(CUES):
+    for start in effect_of(name).starts(FEATURES):
         left = energy(with_values(name, start))
         held, given = 0.0, 0.0
         if effect_of(name).place is Place.BRISTLE:
@@ -273,7 +279,7 @@ TRUTHS: dict[str, Truth] = {
 def truth_of(name: str) -> Truth:
     effect = effect_of(name)
     names = [parameter.name for parameter in effect.parameters]
-    start = effect.starts(Cues(1.0, 20.0, 400.0, 20.0, 0.02))[0]
+    start = effect.starts(GuessFeatures(1.0, 20.0, 400.0, 20.0, 0.02))[0]
     return TRUTHS.get(name) or Truth(dict(zip(names, start, strict=True)))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.problem import Problem
-from servosight.identify.problem._starts import cues, traces
+from servosight.identify.problem._starts import guess_features, residual_features
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
@@ -67,5 +67,5 @@ def test_an_initial_guess_joins_rows_by_lines_where_the_recording_does() -> None
     recording = Recording("ramps", rows_s, command, time_s, measured, hold="linear")
     problem = Problem.of([recording], catalogue(), [])
     point = np.array([1.0, np.log(0.005), np.log(0.7), 0.0, 0.0, 0.0])
-    assert cues(problem, point).drive_deg < 1.0
-    assert np.abs(traces(problem, point).drive_deg).max() < 1.0
+    assert guess_features(problem, point).drive_deg < 1.0
+    assert np.abs(residual_features(problem, point).drive_deg).max() < 1.0

@@ -30,7 +30,7 @@ EFFECT = Effect(
     confirm="push it by hand",
     remedy="move the stop",
     source="the user, 2024",
-    starts=lambda cues: ((1e-4,),),
+    starts=lambda features: ((1e-4,),),
     term=term,
 )
 '''
@@ -118,7 +118,7 @@ def declared(**changes: object) -> Effect:
         "id": "small",
         "place": Place.DRIVE,
         "parameters": (Parameter("size", "-", 0.0, 1.0, 1.0),),
-        "starts": lambda cues: ((0.5,),),
+        "starts": lambda features: ((0.5,),),
         "term": term,
         **dict.fromkeys(("equation", "looks_like", "cause", "confirm", "remedy", "source"), ""),
         **changes,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.models.effects import Cues, Effect
+from servosight.models.effects import Effect, GuessFeatures
 
 Point = tuple[float, ...]
 
@@ -105,6 +105,6 @@ def times(low: float, high: float, count: int = 10) -> list[Point]:
     return [(float(t),) for t in np.geomspace(low, high, count)]
 
 
-def unread(cues: Cues) -> tuple[Point, ...]:
+def unread(features: GuessFeatures) -> tuple[Point, ...]:
     """A term has no guesses of its own: it starts where its coefficients were found."""
     return ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 from servosight.models.effects._initial_guess import one
 
 
@@ -21,9 +21,9 @@ def switch(drive: float, w: float, ratio: float) -> float:
     return drive
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """As the residual says, and clearly weaker and clearly stronger."""
-    lost = one(cues.traces, np.minimum(cues.traces.drive_deg, 0.0))
+    lost = one(features.curves, np.minimum(features.curves.drive_deg, 0.0))
     return ((1.0 - min(max(lost, -4.0), 0.8),), (0.6,), (1.6,)) if lost else ((0.6,), (1.6,))
 
 

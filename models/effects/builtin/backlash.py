@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(angle: float, last: float, gap: float) -> float:
@@ -15,9 +15,13 @@ def term(angle: float, last: float, gap: float) -> float:
     return last
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Once, two and six times the residual."""
-    return ((1.0 * cues.residual_deg,), (2.5 * cues.residual_deg,), (6.0 * cues.residual_deg,))
+    return (
+        (1.0 * features.residual_deg,),
+        (2.5 * features.residual_deg,),
+        (6.0 * features.residual_deg,),
+    )
 
 
 EFFECT = Effect(

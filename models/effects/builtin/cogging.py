@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 from servosight.models.effects._wave import wave_resolution, wave_starts
 
 
@@ -14,9 +14,9 @@ def term(theta: float, w: float, amplitude: float, period: float, phase: float) 
     return amplitude * math.sin(6.283185307179586 * theta / period + phase)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """The strongest lines in the residual's spectrum over angle."""
-    return wave_starts(cues, 180.0)
+    return wave_starts(features, 180.0)
 
 
 EFFECT = Effect(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 from servosight.models.effects._initial_guess import quantization_steps
 
 
@@ -29,10 +29,10 @@ def term(
     return step * level, 0.0, horizon
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """The steps whose rounding looks most like the residual; else what makes its size."""
-    read = quantization_steps(cues.traces, cues.residual_deg)
-    return read or ((2.0 * cues.residual_deg,),)
+    read = quantization_steps(features.curves, features.residual_deg)
+    return read or ((2.0 * features.residual_deg,),)
 
 
 EFFECT = Effect(

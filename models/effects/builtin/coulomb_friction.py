@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(speed: float, drive: float, load: float, level: float) -> float:
@@ -11,9 +11,13 @@ def term(speed: float, drive: float, load: float, level: float) -> float:
     return level
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Half, once and three times the residual."""
-    return ((0.5 * cues.residual_deg,), (1.5 * cues.residual_deg,), (4.0 * cues.residual_deg,))
+    return (
+        (0.5 * features.residual_deg,),
+        (1.5 * features.residual_deg,),
+        (4.0 * features.residual_deg,),
+    )
 
 
 EFFECT = Effect(

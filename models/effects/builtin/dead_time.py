@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def latency(delay: float) -> float:
@@ -11,9 +11,9 @@ def latency(delay: float) -> float:
     return delay
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """A fifth, one and three time constants' worth of lag, within what a bus can take."""
-    return ((0.2 * cues.T_s,), (min(cues.T_s, 0.05),), (min(3 * cues.T_s, 0.15),))
+    return ((0.2 * features.T_s,), (min(features.T_s, 0.05),), (min(3 * features.T_s, 0.15),))
 
 
 EFFECT = Effect(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(drive: float, w: float, half_width: float) -> float:
@@ -20,9 +20,13 @@ def switch(drive: float, w: float, half_width: float) -> float:
     return abs(drive) - half_width
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Half, once and three times the residual."""
-    return ((0.5 * cues.residual_deg,), (1.5 * cues.residual_deg,), (4.0 * cues.residual_deg,))
+    return (
+        (0.5 * features.residual_deg,),
+        (1.5 * features.residual_deg,),
+        (4.0 * features.residual_deg,),
+    )
 
 
 EFFECT = Effect(

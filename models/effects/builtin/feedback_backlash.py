@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(theta: float, last: float, gap: float) -> float:
@@ -20,9 +20,9 @@ def switch(theta: float, last: float, gap: float) -> float:
     return abs(theta - last) - 0.5 * gap
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """From the residual to several times it."""
-    size = cues.residual_deg
+    size = features.residual_deg
     return ((0.5 * size,), (1.0 * size,), (2.5 * size,), (6.0 * size,))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(
@@ -29,9 +29,9 @@ def resolution(frequency: float, damping: float, inertia_ratio: float) -> float:
     return 0.08 * math.sqrt(1.0 - inertia_ratio) / (frequency * (1.0 + 2.0 * damping))
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Below, at and above the corner of the linear loop, light and heavy far side."""
-    corner = 1.0 / (6.283185307179586 * cues.T_s)
+    corner = 1.0 / (6.283185307179586 * features.T_s)
     return ((1.5 * corner, 0.1, 0.3), (3.0 * corner, 0.1, 0.3), (0.7 * corner, 0.1, 0.1))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import WEIGHT, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(theta: float, w: float, sine: float, cosine: float) -> float:
@@ -14,9 +14,9 @@ def term(theta: float, w: float, sine: float, cosine: float) -> float:
     return sine * math.sin(angle) + cosine * math.cos(angle)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Both signs of the sine, and of the cosine, at the size of the residual and above."""
-    size = 3.0 * cues.residual_deg
+    size = 3.0 * features.residual_deg
     return ((size, 0.0), (-size, 0.0), (0.0, size), (0.0, -size))
 
 

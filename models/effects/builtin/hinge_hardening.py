@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 from servosight.models.effects._initial_guess import one
 
 
@@ -19,10 +19,10 @@ def resolution(T: float, theta: float, cubic: float) -> float:
     return max(0.4 * T / math.sqrt(1.0 + 3.0 * cubic * theta * theta), 0.01 * T)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """As the residual says, and torques of a tenth and a half of the amplitude at its end."""
-    size = 1.0 / cues.amplitude_deg**2
-    read = one(cues.traces, cues.traces.angle_deg**3)
+    size = 1.0 / features.amplitude_deg**2
+    read = one(features.curves, features.curves.angle_deg**3)
     return ((max(read, 0.02 * size),), (0.1 * size,), (0.5 * size,))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(angle: float, last: float, horn: float, offset: float) -> float:
@@ -18,7 +18,7 @@ def term(angle: float, last: float, horn: float, offset: float) -> float:
     return math.asin(min(max(way, -1.0), 1.0)) / radian
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Horns off to either side, and a servo horn shorter or longer than the surface's."""
     return ((1.0, 20.0), (1.0, -20.0), (0.7, 5.0), (1.4, -5.0))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(speed: float, drive: float, load: float, ratio: float) -> float:
@@ -16,7 +16,7 @@ def switch(speed: float, drive: float, load: float, ratio: float) -> float:
     return drive
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """A tenth, a third and two thirds of the transmitted torque."""
     return ((0.08,), (0.25,), (0.6,))
 

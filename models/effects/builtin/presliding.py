@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(theta: float, start: float, last: float, level: float, stiffness: float) -> float:
@@ -34,9 +34,9 @@ def resolution(
     return max(min(swing, 0.5 * bend), 0.01 * T)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Friction of the residual's size, soft, middling and stiff at first."""
-    size = cues.residual_deg
+    size = features.residual_deg
     return (
         (1.0 * size, 5.0),
         (3.0 * size, 2.0),

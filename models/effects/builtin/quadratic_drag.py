@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 from servosight.models.effects._initial_guess import one
 
 
@@ -22,10 +22,10 @@ def resolution(T: float, w: float, acceleration: float, coefficient: float) -> f
     return max(0.25 * reach / (w + math.sqrt(w * w + acceleration * reach) + 1e-12), 0.01 * T)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """As the residual says, and torques of a half and twice the largest error at full speed."""
-    size = cues.drive_deg / cues.speed_deg_s**2
-    read = one(cues.traces, cues.traces.speed_deg_s * np.abs(cues.traces.speed_deg_s))
+    size = features.drive_deg / features.speed_deg_s**2
+    read = one(features.curves, features.curves.speed_deg_s * np.abs(features.curves.speed_deg_s))
     return ((max(read, 0.05 * size),), (0.5 * size,), (2.0 * size,))
 
 

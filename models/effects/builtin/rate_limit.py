@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(
@@ -29,9 +29,13 @@ def term(
     return last, speed, horizon
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Fractions of the largest speed that was seen."""
-    return ((0.95 * cues.speed_deg_s,), (0.6 * cues.speed_deg_s,), (0.3 * cues.speed_deg_s,))
+    return (
+        (0.95 * features.speed_deg_s,),
+        (0.6 * features.speed_deg_s,),
+        (0.3 * features.speed_deg_s,),
+    )
 
 
 EFFECT = Effect(

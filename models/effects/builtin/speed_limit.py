@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(drive: float, w: float, stall: float, no_load_speed: float) -> float:
@@ -29,9 +29,9 @@ def resolution(T: float, w: float, stall: float, no_load_speed: float) -> float:
     return max(0.25 * T * T * no_load_speed / stall, 0.01 * T)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Speeds at and above the largest seen, with a line that is low and one that is high."""
-    seen, largest = cues.speed_deg_s, cues.drive_deg
+    seen, largest = features.speed_deg_s, features.drive_deg
     return (
         (0.7 * largest, 1.2 * seen),
         (0.3 * largest, 1.5 * seen),

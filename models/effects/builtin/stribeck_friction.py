@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(
@@ -34,10 +34,14 @@ def resolution(
     return max(min(growth, passage), 0.01 * T)
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Levels about the residual's size, with as much or twice as much excess, at three speeds."""
     return tuple(
-        (level * cues.residual_deg, more * level * cues.residual_deg, share * cues.speed_deg_s)
+        (
+            level * features.residual_deg,
+            more * level * features.residual_deg,
+            share * features.speed_deg_s,
+        )
         for level in (0.5, 1.0, 2.0)
         for more in (0.7, 2.0)
         for share in (0.01, 0.03, 0.1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter, Scaling
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(drive: float, w: float, state: float, sag: float, time: float) -> tuple[float, float]:
@@ -21,10 +21,10 @@ def resolution(sag: float, time: float) -> float:
     return 0.3 * time
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """A third gone at the largest drive, fast and slow."""
     return tuple(
-        (share / cues.drive_deg, time)
+        (share / features.drive_deg, time)
         for share, time in ((0.3, 0.05), (1.0, 0.2), (2.0, 1.0), (1.0, 0.02))
     )
 

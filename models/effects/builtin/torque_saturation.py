@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Cues, Effect, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 
 def term(drive: float, w: float, limit: float) -> float:
@@ -20,9 +20,9 @@ def switch(drive: float, w: float, limit: float) -> float:
     return abs(drive) - limit
 
 
-def starts(cues: Cues) -> tuple[tuple[float, ...], ...]:
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """Fractions of the largest position error."""
-    return ((0.7 * cues.drive_deg,), (0.35 * cues.drive_deg,), (0.12 * cues.drive_deg,))
+    return ((0.7 * features.drive_deg,), (0.35 * features.drive_deg,), (0.12 * features.drive_deg,))
 
 
 EFFECT = Effect(
