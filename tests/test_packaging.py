@@ -19,8 +19,9 @@ import pytest
 
 import servosight
 
-PUBLIC = ("__main__.py", "__init__.py", "__init__.pyi", "_verbs.py", "py.typed")
-"""What stands in src/servosight itself."""
+PUBLIC = ("__main__.py", "__init__.py", "__init__.pyi", "py.typed")
+"""What stands in src/servosight itself, beside the verbs."""
+VERBS = "servosight/_verbs"
 HEAVY = ("av", "control", "cv2", "matplotlib", "mujoco", "numba", "pyrender", "scipy")
 
 
@@ -39,6 +40,8 @@ def folders(project_root: Path) -> list[str]:
 def in_tree(project_root: Path, folders: list[str]) -> set[str]:
     """Every file of the product as the tree has it, by its place in the wheel."""
     files = {"_servosight.py", *(f"servosight/{name}" for name in PUBLIC)}
+    verbs = (project_root / "src" / VERBS).glob("*.py")
+    files |= {f"{VERBS}/{path.name}" for path in verbs}
     for folder in folders:
         for path in (project_root / folder).rglob("*"):
             ignored = (
@@ -74,7 +77,9 @@ def test_sdist_holds_what_a_wheel_is_built_from(
     with tarfile.open(build(project_root, "sdist", tmp_path)) as sdist:
         names = {name.split("/", 1)[1] for name in sdist.getnames()}
     sources = {
-        f"src/{name}" if name.count("/") < 2 else name.removeprefix("servosight/")
+        f"src/{name}"
+        if name.count("/") < 2 or name.startswith(VERBS)
+        else name.removeprefix("servosight/")
         for name in in_tree
     }
     assert sources | {"pyproject.toml", "hatch_build.py", "LICENSE", "README.md"} <= names
@@ -139,7 +144,7 @@ def write_package(project_root: Path, place: Path, folders: list[str]) -> Path:
     text = (project_root / "pyproject.toml").read_text(encoding="utf-8")
     (place / "pyproject.toml").write_text(text, encoding="utf-8")
     package = place / "src" / "servosight"
-    for folder in set(folders):
+    for folder in {*folders, "_verbs"}:
         (package / folder).mkdir(parents=True)
         (package / folder / "__init__.py").touch()
     for name in PUBLIC:

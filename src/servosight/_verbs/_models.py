@@ -1,0 +1,131 @@
+"""``ss.identify``, ``ss.compare``, ``ss.diagnose`` and ``ss.add``: models of recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servosight._verbs._given import actuator_of, catalogue_of, silent
+
+if TYPE_CHECKING:
+    from servosight._verbs._given import Model, Sources
+    from servosight.diagnose import Comparison, Diagnosis
+    from servosight.identify.fit import Fit
+    from servosight.models.core import StageProgress
+
+
+def identify(
+    recordings: Sources,
+    effects: Sequence[str] = (),
+    *,
+    method: str = "combination",
+    seed: int = 0,
+    tolerance: float | None = None,
+    plugins: Sequence[Path | str] = (),
+) -> Fit:
+    """Fit k, T, xi, bias and the parameters of ``effects`` to recordings, jointly.
+
+    ``method`` is combination (genetic operators and swarm), ga, pso or gradient; ``seed`` that of
+    its random numbers. ``tolerance`` [deg] is what no model need reach (default 0.05 % of the moved
+    range). ``plugins`` are files with effects of your own, which are run. Raises InputError for a
+    recording, an effect or a method that is none.
+
+    >>> import servosight as ss
+    >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
+    >>> sorted(fit.parameters)
+    ['T', 'bias', 'k', 'xi']
+    """
+    from servosight.identify.fit import identify, with_information
+    from servosight.sources import read_all
+
+    known, given = catalogue_of(plugins), read_all(recordings)
+    fit = identify(given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance)
+    return with_information(fit, given, known).remember(given, known)
+
+
+def compare(
+    model: Model,
+    recordings: Sources,
+    *,
+    tolerance: float | None = None,
+    plugins: Sequence[Path | str] = (),
+) -> Comparison:
+    """Simulate a model on recordings and say where it fails.
+
+    ``model`` is a fit, a diagnosis (its last step), an actuator, or the path of a model card. The
+    physical parameters stay as they are; bias and initial state are found on each recording.
+
+    >>> import servosight as ss
+    >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
+    >>> fit = ss.identify(recording, method="gradient")
+    >>> ss.compare(fit, recording).explained
+    False
+    """
+    from servosight.diagnose import compare
+    from servosight.sources import read_all
+
+    known, given = catalogue_of(plugins), read_all(recordings)
+    found = compare(actuator_of(model, known), given, catalogue=known, tolerance=tolerance)
+    return found.remember(given, known)
+
+
+def diagnose(
+    recordings: Sources,
+    *,
+    validate: Sources = (),
+    test: Sources = (),
+    auto: bool = True,
+    tolerance: float | None = None,
+    plugins: Sequence[Path | str] = (),
+    progress: StageProgress | None = None,
+) -> Diagnosis:
+    """Find out which physical effects the linear model misses.
+
+    The fit sees ``recordings``; which effects enter is decided on ``validate``; ``test`` is looked
+    at once, for the report. Without them, blocks of one second are held out. With ``auto`` the best
+    effect is added and fitted again until the error is at the floor or nothing helps; without, the
+    candidates of the first step are ranked. ``tolerance`` [deg] is what no model need reach
+    (default 0.05 % of the moved range). ``progress(word, done, total)`` is called as it goes.
+
+    >>> import servosight as ss
+    >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
+    >>> why = ss.diagnose(recording)
+    >>> why.effects
+    ('backlash',)
+    """
+    from servosight.diagnose import diagnose
+    from servosight.sources import read_all
+
+    known = catalogue_of(plugins)
+    fitted, validating, testing = read_all(recordings), read_all(validate), read_all(test)
+    found = diagnose(
+        fitted,
+        validating,
+        testing,
+        catalogue=known,
+        auto=auto,
+        tolerance=tolerance,
+        progress=progress or silent,
+    )
+    return found.remember([*fitted, *validating, *testing], known)
+
+
+def add(
+    model: Model, effect: str, recordings: Sources, *, plugins: Sequence[Path | str] = ()
+) -> Fit:
+    """The model with one more effect, all parameters fitted to the recordings jointly.
+
+    Raises InputError where the model has that effect already, or nobody knows it.
+
+    >>> import servosight as ss
+    >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
+    >>> better = ss.add(ss.identify(recording, method="gradient"), "backlash", recording)
+    >>> round(better.parameters["backlash.gap"].value, 1)
+    1.5
+    """
+    from servosight.diagnose import add
+    from servosight.sources import read_all
+
+    known, given = catalogue_of(plugins), read_all(recordings)
+    return add(actuator_of(model, known), effect, given, catalogue=known).remember(given, known)
