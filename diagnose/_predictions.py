@@ -14,7 +14,7 @@ from servosight.models.core import Estimate, InputError, Recording, views
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 
-Values = Mapping[str, Estimate | tuple[Estimate, ...]]
+_ParameterValues = Mapping[str, Estimate | tuple[Estimate, ...]]
 
 
 def predictions(
@@ -52,7 +52,7 @@ def _simulated(
     diagnosis: Diagnosis,
     recordings: Sequence[Recording],
     effects: tuple[str, ...],
-    parameters: Values,
+    parameters: _ParameterValues,
     own: tuple[OwnValues, ...],
     catalogue: Mapping[str, Effect],
 ) -> tuple[Judged, ...]:
@@ -75,7 +75,7 @@ def _simulated(
 def _judged(
     recording: Recording,
     effects: tuple[str, ...],
-    parameters: Values,
+    parameters: _ParameterValues,
     values: OwnValues,
     uses: Uses,
     catalogue: Mapping[str, Effect],

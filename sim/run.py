@@ -20,9 +20,9 @@ from servosight.sim.bench import (
     Trajectory,
     assemble,
 )
-from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Polyline, Twin, Values, resolve
+from servosight.sim.effects import TWIN_EFFECTS, EffectValues, HiddenEffect, Polyline, Twin, resolve
 
-ActiveEffects = Sequence[tuple[HiddenEffect, Values]]
+ActiveEffects = Sequence[tuple[HiddenEffect, EffectValues]]
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,

@@ -14,7 +14,7 @@ from servosight.models.core import StageProgress, silent
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder
     from servosight.sources._clock import Offset
-    from servosight.tracking.core import CameraGeometry, Family, Track
+    from servosight.tracking.core import CameraGeometry, MarkerFamily, Track
 
 HORN = "horn.csv"
 
@@ -47,7 +47,7 @@ class Tracking:
     method: str = "refine"
     camera: CameraGeometry | None = None
     light_px: tuple[float, float] | None = None
-    marker: tuple[Family, int | None] | None = None
+    marker: tuple[MarkerFamily, int | None] | None = None
 
 
 def follow_folder(

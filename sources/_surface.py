@@ -101,7 +101,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
         return None
     file = recording.video.with_name(TRACK_FILE)
     try:
-        keys = validated(read_settings(file), _Keys, file, notes=True)
+        keys = validated(read_settings(file), _SurfaceKeys, file, notes=True)
         size = recording.video.stat().st_size
     except (InputError, OSError):
         return None
@@ -115,7 +115,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
 
 
 @dataclass(frozen=True)
-class _Keys:
+class _SurfaceKeys:
     """The keys of track.toml, but for the digests."""
 
     frames: Annotated[int, Meta(ge=1, le=MOST_FRAMES)]

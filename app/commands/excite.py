@@ -38,10 +38,7 @@ SHAPES = {
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight excite``."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    width = max(map(len, SHAPES))
-    parser.epilog = "shapes:\n" + "\n".join(
-        f"  {name:{width}}  {words}" for name, words in SHAPES.items()
-    )
+    parser.epilog = "shapes:\n" + "\n".join(f"  {name:10} {SHAPES[name]}" for name in SHAPES)
     what = parser.add_argument_group("what to do (one of the three)")
     what.add_argument("shape", metavar="SHAPE", nargs="?", help="write a command of this shape")
     what.add_argument(

@@ -63,14 +63,14 @@ class Made:
 
 def page(story: Story, made: Made = Made()) -> str:
     """The whole page; a section that has nothing to tell is left out."""
-    told = [found for found in (section(story) for section in SECTIONS) if found is not None]
+    parts = [found for found in (section(story) for section in SECTIONS) if found is not None]
     environment = _environment()
     names = list(dict.fromkeys(recording.name for recording in story.recordings))
     bodies = [
-        Markup(environment.get_template(f"{one.name}.html").render(one.values)) for one in told
+        Markup(environment.get_template(f"{one.name}.html").render(one.values)) for one in parts
     ]
     return environment.get_template("page.html").render(
-        sections=list(zip(told, bodies, strict=True)),
+        sections=list(zip(parts, bodies, strict=True)),
         names=names,
         style=Markup(_read("style.css")),
         script=Markup(_read("zoom.js")),

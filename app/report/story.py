@@ -1,4 +1,4 @@
-"""What the report tells of, be it a diagnosis or a comparison."""
+"""What the report shows, be it a diagnosis or a comparison."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEAST_DEG = 1e-9
 
 
 @dataclass(frozen=True)
-class Told:
+class NamedModel:
     """A model's name and what it predicts on each recording."""
 
     name: str
@@ -30,8 +30,8 @@ class Story:
 
     result: Diagnosis | Comparison
     recordings: tuple[Recording, ...]
-    before: Told
-    after: Told | None
+    before: NamedModel
+    after: NamedModel | None
     noise_deg: float
     floor_deg: float
     where: tuple[Window, ...]
@@ -47,15 +47,16 @@ class Story:
         """The story of a result, its models simulated anew."""
         after = None
         if isinstance(result, Diagnosis):
-            before = Told("linear model", predictions(result, recordings, 0, catalogue=catalogue))
+            linear = predictions(result, recordings, 0, catalogue=catalogue)
+            before = NamedModel("linear model", linear)
             if result.effects:
                 name = f"with {listed(result.effects)}"
-                after = Told(name, predictions(result, recordings, catalogue=catalogue))
+                after = NamedModel(name, predictions(result, recordings, catalogue=catalogue))
             if result.law is not None:
                 judged = law_predictions(result, recordings, catalogue=catalogue)
-                after = Told("with the law that was found", judged)
+                after = NamedModel("with the law that was found", judged)
         else:
-            before = Told("model", judge(result.actuator, recordings, catalogue=catalogue))
+            before = NamedModel("model", judge(result.actuator, recordings, catalogue=catalogue))
         return cls(
             result,
             tuple(one.recording for one in before.judged),
@@ -68,7 +69,7 @@ class Story:
         )
 
     @property
-    def models(self) -> tuple[Told, ...]:
+    def models(self) -> tuple[NamedModel, ...]:
         """The one model, or both."""
         return (self.before,) if self.after is None else (self.before, self.after)
 

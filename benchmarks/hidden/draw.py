@@ -35,7 +35,7 @@ DURATION_S = (6.0, 10.0)
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """One row of the table: how many effects are hidden, how strong, by which truths."""
 
     hidden: int
@@ -46,16 +46,16 @@ class Row:
     filmed: bool = False
 
 
-ROWS: Mapping[str, Row] = {
-    "single": Row(1, (3.0, 30.0)),
-    "weak": Row(1, (1.5, 3.0)),
-    "faint": Row(1, (0.75, 1.5)),
-    "nothing": Row(0, (0.0, 0.0), ("twin",)),
-    "pair": Row(2, (3.0, 30.0)),
-    "coarse": Row(1, (1.5, 30.0), coarse=True),
-    "outside": Row(1, (3.0, 30.0), outside=True),
-    "equation": Row(1, (3.0, 30.0), ("equation",)),
-    "video": Row(1, (3.0, 30.0), filmed=True),
+ROWS: Mapping[str, TableRow] = {
+    "single": TableRow(1, (3.0, 30.0)),
+    "weak": TableRow(1, (1.5, 3.0)),
+    "faint": TableRow(1, (0.75, 1.5)),
+    "nothing": TableRow(0, (0.0, 0.0), ("twin",)),
+    "pair": TableRow(2, (3.0, 30.0)),
+    "coarse": TableRow(1, (1.5, 30.0), coarse=True),
+    "outside": TableRow(1, (3.0, 30.0), outside=True),
+    "equation": TableRow(1, (3.0, 30.0), ("equation",)),
+    "video": TableRow(1, (3.0, 30.0), filmed=True),
 }
 
 

@@ -79,6 +79,7 @@ class Physics(NamedTuple):
     creep_time: float = 1.0
 
 
+# One long function: the state lives in local variables, which the compiler keeps in registers.
 @njit(cache=True)
 def march(p, command, disturbance, kept):
     """Angles of motor and surface [deg], each (steps // kept + 1,).

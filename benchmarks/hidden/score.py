@@ -10,7 +10,7 @@ from typing import Any
 from .trial import SEPARABLE
 
 Line = Mapping[str, Any]
-Test = Callable[[Line], bool]
+LineTest = Callable[[Line], bool]
 
 STRAYED = 1.2
 """An effect outside the catalogue counts where the best single rival misses it by this many floors:
@@ -37,7 +37,7 @@ class Share:
         return centre - half, centre + half
 
 
-def share(lines: Sequence[Line], test: Test) -> Share:
+def share(lines: Sequence[Line], test: LineTest) -> Share:
     """How many lines pass a test."""
     return Share(sum(test(line) for line in lines), len(lines))
 

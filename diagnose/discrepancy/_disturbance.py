@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.diagnose.discrepancy.basis import Motion
+from servosight.diagnose.discrepancy.basis import BasisMotion
 from servosight.diagnose.residuals import TEST
 from servosight.diagnose.selection import Trial
 from servosight.models.core import Array, Mask
@@ -35,7 +35,7 @@ class DisturbanceEstimator:
     lines.
     """
 
-    motion: Motion
+    motion: BasisMotion
     at: NDArray[np.intp]
     used: Mask
     residual_deg: Array
@@ -131,10 +131,10 @@ class DisturbanceEstimator:
         return np.bincount(self.at, counted, self.motion.time_s.size).astype(np.float64)
 
 
-def _motion(interval_s: float, time_s: Array, angle_deg: Array, force_deg: Array) -> Motion:
+def _motion(interval_s: float, time_s: Array, angle_deg: Array, force_deg: Array) -> BasisMotion:
     speed = np.gradient(angle_deg, interval_s)
     slow = 0.01 * float(np.abs(speed).max()) + 1e-9
-    return Motion(interval_s, time_s, angle_deg, speed, force_deg, np.tanh(speed / slow))
+    return BasisMotion(interval_s, time_s, angle_deg, speed, force_deg, np.tanh(speed / slow))
 
 
 def _transposed(taps: Array, signal: Array) -> Array:

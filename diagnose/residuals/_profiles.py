@@ -27,7 +27,7 @@ _READ: dict[Quantity, Callable[[Samples], Array]] = {
 
 
 @dataclass(frozen=True)
-class Profile:
+class ErrorProfile:
     """The error in bins of a quantity, (bins,) each; ``x`` is the bin's own median.
 
     ``low_deg`` and ``high_deg`` bound the median with 95 %, errors counted for what they are worth.
@@ -41,7 +41,7 @@ class Profile:
     effect: Grouped
 
 
-def profile(samples: Sequence[Samples], quantity: Quantity) -> Profile | None:
+def profile(samples: Sequence[Samples], quantity: Quantity) -> ErrorProfile | None:
     """The error against ``quantity``; None where that hardly varies."""
     values = [_READ[quantity](one) for one in samples]
     joined = np.concatenate([v[one.scored] for one, v in zip(samples, values, strict=True)])
@@ -75,7 +75,7 @@ def _bins(values: Array, edges: Array) -> Index:
     return np.clip(np.searchsorted(edges, values, side="left") - 1, 0, edges.size - 2)
 
 
-def _profile(x: Array, error: Array, index: Index, effect: Grouped) -> Profile:
+def _profile(x: Array, error: Array, index: Index, effect: Grouped) -> ErrorProfile:
     rows = []
     for number in np.unique(index):
         part = error[index == number]
@@ -83,4 +83,4 @@ def _profile(x: Array, error: Array, index: Index, effect: Grouped) -> Profile:
         half = _BAND * (high - low) / np.sqrt(max(part.size * effect.worth, 1.0))
         rows.append((np.median(x[index == number]), median, median - half, median + half))
     centre, median, low, high = np.array(rows).T
-    return Profile(centre, median, low, high, effect)
+    return ErrorProfile(centre, median, low, high, effect)

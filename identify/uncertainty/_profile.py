@@ -29,7 +29,7 @@ _STEP_SHARE = 1e3
 
 
 @dataclass(frozen=True)
-class Profile:
+class LikelihoodProfile:
     """The likelihood about a fitted ``point`` (coordinates,) of half sum of squares ``cost``.
 
     ``variance`` of the residuals [deg^2]; ``scale`` (coordinates,) a rough sigma of each;

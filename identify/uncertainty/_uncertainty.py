@@ -14,7 +14,7 @@ from servosight.identify.uncertainty._clock import offset_slopes
 from servosight.identify.uncertainty._correlation import weighted_normal
 from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
 from servosight.identify.uncertainty._misfit import misfit_covariance
-from servosight.identify.uncertainty._profile import CHI_SQUARE_95, Profile
+from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
 from servosight.models.core import Array, Estimate
 
 _PARABOLA = (0.6, 1.6)
@@ -151,12 +151,12 @@ class Uncertainty:
         return np.asarray(np.sqrt(self.variance * np.diag(self.inverse)))
 
     @cached_property
-    def profile(self) -> Profile:
+    def profile(self) -> LikelihoodProfile:
         """The likelihood about the point."""
         scale = np.where(np.isfinite(self.plain_sigma), self.plain_sigma, 1e-3)
         own = np.diag(self.inverse)
         slopes = np.nan_to_num(self.inverse / np.where(own > 0.0, own, 1.0)[:, None])
-        return Profile(self.problem, self.point, self.cost, self.variance, scale, slopes)
+        return LikelihoodProfile(self.problem, self.point, self.cost, self.variance, scale, slopes)
 
     @cached_property
     def parabolic(self) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import Series
-from servosight.models.io._settings import Settings
+from servosight.models.io._settings import RecordingSettings
 from servosight.models.io.importers import Column, Raw, Request, assemble, unit_of
 
 
@@ -41,7 +41,7 @@ def recording_from_arrays(
                 f"command has rows of its own"
             )
     streams = Streams(command_time, command, time, angle, sigma)
-    return recording_of(name, streams, Settings(hold=hold, exposure_s=float(exposure_s)))
+    return recording_of(name, streams, RecordingSettings(hold=hold, exposure_s=float(exposure_s)))
 
 
 def recording_from_frame(

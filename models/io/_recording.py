@@ -19,7 +19,7 @@ from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io._series import DEGREES, SECONDS, Series
-from servosight.models.io._settings import Settings, read_recording_settings
+from servosight.models.io._settings import RecordingSettings, read_recording_settings
 
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings by which a video is told from a table that cannot be read."""
@@ -32,7 +32,7 @@ class RecordingFolder:
     """What a recording's folder holds, before any of its numbers are read."""
 
     path: Path
-    settings: Settings
+    settings: RecordingSettings
     video: Path | None
     frames: Path | None
 
@@ -117,7 +117,7 @@ def load_recording(
         settings, video, horn_file = folder.settings, folder.video, folder.horn
         command_sheet, angle_sheet = _sheets(folder)
     else:
-        settings, video, horn_file = Settings(), None, None
+        settings, video, horn_file = RecordingSettings(), None, None
         command_sheet = angle_sheet = _single(place)
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
@@ -137,7 +137,7 @@ def load_recording(
 def recording_of(
     name: str,
     streams: Streams,
-    settings: Settings,
+    settings: RecordingSettings,
     *,
     path: Path | None = None,
     video: Path | None = None,
@@ -260,7 +260,7 @@ def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None
         return series_of(sheet, "command_us", (raw - neutral_us) * deg_per_us, raw)
 
 
-def _check_exposure(time: Series, settings: Settings, path: Path | None) -> None:
+def _check_exposure(time: Series, settings: RecordingSettings, path: Path | None) -> None:
     interval = float(np.median(np.diff(time.values)))
     if settings.exposure_s > EXPOSURE_SHARE * interval:
         raise InputError(

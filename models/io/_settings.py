@@ -52,8 +52,8 @@ class _Shutter:
 
 
 @dataclass(frozen=True)
-class _Keys:
-    """The keys of recording.toml; :class:`Settings` says what they mean."""
+class _SettingsKeys:
+    """The keys of recording.toml; :class:`RecordingSettings` says what they mean."""
 
     format: Annotated[
         int,
@@ -78,7 +78,7 @@ class _Keys:
 
 
 @dataclass(frozen=True)
-class Settings:
+class RecordingSettings:
     """The keys of recording.toml that change how numbers are read; ``details`` is all of it.
 
     ``video_offset_s`` is added to a video's times to give the command's clock, and
@@ -104,22 +104,22 @@ class Settings:
     details: dict[str, Any] = field(default_factory=dict)
 
 
-def read_recording_settings(path: Path) -> Settings:
+def read_recording_settings(path: Path) -> RecordingSettings:
     """Read recording.toml; defaults where there is none.
 
     Keys of the user's own are kept as notes, but one that looks like a misspelt setting is
     refused: passing over ``exposure_ms`` in silence would shift every angle.
     """
     if not path.exists():
-        return Settings()
+        return RecordingSettings()
     table = read_settings(path, "a recording's settings in TOML, such as format = 1")
-    keys = validated(table, _Keys, path, notes=True)
+    keys = validated(table, _SettingsKeys, path, notes=True)
     require(keys.unit_scale != 0.0, path, "unit_scale", 0, "degrees in one unit")
     told = bool({"exposure_s", "readout_s"} & set(table.get("camera", ())))
     sigma_s = keys.offset_sigma_s
     if sigma_s is None:  # a video that was tracked has a note on its clock
         sigma_s = math.inf if "clock_note" in table else 0.0
-    return Settings(
+    return RecordingSettings(
         hold=_hold(path, table, keys),
         video_offset_s=keys.video_offset_s,
         offset_sigma_s=sigma_s,
@@ -135,11 +135,11 @@ def read_recording_settings(path: Path) -> Settings:
     )
 
 
-def _hold(path: Path, table: dict[str, Any], keys: _Keys) -> Hold:
+def _hold(path: Path, table: dict[str, Any], keys: _SettingsKeys) -> Hold:
     """The hold by whichever of its three names the file uses."""
     command = table.get("command")
     if "hold" not in table and isinstance(command, dict) and "hold" in command:
-        return validated({"hold": command["hold"]}, _Keys, path, "command").hold
+        return validated({"hold": command["hold"]}, _SettingsKeys, path, "command").hold
     return keys.hold if "hold" in table else keys.command_hold or "zero"
 
 

@@ -10,7 +10,7 @@ import mujoco
 from servosight.models.core import Array
 from servosight.sim.bench import STEPS_PER_T, Assembly, BenchParameters
 
-Values = Mapping[str, float]
+EffectValues = Mapping[str, float]
 Polyline = tuple[Array, Array]
 """Knots of a command, (time_s, command_deg); a time that stands twice is a jump."""
 
@@ -72,15 +72,15 @@ Regulator = Callable[[], None]
 Sense = Callable[[float], float]
 
 
-def _leave_model(assembly: Assembly, values: Values) -> None:
+def _leave_model(assembly: Assembly, values: EffectValues) -> None:
     """The effect does not touch the model."""
 
 
-def _leave_command(command: Polyline, values: Values) -> Polyline:
+def _leave_command(command: Polyline, values: EffectValues) -> Polyline:
     return command
 
 
-def _leave_output(angle_deg: Array, values: Values) -> Array:
+def _leave_output(angle_deg: Array, values: EffectValues) -> Array:
     return angle_deg
 
 
@@ -98,11 +98,11 @@ class HiddenEffect:
     """
 
     id: str
-    defaults: Values
-    edit: Callable[[Assembly, Values], None] = _leave_model
-    command: Callable[[Polyline, Values], Polyline] = _leave_command
-    output: Callable[[Array, Values], Array] = _leave_output
-    sense: Callable[[Twin, Values], Sense] | None = None
-    supply: Callable[[Twin, Values], Regulator] | None = None
-    regulate: Callable[[Twin, Values], Regulator] | None = None
+    defaults: EffectValues
+    edit: Callable[[Assembly, EffectValues], None] = _leave_model
+    command: Callable[[Polyline, EffectValues], Polyline] = _leave_command
+    output: Callable[[Array, EffectValues], Array] = _leave_output
+    sense: Callable[[Twin, EffectValues], Sense] | None = None
+    supply: Callable[[Twin, EffectValues], Regulator] | None = None
+    regulate: Callable[[Twin, EffectValues], Regulator] | None = None
     steps_per_T: int = STEPS_PER_T

@@ -12,11 +12,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Polyline, Regulator, Sense, Twin, Values
+from servosight.sim.effects._contract import (
+    EffectValues,
+    HiddenEffect,
+    Polyline,
+    Regulator,
+    Sense,
+    Twin,
+)
 from servosight.sim.effects.builtin.backlash import behind_play
 
 
-def _bent_shaft(twin: Twin, values: Values) -> Regulator:
+def _bent_shaft(twin: Twin, values: EffectValues) -> Regulator:
     """Friction ``level`` (1 + ``depth`` cos(2 pi theta/``period``)) [deg, -, deg]: it rubs once
     a turn."""
     loss, motor = twin.model.dof_frictionloss, twin.motor
@@ -29,13 +36,13 @@ def _bent_shaft(twin: Twin, values: Values) -> Regulator:
     return rub
 
 
-def _thermal_drift(twin: Twin, values: Values) -> Sense:
+def _thermal_drift(twin: Twin, values: EffectValues) -> Sense:
     """A sensor whose gain drifts by ``drift`` [-] as it warms up in ``time`` [s]."""
     data = twin.data
     return lambda angle: angle * (1.0 - values["drift"] * math.expm1(-data.time / values["time"]))
 
 
-def _end_stop(assembly: Assembly, values: Values) -> None:
+def _end_stop(assembly: Assembly, values: EffectValues) -> None:
     """A rubber stop on one side, at ``angle`` [deg]; it gives way within ``time`` [s]."""
     motor = assembly.motor
     motor.limited = True
@@ -43,7 +50,7 @@ def _end_stop(assembly: Assembly, values: Values) -> None:
     motor.solref_limit = [values["time"], 0.4]
 
 
-def _integrator_windup(twin: Twin, values: Values) -> Regulator:
+def _integrator_windup(twin: Twin, values: EffectValues) -> Regulator:
     """Firmware that adds ``rate`` [1/s] times the integral of the error, up to ``limit`` [deg]."""
     data, limit = twin.data, math.radians(values["limit"])
     wound, rising, since = 0.0, 0.0, data.time
@@ -58,7 +65,7 @@ def _integrator_windup(twin: Twin, values: Values) -> Regulator:
     return wind
 
 
-def _sticky_play(assembly: Assembly, values: Values) -> None:
+def _sticky_play(assembly: Assembly, values: EffectValues) -> None:
     """A surface behind a play of ``gap`` [deg] that has inertia (``share`` of all) and rubs."""
     behind_play(
         assembly, "fin", assembly.surface, values["gap"], values["share"], values["friction"]
@@ -66,7 +73,7 @@ def _sticky_play(assembly: Assembly, values: Values) -> None:
     assembly.surface[:] = ["fin"]
 
 
-def _buffeting(twin: Twin, values: Values) -> Regulator:
+def _buffeting(twin: Twin, values: EffectValues) -> Regulator:
     """A load of ``amplitude`` [deg] that comes and goes at ``frequency`` [Hz], whatever the
     servo does."""
     data, torque = twin.data, twin.bench.torque(values["amplitude"])
@@ -74,7 +81,7 @@ def _buffeting(twin: Twin, values: Values) -> Regulator:
     return lambda: twin.push(torque * math.sin(omega * (data.time + 0.5 * options.timestep)))
 
 
-def _moving_average(line: Polyline, values: Values) -> Polyline:
+def _moving_average(line: Polyline, values: EffectValues) -> Polyline:
     """Firmware that averages the held command over the last ``window`` [s]."""
     time_s, command_deg = line
     window = values["window"]

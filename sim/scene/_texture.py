@@ -6,6 +6,7 @@ Every picture is an albedo map (rows, columns, 3) uint8, sRGB encoded, first row
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -194,12 +195,7 @@ def plate(sheet: TextureArea, extent: tuple[float, float, float, float], seed: i
         pen.line(ends, white, 0.28)
         if degree % 10 == 0:
             pen.text((103.6 * math.cos(a), 103.6 * math.sin(a)), str(degree), 2.9, white)
-    for x, y in (
-        (left + 6, top - 6),
-        (right - 6, top - 6),
-        (left + 6, bottom + 6),
-        (right - 6, bottom + 6),
-    ):
+    for x, y in itertools.product((left + 6, right - 6), (top - 6, bottom + 6)):
         pen.disc((x + 0.25, y - 0.35), 2.7, (36, 40, 41))
         pen.disc((x, y), 2.4, (150, 152, 150))
         pen.disc((x, y), 1.25, (40, 41, 42))

@@ -9,7 +9,7 @@ import numpy as np
 
 from hidden.compound import score
 from hidden.compound.bus import logged
-from hidden.compound.draw import FAMILIES, HIDDEN, Setup, propose
+from hidden.compound.draw import FAMILIES, HIDDEN, CompoundSetup, propose
 from hidden.compound.facts import _fit
 from hidden.compound.page import compound_table
 from hidden.compound.servo import ENCODER_DEG
@@ -18,7 +18,7 @@ from hidden.run import facts_of
 SERVOS = 30
 
 
-def ideal(setup: Setup) -> Setup:
+def ideal(setup: CompoundSetup) -> CompoundSetup:
     """The servo with a firmware so quick that the catalogue's equation holds to its last effect.
 
     Back-EMF does not count among the torque that loads its gears, there.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.core import Family, TrackOptions
+from servosight.tracking.core import MarkerFamily, TrackOptions
 from servosight.tracking.track import track
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -46,7 +46,7 @@ def test_angle_and_hinge_of_a_marker(write: Write, tmp_path: Path, family: str) 
     from the swing is known to some 0.4 px, which sigma tells: 4 of it."""
     angle = 20.0 * np.sin(np.arange(80) / 9.0)
     video = film(write, tmp_path, family, angle)
-    name: Family = "aruco" if family == "aruco" else "apriltag"
+    name: MarkerFamily = "aruco" if family == "aruco" else "apriltag"
     pivot = (float(PIVOT[0]), float(PIVOT[1]))
     known = track(video, TrackOptions(method="marker", marker_family=name, pivot=pivot))
     error = known.angle_deg - (angle - angle[0])

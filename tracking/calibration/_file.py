@@ -88,14 +88,14 @@ class _Plane:
 
 
 @dataclass(frozen=True)
-class _Keys:
+class _CalibrationKeys:
     lens: _Lens | None = None
     plane: _Plane | None = None
 
 
 def camera_of(table: object, source: str) -> CameraGeometry:
     """The camera of a table with ``lens`` and ``plane``, as in camera.toml or recording.toml."""
-    keys = validated(table, _Keys, source, notes=True)
+    keys = validated(table, _CalibrationKeys, source, notes=True)
     if keys.lens is None and keys.plane is None:
         raise InputError(
             f"{source}: has neither a table lens nor a table plane; expected what `servosight "

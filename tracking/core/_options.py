@@ -9,7 +9,7 @@ from typing import Literal
 from servosight.tracking.core._plane import CameraGeometry
 from servosight.tracking.core._track import Box, Track
 
-Family = Literal["aruco", "apriltag"]
+MarkerFamily = Literal["aruco", "apriltag"]
 """Kinds of square markers that OpenCV finds."""
 
 
@@ -44,5 +44,5 @@ class TrackOptions:
     readout_s: float | None = None
     camera: CameraGeometry | None = None
     beside: Track | None = None
-    marker_family: Family = "aruco"
+    marker_family: MarkerFamily = "aruco"
     marker_id: int | None = None

@@ -18,8 +18,8 @@ from scipy.optimize import least_squares
 from servosight.models.core import Array, FrameProgress, InputError
 from servosight.tracking.calibration import CameraView, view_of
 from servosight.tracking.core import (
-    Family,
     Flag,
+    MarkerFamily,
     Track,
     TrackOptions,
     one_sigma,
@@ -30,7 +30,7 @@ from servosight.tracking.core import (
 from servosight.tracking.uncertainty import gaps
 from servosight.tracking.video import Film, frames
 
-_FAMILIES: dict[Family, tuple[int, ...]] = {
+_FAMILIES: dict[MarkerFamily, tuple[int, ...]] = {
     "aruco": (cv2.aruco.DICT_4X4_1000, cv2.aruco.DICT_5X5_1000, cv2.aruco.DICT_6X6_1000,
               cv2.aruco.DICT_7X7_1000, cv2.aruco.DICT_ARUCO_ORIGINAL),
     "apriltag": (cv2.aruco.DICT_APRILTAG_36h11, cv2.aruco.DICT_APRILTAG_25h9,

@@ -56,7 +56,7 @@ def section(story: Story) -> Section:
             "wholes": wholes,
             "left_out": len(order) - len(wholes),
             "close": close,
-            "models": [told.name for told in story.models],
+            "models": [model.name for model in story.models],
             "noise_deg": story.noise_deg,
             "band": BAND,
             "blocks": any(_held_out(story, i).any() for i in order),
@@ -101,10 +101,10 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
         lower.axhspan(
             -BAND * story.noise_deg, BAND * story.noise_deg, color=NOISE, alpha=0.6, linewidth=0
         )
-        for told, colour, style in zip(story.models, COLOURS, STYLES, strict=False):
-            one = told.judged[number]
+        for model, colour, style in zip(story.models, COLOURS, STYLES, strict=False):
+            one = model.judged[number]
             angle, error = thinned(time_s[seen], one.predicted_deg[seen], one.error_deg[seen])
-            upper.plot(*angle, style, color=colour, linewidth=1.2, label=told.name)
+            upper.plot(*angle, style, color=colour, linewidth=1.2, label=model.name)
             lower.plot(*error, color=colour, linewidth=1.0 if close else 0.7)
         upper.set_ylabel("angle [deg]")
         lower.set_ylabel("error [deg]")
@@ -116,8 +116,8 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
 
     where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
     errors = ", ".join(
-        f"{told.name}: {degrees(_rms(told.judged[number].error_deg[seen]))} rms"
-        for told in story.models
+        f"{model.name}: {degrees(_rms(model.judged[number].error_deg[seen]))} rms"
+        for model in story.models
     )
     alt = f"Measured and predicted angle {where}, and the error below. Error of the {errors}."
     name = f"angle-{number}{'-close' if close else ''}"

@@ -54,7 +54,7 @@ def section(story: Story) -> Section | None:
         (time_s >= time_s[index] - BEFORE_S) & (time_s <= time_s[index] + AFTER_S)
     )
     rows = seen[:: -(-seen.size // MOST_FRAMES)]
-    predicted = [told.judged[number].predicted_deg for told in story.models]
+    predicted = [model.judged[number].predicted_deg for model in story.models]
     film = encoded(_pictures(recording.video, geometry, recording.angle_deg, predicted, rows))
     shown_s = rows.size / SHOWN_RATE
     return Section(
@@ -65,7 +65,7 @@ def section(story: Story) -> Section | None:
             "start_s": float(time_s[rows[0]]),
             "end_s": float(time_s[rows[-1]]),
             "slower": shown_s / max(float(time_s[rows[-1]] - time_s[rows[0]]), 1e-9),
-            "models": [told.name for told in story.models],
+            "models": [model.name for model in story.models],
             "href": f"data:video/mp4;base64,{base64.b64encode(film).decode('ascii')}",
         },
     )

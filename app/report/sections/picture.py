@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from servosight.app.report.story import Story
 from servosight.models.core import Array, Image
 from servosight.sources import Geometry, geometry_of
 
-Box = tuple[int, int, int, int]
+if TYPE_CHECKING:
+    from servosight.tracking.core import Box
 
 TRUSTED = 4.0
 """A frame may be shown where its sigma is within this factor of the usual one."""
@@ -53,8 +55,8 @@ def section(story: Story) -> Section | None:
     image = read_frame(recording.video, frame)
     kinds = ("before", "after")
     angles = [("measured", "measured", float(recording.angle_deg[index]))]
-    for kind, told in zip(kinds, story.models, strict=False):
-        angles.append((kind, told.name, float(told.judged[number].predicted_deg[index])))
+    for kind, model in zip(kinds, story.models, strict=False):
+        angles.append((kind, model.name, float(model.judged[number].predicted_deg[index])))
     outline = geometry.outline_px
     outlines = [
         Drawn(kind, name, angle, turned(outline, geometry.pivot_px, np.deg2rad(angle)))

@@ -27,7 +27,7 @@ SIZE = (3.9, 2.4)
 
 def section(story: Story) -> Section | None:
     """None where nothing can be scored."""
-    models = [held_out_samples(told.judged) for told in story.models]
+    models = [held_out_samples(model.judged) for model in story.models]
     if not models[0]:
         return None
     white = [whiteness(samples) for samples in models]
@@ -38,20 +38,20 @@ def section(story: Story) -> Section | None:
         {
             "rows": [
                 {
-                    "name": told.name,
+                    "name": model.name,
                     "independent": second.p >= CHANCE,
                     "white": first.p >= CHANCE,
                     "command_p": second.p,
                     "white_p": first.p,
-                    "linear": 100.0 * linear_share(all_samples(told.judged)),
+                    "linear": 100.0 * linear_share(all_samples(model.judged)),
                 }
-                for told, first, second in zip(story.models, white, apart, strict=True)
+                for model, first, second in zip(story.models, white, apart, strict=True)
             ],
             "figures": [
                 _figure(story, "command", apart, "correlation with the command before"),
                 _figure(story, "white", white, "correlation with itself before"),
             ],
-            "models": [told.name for told in story.models],
+            "models": [model.name for model in story.models],
             "levels": [f"{100 * level:.0f}" for level in LEVELS],
         },
     )
@@ -66,7 +66,7 @@ def _figure(story: Story, name: str, found: list[Correlation], upward: str) -> M
         axes.set_xlabel("lag [s]")
         axes.set_ylabel(f"{upward.rsplit(' ', 1)[0]}")
 
-    named = " and ".join(told.name for told in story.models)
+    named = " and ".join(model.name for model in story.models)
     alt = f"Error's {upward}, over the lag, for {named}, with the bands that chance stays in."
     return drawn(f"residuals-{name}", SIZE, alt, paint)
 

@@ -26,7 +26,7 @@ FEWEST_LINES = 5
 
 def section(story: Story) -> Section | None:
     """None where the recording is too short for a response."""
-    found = [response([one.judged for one in all_samples(told.judged)]) for told in story.models]
+    found = [response([one.judged for one in all_samples(model.judged)]) for model in story.models]
     answers = [one for one in found if one is not None]
     if not answers or len(answers) < len(found) or _known(answers[0]).sum() < FEWEST_LINES:
         return None
@@ -38,7 +38,7 @@ def section(story: Story) -> Section | None:
             "recording": answers[0].recording.name,
             "periodic": answers[0].periodic,
             "many": len(story.recordings) > 1,
-            "models": [told.name for told in story.models],
+            "models": [model.name for model in story.models],
             "said": [one.sentence for one in story.result.findings if one.test == "frequency"],
         },
     )
@@ -65,9 +65,9 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         )
         phases.plot(at, phase, marker=dots, color=MEASURED, linewidth=1.1)
         coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=1.1)
-        for told, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
+        for model, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
             style = {"color": colour, "linewidth": 1.3}
-            gains.plot(at, decibels(np.abs(one.model[known])), look, label=told.name, **style)
+            gains.plot(at, decibels(np.abs(one.model[known])), look, label=model.name, **style)
             ahead = np.angle(one.model[known] / first.measured[known], deg=True)
             phases.plot(at, phase + ahead, look, **style)
             coherences.plot(at, one.model_coherence[known], look, **style)
@@ -88,7 +88,7 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
 
     alt = (
         f"Gain, phase and coherence from {at[0]:.2g} to {at[-1]:.2g} Hz, measured and by "
-        f"{' and '.join(told.name for told in story.models)}; the last model's gain is off by "
+        f"{' and '.join(model.name for model in story.models)}; the last model's gain is off by "
         f"{100 * float(np.median(np.abs(np.abs(last.model[known]) / gain - 1.0))):.1f} % in median."
     )
     return drawn_twice("response", 5.6, alt, paint)

@@ -63,7 +63,7 @@ def section(story: Story) -> Section:
             "largest": max((one.size_deg for one in found), default=1.0),
             "shares": [(doing(kind), share) for kind, share in table.items() if share >= 0.005],
             "figures": _figures(story),
-            "models": [told.name for told in story.models],
+            "models": [model.name for model in story.models],
         },
     )
 
@@ -80,7 +80,7 @@ def doing(what: str) -> str:
 
 def _figures(story: Story) -> list[Markup]:
     """The error against what the motion is made of; what hardly varies is left out."""
-    models = [all_samples(told.judged) for told in story.models]
+    models = [all_samples(model.judged) for model in story.models]
     found = [
         _panel(story, models, name, across, "median error [deg]", _profiled(name))
         for name, across in QUANTITIES
@@ -153,6 +153,6 @@ def _panel(
         axes.set_xlabel(across)
         axes.set_ylabel(upward)
 
-    named = " and ".join(told.name for told in story.models)
+    named = " and ".join(model.name for model in story.models)
     alt = f"{upward.split(' [')[0].capitalize()} against {across.split(' [')[0]}, for {named}."
     return drawn(f"where-{name}", SIZE, alt, paint)

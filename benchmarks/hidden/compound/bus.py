@@ -13,7 +13,8 @@ import numpy as np
 
 from servosight.models.core import Array, Mask, Recording
 
-from .draw import Setup, command
+from .draw import CompoundSetup
+from .goals import command
 from .servo import ENCODER_DEG, GRID_S, KEPT, STEP_S, march
 
 SETTLE_TIMES = 12.0
@@ -40,7 +41,7 @@ class Log:
 
 
 def logged(
-    setup: Setup, run: str, part: str, gain: float, duration_s: float, *, faults: bool
+    setup: CompoundSetup, run: str, part: str, gain: float, duration_s: float, *, faults: bool
 ) -> Log:
     """One recording of a run; ``faults`` adds repeated samples and read errors."""
     bus = setup.bus
@@ -67,7 +68,7 @@ def logged(
     return Log(recording, ideal, at_stamp, sound)
 
 
-def _faulty(angle: Array, setup: Setup, rng: np.random.Generator) -> tuple[Array, Mask]:
+def _faulty(angle: Array, setup: CompoundSetup, rng: np.random.Generator) -> tuple[Array, Mask]:
     """Samples that repeat the one before, and single reads that are wrong by bits of the word."""
     found = angle.copy()
     repeated = rng.random(angle.size) < setup.bus.repeated

@@ -1,4 +1,4 @@
-"""Which servo a compound trial has, what it is commanded, and how it is logged; drawn by a name.
+"""Which servo a compound trial has, and how it is logged; drawn by a name.
 
 Everything comes from hashes of the trial's name and of what is drawn: a new effect in a family
 leaves what is drawn for the others as it is.
@@ -7,19 +7,15 @@ leaves what is drawn for the others as it is.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 
 import numpy as np
 
-from servosight.models import excitation as shapes
-from servosight.models.core import Array
-
 from .servo import ENCODER_DEG, Servo
 
 Span = tuple[float, float]
-Shape = Callable[[Array, float, float, np.random.Generator], Array]
 
 HIDDEN = (3, 6)
 """Fewest and most effects of a servo; dead time, which every polled bus has, is not counted."""
@@ -39,7 +35,7 @@ class Mechanism:
 
 
 @dataclass(frozen=True)
-class Family:
+class ServoFamily:
     """Servos of one kind: the linear part at the lowest gain, relative gains, what may be in them.
 
     Of mechanisms in one group at most one is present.
@@ -65,9 +61,9 @@ STRIBECK = Mechanism(
 )
 LOAD = Mechanism("load_dependent_friction", {"motor_ratio": (0.12, 0.35)}, 0.6)
 
-FAMILIES: Mapping[str, Family] = {
+FAMILIES: Mapping[str, ServoFamily] = {
     # As XL330, MX-64: a pendulum on a weak loop, gravity of tens of degrees.
-    "pendulum": Family(
+    "pendulum": ServoFamily(
         (0.05, 0.14),
         (0.45, 1.0),
         (1.0, 2.0, 4.0),
@@ -82,7 +78,7 @@ FAMILIES: Mapping[str, Family] = {
         ),
     ),
     # As STS3215: a stiff loop with a slew limit and a dead band in its firmware.
-    "bus servo": Family(
+    "bus servo": ServoFamily(
         (0.02, 0.05),
         (0.5, 1.1),
         (1.0, 2.0),
@@ -98,7 +94,7 @@ FAMILIES: Mapping[str, Family] = {
         ),
     ),
     # As hobby servos: a potentiometer on gears with play.
-    "hobby servo": Family(
+    "hobby servo": ServoFamily(
         (0.015, 0.035),
         (0.6, 1.1),
         (1.0,),
@@ -133,7 +129,7 @@ class Bus:
 
 
 @dataclass(frozen=True)
-class Setup:
+class CompoundSetup:
     """A servo with its gains, and the host that logs it."""
 
     seed: int
@@ -183,7 +179,7 @@ def rng_of(*names: object) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(digest[:16], "little"))
 
 
-def propose(seed: int, attempt: int) -> Setup:
+def propose(seed: int, attempt: int) -> CompoundSetup:
     """The ``attempt``-th draw of a trial's servo. Families take turns with the seed."""
 
     def draw(what: str) -> np.random.Generator:
@@ -191,7 +187,7 @@ def propose(seed: int, attempt: int) -> Setup:
 
     name = sorted(FAMILIES)[seed % len(FAMILIES)]
     family = FAMILIES[name]
-    T, xi = _between(draw("T"), family.T), _between(draw("xi"), family.xi)
+    T, xi = between(draw("T"), family.T), between(draw("xi"), family.xi)
     share = float(draw("back-EMF").uniform(0.1, 0.5))
     numbers = {
         "inertia": T * T,
@@ -202,33 +198,33 @@ def propose(seed: int, attempt: int) -> Setup:
     hidden = _present(family, draw)
     for one in hidden:
         for key, span in one.ranges.items():
-            numbers[key] = _between(draw(f"{one.effect} {key}"), span)
+            numbers[key] = between(draw(f"{one.effect} {key}"), span)
     if "dead_band" in numbers:
         numbers["dead_band"] = float(math.floor(numbers["dead_band"]))
     bus = Bus(
-        rate_hz=_between(draw("rate"), RATES_HZ),
-        read_s=_between(draw("read"), (5e-4, 4e-3)),
-        write_s=_between(draw("write"), (5e-4, 8e-3)),
-        poll_jitter_s=_between(draw("poll"), (1e-4, 1e-3)),
-        stamp_jitter_s=_between(draw("stamp"), (2e-5, 4e-4)),
-        noise_deg=_between(draw("noise"), (0.01, 0.04)),
+        rate_hz=between(draw("rate"), RATES_HZ),
+        read_s=between(draw("read"), (5e-4, 4e-3)),
+        write_s=between(draw("write"), (5e-4, 8e-3)),
+        poll_jitter_s=between(draw("poll"), (1e-4, 1e-3)),
+        stamp_jitter_s=between(draw("stamp"), (2e-5, 4e-4)),
+        noise_deg=between(draw("noise"), (0.01, 0.04)),
         repeated=float(draw("repeated").uniform(0.0, 0.1)),
         glitched=float(draw("glitched").uniform(0.0, 0.004)),
     )
     several = draw("gains").permutation(family.gains)[: 1 + int(draw("several").random() < 0.5)]
-    return Setup(
+    return CompoundSetup(
         seed,
         attempt,
         name,
         Servo(**numbers),
         tuple(one.effect for one in hidden),
         tuple(sorted(float(gain / several.min()) for gain in several)),
-        _between(draw("amplitude"), family.amplitude_deg),
+        between(draw("amplitude"), family.amplitude_deg),
         bus,
     )
 
 
-def _present(family: Family, draw: Callable[[str], np.random.Generator]) -> list[Mechanism]:
+def _present(family: ServoFamily, draw: Callable[[str], np.random.Generator]) -> list[Mechanism]:
     """Mechanisms of the servo: each group by its chance, the likeliest until there are three."""
     ranked = []
     for group in family.groups:
@@ -244,61 +240,7 @@ def _present(family: Family, draw: Callable[[str], np.random.Generator]) -> list
     return [one for _, _, one in ranked[: min(max(wanted, least), most)]]
 
 
-def command(
-    setup: Setup, run: str, part: str, gain: float, duration_s: float
-) -> tuple[Array, Array]:
-    """Poll instants [s] and goals [deg, whole encoder steps] of one recording.
-
-    ``part`` is "gentle", "fast" or "mixed"; a run is a name, and another run another motion.
-    """
-    rng = setup.rng(run, part, gain, "command")
-    period = 1.0 / setup.bus.rate_hz
-    jitter = setup.rng(run, part, gain, "poll").exponential(
-        setup.bus.poll_jitter_s, int(duration_s / period) + 1
-    )
-    time_s = np.cumsum(period + jitter)
-    time_s = time_s[time_s < duration_s]
-    size, fast = setup.amplitude_deg, _between(rng, FAMILIES[setup.family].fast_hz)
-    if part == "gentle":
-        goal = _swaying(time_s, 0.7 * size, 0.15 * fast, rng)
-    elif part == "fast":
-        goal = _joined(time_s, [_steps, _sweep, _swaying], size, fast, rng)
-    else:
-        goal = _joined(time_s, [_swaying, _steps, _slow], size, 0.6 * fast, rng)
-    rest = np.clip((time_s - 0.2) / 0.05, 0.0, 1.0)
-    return time_s, ENCODER_DEG * np.round(rest * goal / ENCODER_DEG)
-
-
-def _joined(
-    time_s: Array, kinds: Sequence[Shape], size: float, fast_hz: float, rng: np.random.Generator
-) -> Array:
-    goal = np.zeros_like(time_s)
-    edges = np.linspace(0.0, time_s[-1] + 1e-9, len(kinds) + 1)
-    for place, start, end in zip(rng.permutation(len(kinds)), edges[:-1], edges[1:], strict=True):
-        inside = (time_s >= start) & (time_s < end)
-        goal[inside] = kinds[place](time_s[inside] - start, size, fast_hz, rng)
-    return goal
-
-
-def _swaying(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
-    """Two sines, one modulated, as bam's ``sin_sin``."""
-    a, b = float(rng.uniform(0.5, 0.8)), float(rng.uniform(2.5, 4.5))
-    turn = 2.0 * np.pi * fast_hz * time_s
-    return np.asarray(size * (a * np.sin(0.5 * turn) + (1.0 - a) * np.sin(0.4 * b * turn)))
-
-
-def _steps(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
-    return shapes.steps(time_s, size, 0.5 / fast_hz, int(rng.integers(2**31)))
-
-
-def _sweep(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
-    return shapes.chirp(time_s, 0.5 * size, 0.3, 2.0 * fast_hz)
-
-
-def _slow(time_s: Array, size: float, fast_hz: float, rng: np.random.Generator) -> Array:
-    return shapes.triangle(time_s, 0.6 * size, 0.3 * fast_hz)
-
-
-def _between(rng: np.random.Generator, span: Span) -> float:
+def between(rng: np.random.Generator, span: Span) -> float:
+    """A number from ``span``, drawn evenly on a logarithmic scale."""
     low, high = span
     return float(low * (high / low) ** rng.random())

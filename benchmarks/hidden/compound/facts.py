@@ -20,7 +20,7 @@ from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 
 from .bus import Log, logged
-from .draw import Setup, propose
+from .draw import CompoundSetup, propose
 
 MATERIAL, ABSENT = 5.0, 0.5
 """Weights from which an effect must be named, and below which it must not be."""
@@ -42,10 +42,8 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 }
 RUNS = ("first", "second")
 
-Facts = Mapping[str, Any]
 
-
-def logs(setup: Setup, run: str, use: str, *, faults: bool) -> list[Log]:
+def logs(setup: CompoundSetup, run: str, use: str, *, faults: bool) -> list[Log]:
     """The recordings of a run for one use: fit, validate or test."""
     return [
         logged(setup, run, part, gain, DURATION_S, faults=faults)
@@ -92,7 +90,7 @@ def find_facts(seed: int, run: str) -> dict[str, Any]:
     }
 
 
-def _accepted(seed: int) -> tuple[Setup, Solution]:
+def _accepted(seed: int) -> tuple[CompoundSetup, Solution]:
     """The first draw that the catalogue's effects come near to, and their fit to its first run."""
     for attempt in range(ATTEMPTS):
         setup = propose(seed, attempt)

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from hidden.markdown import markdown, percent
-from hidden.score import Share
+from hidden.score import Line, Share
 
 from . import score
-from .score import Line
 
 HEAD = ("", "goal", "measured", "interval", "count", "")
 

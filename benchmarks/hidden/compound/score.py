@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .facts import ABSENT, MATERIAL
+from hidden.score import Line
 
-Line = Mapping[str, Any]
+from .facts import ABSENT, MATERIAL
 
 AT_FLOOR = 1.1
 SIGMAS = 2.0

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from hidden.trial import Facts
 from servosight.diagnose import Diagnosis, diagnose, predictions
 from servosight.models.core import Estimate
 from servosight.models.effects import catalogue
 
 from .bus import Log
 from .draw import propose
-from .facts import RUNS, Facts, find_facts, logs
+from .facts import RUNS, find_facts, logs
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, nameless
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisMotion,
     BasisTerm,
     Extent,
-    Motion,
     Point,
     alone,
     as_found,
@@ -79,12 +79,12 @@ def average_resolution(T: float, window: float) -> float:
     return max(0.1 * window, 0.01 * T)
 
 
-def _late(motion: Motion, time_s: float) -> Array:
+def _late(motion: BasisMotion, time_s: float) -> Array:
     slow = _low_pass(motion.force_deg, motion.interval_s, time_s)
     return (motion.force_deg - slow)[None, :]
 
 
-def _averaged(motion: Motion, window_s: float) -> Array:
+def _averaged(motion: BasisMotion, window_s: float) -> Array:
     from scipy.ndimage import uniform_filter1d
 
     count = max(round(window_s / motion.interval_s), 1)
@@ -154,7 +154,7 @@ def drive_lag_term(
     return drive - share * (drive - slow), (drive - slow) / time
 
 
-def _integral(motion: Motion, limit_deg: float) -> Array:
+def _integral(motion: BasisMotion, limit_deg: float) -> Array:
     """For a rate of 1/s and a limit: a rate and a limit twice as large do twice as much."""
     # An integral ends at zero error: what is left of it in the mean is the fit's own k and bias.
     known = np.array([np.ones_like(motion.force_deg), motion.force_deg])

@@ -10,9 +10,9 @@ import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, nameless
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisMotion,
     BasisTerm,
     Extent,
-    Motion,
     Point,
     alone,
     as_found,
@@ -197,12 +197,12 @@ def _periods(extent: Extent) -> Sequence[Point]:
     return [(float(1.0 / f),) for f in np.arange(2.0 * line, 80.0 * line, line)]
 
 
-def _rubbing(motion: Motion, period: float) -> Array:
+def _rubbing(motion: BasisMotion, period: float) -> Array:
     turn = 2.0 * np.pi * motion.angle_deg / period
     return np.array([np.ones_like(turn), np.sin(turn), np.cos(turn)]) * motion.sign
 
 
-def _leaning(motion: Motion) -> Array:
+def _leaning(motion: BasisMotion) -> Array:
     angle = motion.angle_deg
     return np.array([np.ones_like(angle), angle, angle**2]) * motion.sign
 

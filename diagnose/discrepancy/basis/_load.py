@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisMotion,
     BasisTerm,
     Extent,
-    Motion,
     Point,
     alone,
     as_found,
@@ -173,7 +173,7 @@ def _touched(coefficients: Array, at: Point) -> Point | None:
     return (float(stiffness), max(float(damping), 0.0), *at) if stiffness > 0.0 else None
 
 
-def _beyond(motion: Motion, side: float, angle: float) -> Array:
+def _beyond(motion: BasisMotion, side: float, angle: float) -> Array:
     deep = motion.angle_deg - angle
     touching = side * deep > 0.0
     return np.array([deep * touching, motion.speed_deg_s * touching])
@@ -219,7 +219,7 @@ def _periods(extent: Extent) -> Sequence[Point]:
     return [(float(1.0 / f),) for f in np.arange(2.0 * line, 100.0 * 4.0 * line, line)]
 
 
-def _angle_waves(motion: Motion, period: float) -> Array:
+def _angle_waves(motion: BasisMotion, period: float) -> Array:
     turn = 2.0 * np.pi * motion.angle_deg / period
     # Where a period passes within a few instants the loop averages it, and instants would alias.
     slow = np.abs(motion.speed_deg_s) * motion.interval_s < 0.25 * period

@@ -20,7 +20,7 @@ Point = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Motion:
+class BasisMotion:
     """How one recording moved, on an even grid of time, (instants,) each.
 
     ``time_s`` counts from the first instant; ``force_deg`` is k times the command plus bias,
@@ -51,7 +51,7 @@ class Extent:
     interval_s: float
 
     @classmethod
-    def of(cls, motions: Sequence[Motion], T_s: float) -> Extent:
+    def of(cls, motions: Sequence[BasisMotion], T_s: float) -> Extent:
         """The extent of some motions."""
         angles = np.concatenate([motion.angle_deg for motion in motions])
         return cls(

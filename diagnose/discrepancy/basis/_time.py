@@ -9,9 +9,9 @@ import numpy as np
 
 from servosight.diagnose.discrepancy.basis._load import coefficient, load
 from servosight.diagnose.discrepancy.basis._term import (
+    BasisMotion,
     BasisTerm,
     Extent,
-    Motion,
     Point,
     as_found,
     times,
@@ -40,7 +40,7 @@ def _frequencies(extent: Extent) -> Sequence[Point]:
     return [(float(f),) for f in np.arange(2.0 * line, most, line)]
 
 
-def _time_waves(motion: Motion, frequency: float) -> Array:
+def _time_waves(motion: BasisMotion, frequency: float) -> Array:
     turn = 2.0 * np.pi * frequency * motion.time_s
     return np.array([np.sin(turn), np.cos(turn)])
 
@@ -97,7 +97,7 @@ def drift_times(extent: Extent) -> Sequence[Point]:
     return times(extent.duration_s / 40.0, 2.0 * extent.duration_s)
 
 
-def warmth(motion: Motion, time_s: float) -> Array:
+def warmth(motion: BasisMotion, time_s: float) -> Array:
     """What has come of a drift, 0 to 1, (instants,)."""
     return np.asarray(-np.expm1(-motion.time_s / time_s))
 

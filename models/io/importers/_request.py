@@ -12,7 +12,7 @@ import numpy as np
 from servosight.models.core import Array, InputError, Recording, plain_name
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, SECONDS, Series
-from servosight.models.io._settings import Settings
+from servosight.models.io._settings import RecordingSettings
 
 QUANTITIES = ("time", "command", "angle", "sigma")
 PULSE = "us"
@@ -114,7 +114,7 @@ def assemble(
     streams = Streams(
         series["time"], series["command"], series["time"], series["angle"], series.get("sigma")
     )
-    settings = Settings(unit_scale=request.unit_scale or 1.0, details=table)
+    settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
     return recording_of(plain_name(path.stem), streams, settings)
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from servosight.sim.bench import STRONG_NM, Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Let the amplifier push only, and add one that pulls, ``ratio`` [-] times as strong."""
     (push,) = assembly.amplifiers
     push.forcerange = [0.0, STRONG_NM]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from servosight.sim.bench import HARD_IMPEDANCE, Assembly, link
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 FIN_SHARE = 1e-6  # of the bench's inertia
 FIN_FRICTION_DEG = 0.0001  # decelerates the fin as a position error of 100 deg would the motor
@@ -45,7 +45,7 @@ def behind_play(
     tendon.wrap_joint(name, -1.0)
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Put the fin behind a play of full width ``gap`` [deg]."""
     if values["gap"] == 0.0:  # MuJoCo refuses an empty range
         return

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def regulate(twin: Twin, values: Values) -> Regulator:
+def regulate(twin: Twin, values: EffectValues) -> Regulator:
     """Load by ``amplitude`` sin(2 pi theta/``period`` + ``phase``) [deg, deg, rad]."""
     largest, phase = twin.bench.torque(values["amplitude"]), values["phase"]
     per_rad = 360.0 / values["period"]

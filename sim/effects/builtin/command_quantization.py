@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.sim.effects._contract import HiddenEffect, Polyline, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Polyline
 
 
-def command(line: Polyline, values: Values) -> Polyline:
+def command(line: Polyline, values: EffectValues) -> Polyline:
     """The held command at the nearest multiple of ``step`` [deg]."""
     time_s, command_deg = line
     if values["step"] == 0.0:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Add friction loss of ``level`` [deg]."""
     assembly.motor.frictionloss += assembly.bench.torque(values["level"])
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from servosight.sim.effects._contract import HiddenEffect, Polyline, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Polyline
 
 
-def command(line: Polyline, values: Values) -> Polyline:
+def command(line: Polyline, values: EffectValues) -> Polyline:
     """The same knots, ``delay`` [s] later."""
     time_s, command_deg = line
     return time_s + values["delay"], command_deg

@@ -8,10 +8,10 @@ one that works the other way with the same stiffness and a force limited to the 
 from __future__ import annotations
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Add the counter-amplifiers, limited to ``half_width`` [deg]."""
     if values["half_width"] == 0.0:  # MuJoCo refuses an empty range
         return

@@ -6,11 +6,11 @@ The shaft is a light body that its own friction holds. Loads and friction act on
 from __future__ import annotations
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 from servosight.sim.effects.builtin.backlash import behind_play
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Put the output shaft behind a play of full width ``gap`` [deg]."""
     if values["gap"] == 0.0:  # MuJoCo refuses an empty range
         return

@@ -6,10 +6,10 @@ import math
 
 from servosight.models.core import InputError
 from servosight.sim.bench import Assembly, linear
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Hinge the surface to the horn by a spring.
 
     With the motor locked it rings at ``frequency`` [Hz] with ratio ``damping`` [-]; it carries

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 _SHARE = 0.05  # of the rotor's inertia that the mass takes over
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Hang a mass so that gravity loads by ``sine`` sin(theta) + ``cosine`` cos(theta) [deg].
 
     At angle a from the horn, m g r cos(theta + a) = m g r (cos(a) cos(theta) - sin(a) sin(theta)).

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Load by ``cubic`` theta^3 [deg] with theta in degrees."""
     linear, square, cubic = assembly.motor.stiffness
     cubic += assembly.bench.torque(values["cubic"]) * math.degrees(1.0) ** 3

@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 _ROD = 1e4  # surface horns
 
 
-def output(angle_deg: Array, values: Values) -> Array:
+def output(angle_deg: Array, values: EffectValues) -> Array:
     """Surface angle [deg] where both pins are a rod apart; at the dead centre it stands.
 
     ``horn`` [-] is the servo horn's radius, ``offset`` [deg] its angle off square at zero.

@@ -6,10 +6,10 @@ torque in the middle of the step.
 
 from __future__ import annotations
 
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def regulate(twin: Twin, values: Values) -> Regulator:
+def regulate(twin: Twin, values: EffectValues) -> Regulator:
     """Friction loss of the motor's hinge: what it has, plus ``ratio`` [-] times the drive."""
     loss, motor, ratio = twin.model.dof_frictionloss, twin.motor, values["ratio"]
     level = float(loss[motor])

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def regulate(twin: Twin, values: Values) -> Regulator:
+def regulate(twin: Twin, values: EffectValues) -> Regulator:
     """Bristles of ``stiffness`` [deg/deg] that slip at ``level`` [deg]."""
     level = values["level"]
     if level == 0.0:

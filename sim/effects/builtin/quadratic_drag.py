@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Damp by ``coefficient`` w |w| [deg] with w in deg/s."""
     linear, square, cubic = assembly.motor.damping
     square += assembly.bench.torque(values["coefficient"]) * math.degrees(1.0) ** 2

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from servosight.sim.effects._contract import HiddenEffect, Polyline, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Polyline
 
 
-def command(line: Polyline, values: Values) -> Polyline:
+def command(line: Polyline, values: EffectValues) -> Polyline:
     """Follow a held command with slopes of at most ``rate`` [deg/s], exactly.
 
     Between jumps ``line`` is flat; each jump becomes a ramp, which the next jump may cut short.

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from servosight.sim.effects._contract import HiddenEffect, Sense, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Sense, Twin
 
 _ENTRIES = 4096  # of the table for one period: within 3e-7 of the amplitude
 
 
-def sense(twin: Twin, values: Values) -> Sense:
+def sense(twin: Twin, values: EffectValues) -> Sense:
     """Add ``amplitude`` sin(2 pi theta/``period`` + ``phase``) [deg, deg, rad]."""
     phases = np.linspace(0.0, 2.0 * np.pi, _ENTRIES + 1)
     error = np.radians(values["amplitude"] * np.sin(phases + values["phase"])).tolist()

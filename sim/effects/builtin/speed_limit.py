@@ -11,17 +11,17 @@ import math
 import mujoco
 
 from servosight.sim.bench import STRONG_NM, Assembly
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Make the drive one with limits, if it is not."""
     if assembly.motor.actfrclimited != mujoco.mjtLimited.mjLIMITED_TRUE:
         assembly.motor.actfrclimited = True
         assembly.motor.actfrcrange = [-STRONG_NM, STRONG_NM]
 
 
-def supply(twin: Twin, values: Values) -> Regulator:
+def supply(twin: Twin, values: EffectValues) -> Regulator:
     """``stall`` [deg] at rest, nothing at ``no_load_speed`` [deg/s], a line between and beyond."""
     stall = twin.bench.torque(values["stall"])
     fastest = math.radians(values["no_load_speed"])

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 
 from servosight.sim.bench import Assembly
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def edit(assembly: Assembly, values: Values) -> None:
+def edit(assembly: Assembly, values: EffectValues) -> None:
     """Add friction loss of breakaway, ``level`` + ``excess`` [deg]."""
     assembly.motor.frictionloss += assembly.bench.torque(values["level"] + values["excess"])
 
 
-def regulate(twin: Twin, values: Values) -> Regulator:
+def regulate(twin: Twin, values: EffectValues) -> Regulator:
     """Relieve up to ``excess`` [deg], half-way at 0.83 ``speed`` [deg/s]."""
     excess, speed = twin.bench.torque(values["excess"]), math.radians(values["speed"])
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from servosight.sim.effects._contract import HiddenEffect, Regulator, Twin, Values
+from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulator, Twin
 
 
-def supply(twin: Twin, values: Values) -> Regulator:
+def supply(twin: Twin, values: EffectValues) -> Regulator:
     """Scale amplifiers and limits by 1 - ``sag`` [1/deg] times the filtered size of the drive.
 
     The filter is of first order with ``time`` [s], and sees the drive before it is scaled.
