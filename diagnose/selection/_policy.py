@@ -27,6 +27,8 @@ class SelectionPolicy:
     squared validation error above the floor it must remove this share. ``min_removed``: what it
     removes, as an rms, must be this share of the floor. ``min_evidence``: its gain in
     log-likelihood, parameters counted, must be this plus the logarithm of how many were tried.
+    ``learnt``: it must lower the rmse of the fitted samples by this share. Parameters that these do
+    not move are guesses, and a guess that suits the validation data by chance has earned nothing.
 
     ``explained``: a model explains data where its rmse is within this factor of the floor.
     ``chance``: of few samples the rmse may exceed that where noise alone does so in this share of
@@ -53,6 +55,7 @@ class SelectionPolicy:
     far: float = 3.0
     most: float = 0.9
     max_steps: int = 6
+    learnt: float = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,6 +140,10 @@ class AcceptanceCriterion:
         before, after = base.validation_rmse_deg**2, score.validation_rmse_deg**2
         return (before - after) / max(before - self.floor_deg**2, 1e-300)
 
+    def learnt(self, score: Score, base: Score) -> bool:
+        """True where the fitted samples have determined what ``score`` has and ``base`` lacks."""
+        return score.train_rmse_deg <= (1.0 - self.policy.learnt) * base.train_rmse_deg
+
     def earns(self, score: Score, base: Score, tried: int) -> bool:
         """True where the gain shows on validation data, in degrees and in evidence.
 
@@ -154,7 +161,8 @@ class AcceptanceCriterion:
         gone = before**2 - after**2
         needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
         return (
-            after <= (1.0 - self.policy.min_gain) * before
+            self.learnt(score, base)
+            and after <= (1.0 - self.policy.min_gain) * before
             and gone >= self.policy.min_share * (before**2 - self.floor_deg**2)
             and gone >= (self.policy.min_removed * self.floor_deg) ** 2
             and self.evidence(score, base) >= needed

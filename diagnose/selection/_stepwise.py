@@ -209,12 +209,17 @@ class StepwiseSelector:
                 self._tried_behind(left, f"in place of {name}", self.effort.swapped), 1
             )
             other = _new(swaps[0], left) if swaps else name
-            if other != name and self.criterion.beats(swaps[0].score, trial.score):
+            if other != name and self._better(swaps[0], trial, smaller):
                 yield Step(swaps[0], other, name)
                 simpler = self._simpler(swaps[0])
                 if simpler is not None:
                     yield simpler
                 return
+
+    def _better(self, swap: Trial, trial: Trial, smaller: Trial) -> bool:
+        """True where ``swap`` beats ``trial`` by an effect that the fitted samples determine."""
+        learnt = self.criterion.learnt(swap.score, smaller.score)
+        return learnt and self.criterion.beats(swap.score, trial.score)
 
     def _simpler(self, trial: Trial) -> Step | None:
         """The step to a special case of an effect that does as well as the whole of it."""

@@ -54,6 +54,7 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "far": 3.0,
         "most": 0.9,
         "max_steps": 6,
+        "learnt": 0.01,
     }
 
 
@@ -180,6 +181,24 @@ def test_where_validation_shows_nothing_all_samples_are_compared() -> None:
 def test_what_the_fitted_samples_gain_alone_earns_nothing() -> None:
     base = score(0.5)
     assert not CRITERION.earns(score(0.1, "a", validation_rmse_deg=0.5), base, 1)
+
+
+def test_learnt() -> None:
+    """1 % of the fitted samples' error, whatever the validation data say."""
+    base = score(0.5601)
+    for train, expected in ((0.99 * 0.5601 - JUST, True), (0.99 * 0.5601 + JUST, False)):
+        guessed = score(0.1, "a", train_rmse_deg=train)
+        assert CRITERION.earns(guessed, base, 1) is expected
+        assert CRITERION.learnt(guessed, base) is expected
+    assert not CRITERION.earns(score(0.1, "a", train_rmse_deg=0.5601), base, 1)
+
+
+def test_an_effect_that_is_learnt_by_a_pair_alone_enters_with_it() -> None:
+    """Each alone moves nothing; the pair must move the fitted data against each of them."""
+    linear, alone = score(1.0), score(0.9, "a", train_rmse_deg=1.0)
+    assert CRITERION.earns_as_pair(score(0.15, "a", "b"), [linear, alone], 21)
+    unmoved = score(0.15, "a", "b", train_rmse_deg=0.995)
+    assert not CRITERION.earns_as_pair(unmoved, [linear, alone], 21)
 
 
 def test_a_pair_must_earn_its_place_beside_each_rival() -> None:
