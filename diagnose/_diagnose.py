@@ -158,7 +158,7 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         explained=held_out <= EXPLAINED * criterion.floor_deg,
         parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
         own=models.own(step.trial),
-        warnings=tuple(warnings),
+        warnings=(*fit.notes, *warnings),
         correlation=fit.uncertainty.matrix(table).correlation,
     )
 

@@ -17,8 +17,10 @@ from servosight.diagnose.selection._trial import Trial
 from servosight.identify.fit import (
     OwnValues,
     Solution,
+    contains,
     fit_effects,
     initial_changes,
+    no_worse,
     own_values,
     polish,
     search_effects,
@@ -188,7 +190,11 @@ class ModelSelection:
         return self.whole(trial).fit.rmse_deg <= floor_deg
 
     def judge(self, fit: Solution) -> Trial:
-        """Simulate the recordings that fit or validate at the fitted point."""
+        """Simulate the recordings that fit or validate at the fitted point.
+
+        A fit that came to its end above that of a model which it contains is done again from there.
+        """
+        fit = self._no_worse(fit)
         carried = [
             Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
@@ -198,6 +204,12 @@ class ModelSelection:
         if known is None or trial.fit.outcome.cost < known.fit.outcome.cost:
             self.trials[trial.effects] = trial
         return trial
+
+    def _no_worse(self, fit: Solution) -> Solution:
+        smaller = [one.fit for one in self.trials.values() if contains(fit, one.fit)]
+        if fit.out_of_budget or not smaller:
+            return fit
+        return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost))
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""

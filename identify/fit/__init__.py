@@ -8,6 +8,8 @@ from servosight.identify.fit._identify import METHODS as METHODS
 from servosight.identify.fit._identify import floor_deg as floor_deg
 from servosight.identify.fit._identify import identify as identify
 from servosight.identify.fit._identify import with_information as with_information
+from servosight.identify.fit._nested import contains as contains
+from servosight.identify.fit._nested import no_worse as no_worse
 from servosight.identify.fit._own import OwnValues as OwnValues
 from servosight.identify.fit._own import own_values as own_values
 from servosight.identify.fit._own import predicted_angle as predicted_angle

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._solution import POLISH_BUDGET, Solution, polish
 from servosight.identify.problem import (
     Problem,
@@ -49,11 +50,7 @@ def fit_effects(
     if sketch is not None:
         starts = np.vstack([sketch.outcome.point, starts[1:]])
     fit = polish(problem, starts, budget)
-    nested = set(base.problem.effects) <= set(problem.effects)
-    if not nested or fit.outcome.cost <= base.outcome.cost:
-        return fit
-    # All starts ended worse: begin where the new effect is neutral, which cannot cost more.
-    return polish(problem, [neutral_start(problem, base.as_base)], budget)
+    return no_worse(fit, base, budget) if contains(fit, base) else fit
 
 
 def sketch_effects(problem: Problem, base: Solution) -> Solution:

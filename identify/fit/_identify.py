@@ -11,6 +11,7 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.discrete import Linear, to_difference
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._nested import no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, polish
@@ -75,7 +76,7 @@ def identify(
         method=method,
         seconds=time.perf_counter() - began,
         stopped=str(solution.outcome.stopped),
-        warnings=(*notes, *warnings),
+        warnings=(*notes, *solution.notes, *warnings),
         effects=chosen,
         recordings=tuple(recording.name for recording in whole),
         paths=tuple(recording.path for recording in whole),
@@ -125,4 +126,7 @@ def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
     guesses = np.array(effect_starts(problem, start))
     space = SearchSpace(low, high, coordinate_scale(problem, guesses[0]), seed, guesses)
     search = drive(ESTIMATORS[method](space), problem.residuals, SEARCH_BUDGET)
-    return polish(problem, [search.point]), search.history
+    solution = polish(problem, [search.point])
+    if problem.effects:
+        solution = no_worse(solution, polish(linear, [start.point]))
+    return solution, search.history

@@ -24,10 +24,14 @@ _LESS = 1.0 - 1e-9  # a smaller gain is rounding
 
 @dataclass(frozen=True)
 class Solution:
-    """A problem and the point that solves it, with how the search ended."""
+    """A problem and the point that solves it, with how the search ended.
+
+    ``notes`` are sentences on how the fit was reached, for its user.
+    """
 
     problem: Problem
     outcome: Outcome
+    notes: tuple[str, ...] = ()
 
     @property
     def out_of_budget(self) -> bool:
