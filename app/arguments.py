@@ -73,6 +73,18 @@ def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     )
 
 
+def add_fixed(parser: argparse.ArgumentParser) -> None:
+    """``--fix NAME=VALUE``, repeatable."""
+    parser.add_argument(
+        "--fix",
+        metavar="NAME=VALUE",
+        type=assignment,
+        action="append",
+        default=[],
+        help="hold a parameter: k, T, xi or EFFECT.PARAMETER (may be repeated)",
+    )
+
+
 def add_force(parser: argparse.ArgumentParser) -> None:
     """``--force``."""
     parser.add_argument(
@@ -117,6 +129,14 @@ def error_deg(text: str) -> float:
             f"{text!r} is out of range, expected degrees from 0 to {LARGEST_ERROR_DEG:g}"
         )
     return value
+
+
+def assignment(text: str) -> tuple[str, float]:
+    """``NAME=VALUE``."""
+    name, equals, value = text.partition("=")
+    if not (equals and name.strip()):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected NAME=VALUE such as k=1")
+    return name.strip(), number(value)
 
 
 def identifiers(text: str) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from servosight.app.arguments import (
+    add_fixed,
     add_force,
     add_json,
     add_model_output,
@@ -35,6 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="combination",
         help="combination (genetic operators and swarm, default), ga, pso or gradient",
     )
+    add_fixed(parser)
     add_seed(parser)
     add_model_output(parser)
     add_json(parser)
@@ -57,7 +59,14 @@ def run(args: argparse.Namespace) -> None:
     chosen = select(effects, args.effects)
     recordings = load(args.recordings, args)
     with progress("fitting"):
-        result = identify(recordings, chosen, catalogue=effects, method=args.method, seed=args.seed)
+        result = identify(
+            recordings,
+            chosen,
+            catalogue=effects,
+            method=args.method,
+            seed=args.seed,
+            fix=dict(args.fix),
+        )
     if args.output is not None:
         result.actuator.save(args.output)
     result = with_information(result, recordings, effects)

@@ -223,11 +223,12 @@ def information(
 
 
 def relative_scale(problem: Problem, point: Array) -> Array:
-    """d coordinate / d ln(value) of shared parameters, 0 for the others, (coordinates,)."""
-    scale = np.zeros(point.size)
+    """d coordinate / d ln(value) of free shared parameters, 0 for the others, (coordinates,)."""
+    scale, pinned = np.zeros(point.size), problem.pinned
     for j, coordinate in enumerate(problem.coordinates[: problem.physical]):
         x = float(point[j])
-        scale[j] = coordinate.from_search(x) / coordinate.slope(x) if x != 0.0 else 0.0
+        if x != 0.0 and not pinned[j]:
+            scale[j] = coordinate.from_search(x) / coordinate.slope(x)
     return scale
 
 

@@ -32,12 +32,12 @@ def assess(
     """Information of ``recordings`` about an actuator's parameters, from their commands and times.
 
     Each is taken to start at rest where its first command and its bias (default: the actuator's)
-    put it.
+    put it. Parameters with a sigma of 0 are known.
     """
     recordings, _ = thinned(recordings)
-    problem = Problem.of(
-        recordings, built_in() if catalogue is None else catalogue, actuator.effects
-    )
+    known = built_in() if catalogue is None else catalogue
+    exact = {name: one.value for name, one in actuator.parameters.items() if one.sigma == 0.0}
+    problem = Problem.of(recordings, known, actuator.effects, held=exact)
     own = biases_deg or [actuator.value("bias")] * len(recordings)
     return information(problem, resting_point(problem, actuator, own), noise_deg)
 

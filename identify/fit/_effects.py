@@ -42,8 +42,7 @@ def fit_effects(
     one more start.
     """
     if base is None:
-        linear = Problem(problem.recordings, problem.plant, (), problem.masks)
-        base = polish(linear, [linear_start(linear)])
+        base = polish(problem.linear, [linear_start(problem.linear)])
     if not problem.effects:
         return base
     starts = _starts(problem, base)[:POLISHED_STARTS]

@@ -19,6 +19,7 @@ from servosight.identify.problem import (
     TOLERANCE_SHARE,
     BaseModel,
     Problem,
+    checked_held,
     coordinate_scale,
     effect_starts,
     joint_noise_deg,
@@ -44,13 +45,15 @@ def identify(
     method: str = "combination",
     seed: int = 0,
     tolerance: float | None = None,
+    fix: Mapping[str, float] | None = None,
 ) -> Fit:
     """Fit the linear core and ``effects`` to recordings jointly, a horn's angle among them.
 
     ``catalogue`` holds the effects to choose from (default: the built-in ones), ``method`` is one
     of :data:`METHODS`, and ``tolerance`` [deg] is the error that no model need go below (default
-    0.05 % of the moved range). Every method ends with Levenberg-Marquardt descents. InputError for
-    an unknown effect or method. :class:`Fit` has an example.
+    0.05 % of the moved range). ``fix`` holds parameters, such as ``{"k": 1.0}``: they get a sigma
+    of 0 and are not fitted. Every method ends with Levenberg-Marquardt descents. InputError for an
+    unknown effect or method, and for a parameter that cannot be held. :class:`Fit` has an example.
     """
     began = time.perf_counter()
     if method not in ESTIMATORS:
@@ -59,7 +62,8 @@ def identify(
     chosen = tuple(select(known, effects))
     whole = views([recordings] if isinstance(recordings, Recording) else recordings)
     scored, notes = thinned(whole)
-    problem = Problem.of(scored, known, chosen)
+    held = checked_held(fix or {}, chosen, known)
+    problem = Problem.of(scored, known, chosen, held=held)
     solution, history = _solved(problem, method, seed)
     shared, warnings = solution.uncertainty.shared_estimates()
     biases = solution.uncertainty.own_estimates("bias")
@@ -78,6 +82,7 @@ def identify(
         stopped=str(solution.outcome.stopped),
         warnings=(*notes, *solution.notes, *warnings),
         effects=chosen,
+        fixed=tuple(held),
         recordings=tuple(recording.name for recording in whole),
         paths=tuple(recording.path for recording in whole),
         own=own_values(problem, solution.outcome.point),
@@ -94,8 +99,11 @@ def with_information(
 ) -> Fit:
     """``fit`` with what the commands of its ``recordings`` tell about its parameters.
 
-    Where they do not suffice, two warnings say so and which command would do better.
+    Where they do not suffice, two warnings say so and which command would do better. Where all
+    parameters were held, there is nothing to say.
     """
+    if set(fit.covariance.names) <= set(fit.fixed):
+        return fit
     whole = views([recordings] if isinstance(recordings, Recording) else recordings)
     actuator, biases = fit.actuator, [bias.value for bias in fit.biases]
     known = assess(actuator, whole, fit.noise_deg, catalogue=catalogue, biases_deg=biases)
@@ -120,13 +128,12 @@ def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
     if method == "gradient":  # local: from the effects' guesses, which extend a linear fit
         solution = fit_effects(problem)
         return solution, solution.outcome.history
-    linear = Problem(problem.recordings, problem.plant, (), problem.masks)
-    start = BaseModel(linear, linear_start(linear))
+    start = BaseModel(problem.linear, linear_start(problem.linear))
     low, high = search_box(problem, start)
     guesses = np.array(effect_starts(problem, start))
     space = SearchSpace(low, high, coordinate_scale(problem, guesses[0]), seed, guesses)
     search = drive(ESTIMATORS[method](space), problem.residuals, SEARCH_BUDGET)
     solution = polish(problem, [search.point])
     if problem.effects:
-        solution = no_worse(solution, polish(linear, [start.point]))
+        solution = no_worse(solution, polish(problem.linear, [start.point]))
     return solution, search.history

@@ -36,13 +36,14 @@ if TYPE_CHECKING:
 class Fit(Result):
     """An actuator fitted to recordings; its fields are the keys of the JSON (docs/json.md).
 
-    ``parameters`` by name, ``bias`` one estimate or, for several recordings, one for each.
-    ``covariance`` is that of the shared parameters in their own units. ``rmse_deg`` is the error
-    over the ``samples`` that were scored, ``noise_deg`` the measurement's, and ``floor_deg`` noise
-    and tolerance together. ``own`` has a line for each recording, ``paths`` says where each was
-    read from. ``stopped`` says why the search ended; ``evaluations`` counts its
-    simulations, and ``history`` (generations,) is the best cost after each of them. ``information``
-    says whether the command suffices, where that was asked for (:func:`with_information`).
+    ``parameters`` by name, ``bias`` one estimate or, for several recordings, one for each;
+    ``fixed`` names those that were held, whose sigma is 0. ``covariance`` is that of the shared
+    parameters in their own units. ``rmse_deg`` is the error over the ``samples`` that were scored,
+    ``noise_deg`` the measurement's, and ``floor_deg`` noise and tolerance together. ``own`` has a
+    line for each recording, ``paths`` says where each was read from. ``stopped`` says why the
+    search ended; ``evaluations`` counts its simulations, and ``history`` (generations,) is the best
+    cost after each of them. ``information`` says whether the command suffices, where that was asked
+    for (:func:`with_information`).
 
     >>> from servosight.identify.fit import identify
     >>> from servosight.models.core import Recording
@@ -68,6 +69,7 @@ class Fit(Result):
     stopped: str
     warnings: tuple[str, ...] = ()
     effects: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
     recordings: tuple[str, ...] = ()
     paths: tuple[Path | None, ...] = ()
     own: tuple[OwnValues, ...] = ()

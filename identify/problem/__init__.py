@@ -1,5 +1,6 @@
 """The fit as a search problem: parameters in, residuals out."""
 
+from servosight.identify.problem._held import checked_held as checked_held
 from servosight.identify.problem._jacobian import coordinate_scale as coordinate_scale
 from servosight.identify.problem._jacobian import difference_quotient as difference_quotient
 from servosight.identify.problem._noise import joint_noise_deg as joint_noise_deg

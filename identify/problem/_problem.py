@@ -8,7 +8,7 @@ each recording.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,7 +71,9 @@ class Problem:
 
     ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
-    so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain.
+    so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain. ``held``
+    parameters stay at their values: their bounds are these. Of effects that are not fitted, they
+    count for nothing.
     """
 
     recordings: tuple[Recording, ...]
@@ -79,6 +81,7 @@ class Problem:
     effects: tuple[str, ...]
     masks: tuple[Mask, ...]
     k_bounds: tuple[float, float] | None = None
+    held: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -88,11 +91,24 @@ class Problem:
         effects: Sequence[str],
         masks: Sequence[Mask] | None = None,
         k_bounds: tuple[float, float] | None = None,
+        held: Mapping[str, float] | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
             masks = [np.ones(recording.time_s.size, dtype=bool) for recording in recordings]
-        return cls(tuple(recordings), Plant.of(catalogue), tuple(effects), tuple(masks), k_bounds)
+        return cls(
+            tuple(recordings),
+            Plant.of(catalogue),
+            tuple(effects),
+            tuple(masks),
+            k_bounds,
+            dict(held or {}),
+        )
+
+    @property
+    def linear(self) -> Problem:
+        """The same recordings and held parameters without any effect."""
+        return replace(self, effects=(), k_bounds=None)
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -120,7 +136,21 @@ class Problem:
         pairs = np.array([coordinate.bounds for coordinate in self.coordinates])
         if self.k_bounds is not None:
             pairs[0] = self.k_bounds
+        for j, coordinate in enumerate(self.coordinates):
+            if coordinate.recording is None and coordinate.name in self.held:
+                pairs[j] = coordinate.to_search(self.held[coordinate.name])
         return pairs[:, 0], pairs[:, 1]
+
+    @property
+    def pinned(self) -> Mask:
+        """True for coordinates that are held, (coordinates,)."""
+        low, high = self.bounds
+        return np.asarray(low == high)
+
+    @property
+    def fitted(self) -> int:
+        """How many of the shared coordinates are free."""
+        return self.physical - int(self.pinned[: self.physical].sum())
 
     @cached_property
     def stimuli(self) -> tuple[Stimulus, ...]:

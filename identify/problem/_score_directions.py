@@ -20,7 +20,7 @@ def score_directions(changes: Array, residual: Array, jacobian: Array) -> tuple[
     that a change removes when it is scaled freely; negative where only its opposite would; 0 where
     it changes nothing.
     """
-    basis, _ = np.linalg.qr(jacobian)
+    basis, _ = np.linalg.qr(jacobian[:, np.any(jacobian, axis=0)])  # a held one does nothing
     left = residual - basis @ (basis.T @ residual)
     own = changes - (changes @ basis) @ basis.T
     size = np.linalg.norm(own, axis=1)

@@ -27,7 +27,8 @@ def linear_start(problem: Problem) -> Array:
     grid = np.array(list(itertools.product(np.log(_TIME_CONSTANTS), np.log(_DAMPING_RATIOS))))
     points = np.zeros((len(grid), len(problem.coordinates)))
     points[:, 0] = 1.0
-    points[:, 1:3] = grid
+    low, high = problem.bounds
+    points[:, 1:3] = np.clip(grid, low[1:3], high[1:3])
     first = problem.physical
     for r, recording in enumerate(problem.recordings):
         points[:, first + 3 * r + 1] = recording.command_deg[0]
@@ -36,14 +37,13 @@ def linear_start(problem: Problem) -> Array:
     centred = [shape - shape.mean(axis=1, keepdims=True) for shape in shapes]
     numerator = sum(c @ (m - m.mean()) for c, m in zip(centred, measured, strict=True))
     denominator = sum(np.einsum("ij,ij->i", c, c) for c in centred)
-    gain = numerator / np.maximum(denominator, 1e-12)
+    gain = np.clip(numerator / np.maximum(denominator, 1e-12), low[0], high[0])
     spread = sum(
         np.sum((m - m.mean() - g[:, None] * c) ** 2, axis=1)
         for g, c, m in zip(itertools.repeat(gain), centred, measured, strict=False)
     )
     best = int(np.argmin(spread))
     point = points[best].copy()
-    low, high = problem.bounds
     point[0] = gain[best]
     for r, recording in enumerate(problem.recordings):
         own = first + 3 * r
@@ -198,7 +198,7 @@ def neutral_start(problem: Problem, base: BaseModel) -> Array:
         neutral = coordinate.parameter.neutral
         if coordinate.name not in owned and neutral is not None:
             start[j] = coordinate.to_search(neutral)
-    return start
+    return np.asarray(np.clip(start, *problem.bounds))
 
 
 def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:
@@ -227,4 +227,6 @@ def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:
                 reach = 0.1 * linear.guess_features.speed_deg_s
             low[j] = max(low[j], centre - reach)
             high[j] = min(high[j], centre + reach)
+    held = problem.pinned
+    low[held] = high[held] = problem.bounds[0][held]
     return low, high

@@ -94,7 +94,8 @@ class LevenbergMarquardt:
     def _differentiate(self, residuals: Array) -> None:
         self._residual = residuals[0]
         self.cost = float(half_squares(residuals[:1])[0])
-        self.jacobian = ((residuals[1:] - residuals[0]) / self._steps[:, None]).T
+        steps = np.where(self.low == self.high, np.inf, self._steps)  # held: nothing changes
+        self.jacobian = ((residuals[1:] - residuals[0]) / steps[:, None]).T
         self._trying = True
 
     def _trials(self) -> Array:
@@ -104,7 +105,7 @@ class LevenbergMarquardt:
         outward = ((self.point <= self.low) & (gradient > 0)) | (
             (self.point >= self.high) & (gradient < 0)
         )
-        free = np.flatnonzero(~outward)
+        free = np.flatnonzero(~outward & (self.low < self.high))
         normal = self.jacobian[:, free].T @ self.jacobian[:, free]
         # A coordinate without influence must not take huge steps: its column counts as longer.
         size = (self.scale + np.abs(self.point))[free]

@@ -84,6 +84,7 @@ class Uncertainty:
             found = found + shared @ shared.T
         result = np.full(self.inverse.shape, np.nan)
         result[np.ix_(known, known)] = found
+        result[self.problem.pinned, :] = result[:, self.problem.pinned] = 0.0  # taken as exact
         return result
 
     @cached_property
@@ -219,8 +220,8 @@ class Uncertainty:
     def matrix(self, estimates: Mapping[str, Estimate]) -> Matrix:
         """Covariance of the shared parameters in their own units.
 
-        NaN for those without a sigma among ``estimates``, and linear throughout: where a sigma
-        comes from the profile likelihood, it differs from the root of the diagonal.
+        NaN for those without a sigma among ``estimates``, 0 for those held. Linear throughout:
+        where a sigma comes from the profile likelihood, it differs from the root of the diagonal.
         """
         count = self.problem.physical
         slopes = np.array(
@@ -237,6 +238,8 @@ class Uncertainty:
     def _sigma(
         self, index: int, coordinate: Coordinate, value: float
     ) -> tuple[float | None, str | None]:
+        if self.problem.pinned[index]:
+            return 0.0, None
         if not self.free[index]:
             return None, f"{coordinate.name} is at a bound of its range" + self._limit(index)
         if coordinate.parameter.reciprocal and self.profile.rise(index, 0.0) < CHI_SQUARE_95:

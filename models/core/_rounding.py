@@ -46,8 +46,13 @@ def chance(p: float) -> str:
 
 
 def uncertain(value: float, sigma: float | None) -> tuple[str, str]:
-    """A value to the digits that its sigma supports, and the sigma to two digits."""
-    if sigma is None or sigma <= 0.0 or not math.isfinite(sigma):
+    """A value to the digits that its sigma supports, and the sigma to two digits.
+
+    A sigma of 0 is that of a parameter that was held.
+    """
+    if sigma == 0.0:
+        return rounded(value, 4), "held"
+    if sigma is None or sigma < 0.0 or not math.isfinite(sigma):
         return rounded(value, 4), "not known"
     decimals = min(max(1 - math.floor(math.log10(sigma)), 0), MOST_DECIMALS)
     return f"{value:.{decimals}f}".replace("-", "−"), f"{sigma:.{decimals}f}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +22,16 @@ def identify(
     method: str = "combination",
     seed: int = 0,
     tolerance: float | None = None,
+    fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
 ) -> Fit:
     """Fit k, T, xi, bias and the parameters of ``effects`` to recordings, jointly.
 
     ``method`` is combination (genetic operators and swarm), ga, pso or gradient; ``seed`` that of
     its random numbers. ``tolerance`` [deg] is what no model need reach (default 0.05 % of the moved
-    range). ``plugins`` are files with effects of your own, which are run. Raises InputError for a
-    recording, an effect or a method that is none.
+    range). ``fix`` holds parameters at known values, such as ``{"k": 1.0}``; their sigma is 0.
+    ``plugins`` are files with effects of your own, which are run. Raises InputError for a
+    recording, an effect, a method or a parameter that is none.
 
     >>> import servosight as ss
     >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
@@ -40,7 +42,9 @@ def identify(
     from servosight.sources import read_all
 
     known, given = catalogue_of(plugins), read_all(recordings)
-    fit = identify(given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance)
+    fit = identify(
+        given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
+    )
     return with_information(fit, given, known).remember(given, known)
 
 

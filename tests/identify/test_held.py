@@ -1,0 +1,107 @@
+"""Parameters that the user holds: they stay, count for nothing, and the others are fitted to it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.app.main import main
+from servosight.identify.fit import METHODS, Fit, fit_effects, identify, with_information
+from servosight.identify.problem import Problem
+from servosight.models.core import Estimate, InputError, Recording
+from servosight.models.effects import catalogue
+
+
+def sigma(fit: Fit, name: str) -> float:
+    one = fit.parameters[name]
+    assert isinstance(one, Estimate)
+    assert one.sigma is not None
+    return one.sigma
+
+
+@pytest.fixture(scope="module")
+def run(record: Any) -> Recording:
+    made: Recording = record(8.0, **{"backlash.gap": 1.0})
+    return made
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_held_parameter_stays(run: Recording, method: str) -> None:
+    fix = {"k": 1.027, "backlash.gap": 1.0}
+    fit = identify(run, ["backlash"], method=method, fix=fix)
+    actuator = fit.actuator
+    assert {name: actuator.value(name) for name in fix} == fix
+    assert [sigma(fit, name) for name in fix] == [0.0, 0.0]
+    assert fit.fixed == tuple(fix)
+    assert not fit.warnings
+    for name, value in {"T": 0.0078, "xi": 0.55}.items():
+        assert abs(actuator.value(name) - value) < 4.0 * sigma(fit, name)
+
+
+def test_what_is_held_narrows_the_rest(run: Recording) -> None:
+    """Covariance of the others is conditional: smaller, and 0 in rows of what is held."""
+    free = identify(run, ["backlash"], method="gradient")
+    held = identify(run, ["backlash"], method="gradient", fix={"xi": 0.55})
+    assert sigma(held, "T") < 0.9 * sigma(free, "T")
+    at = held.covariance.names.index("xi")
+    assert not held.covariance.values[at].any()
+    assert held.to_dict()["fixed"] == ["xi"]
+    assert abs(held.actuator.value("T") - 0.0078) < 4.0 * sigma(held, "T")
+
+
+def test_a_wrong_value_shows_in_the_error(run: Recording) -> None:
+    wrong = identify(run, ["backlash"], method="gradient", fix={"backlash.gap": 0.3})
+    assert wrong.rmse_deg > 3.0 * wrong.floor_deg
+
+
+def test_all_of_them_may_be_held(run: Recording) -> None:
+    fix = {"k": 1.0, "T": 0.008, "xi": 0.5}
+    fit = with_information(identify(run, fix=fix), [run])
+    assert {name: fit.actuator.value(name) for name in fix} == pytest.approx(fix)
+    assert fit.information is None
+    assert np.isfinite(fit.biases[0].sigma or math.nan)
+
+
+def test_a_held_parameter_is_not_judged_and_does_not_count(run: Recording) -> None:
+    fit = with_information(identify(run, method="gradient", fix={"k": 1.0}), [run])
+    assert fit.information is not None
+    assert fit.information.parameters == ("T", "xi")
+    problem = Problem.of([run], catalogue(), ["backlash"], held={"k": 1.0, "cogging.period": 3.0})
+    assert (problem.physical, problem.fitted) == (4, 3)
+    assert problem.linear.held == problem.held
+    jacobian = fit_effects(problem).jacobian
+    assert not jacobian[:, 0].any()
+    assert np.isfinite(jacobian).all()
+
+
+@pytest.mark.parametrize(
+    ("fix", "words"),
+    [
+        ({"gain": 1.0}, "fix gain: no such parameter; expected one of k, T, xi, backlash.gap"),
+        ({"bias": 1.0}, "fix bias: no such parameter"),
+        ({"backlash.gab": 1.0}, "did you mean backlash.gap"),
+        ({"coulomb_friction.level": 1.0}, "the model has no effect coulomb_friction"),
+        ({"k": 11.0}, "the value is 11, expected -10 to 10"),
+        ({"T": -1.0}, "the value is -1, expected 0.001 to 2 s"),
+        ({"xi": math.nan}, "the value is nan"),
+    ],
+)
+def test_what_cannot_be_held_is_refused(run: Recording, fix: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words.replace("?", r"\?")):
+        identify(run, ["backlash"], fix=fix)
+
+
+def test_the_command_line_holds_too(
+    run: Recording, tmp_path: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run.save(tmp_path / "run")
+    words = ["identify", str(tmp_path / "run"), "--method", "gradient"]
+    assert main([*words, "--fix", "k=1", "--fix", "xi=0.55"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("held") == 2
+    for wrong in ("k", "=1", "k=one", "k=inf"):
+        assert main([*words, "--fix", wrong]) == 2
+    assert "expected NAME=VALUE such as k=1" in capsys.readouterr().err
