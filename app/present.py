@@ -15,6 +15,7 @@ BAR = 24
 EIGHTHS = " ▏▎▍▌▋▊▉"
 CANDIDATES = 6
 FINDINGS = 5
+REGIMES = 6
 LEAST_DEG = 1e-9
 
 
@@ -38,6 +39,8 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_candidates(out, result["candidates"])
     if result["verdict"] != "no_effect_missing":
         show_where(out, result["where"], "where the linear model fails")
+    if result.get("regimes"):
+        show_regimes(out, result["regimes"])
     if result.get("findings"):
         show_findings(out, result["findings"], "What the error of the linear model shows:")
     if result.get("next_experiment"):
@@ -117,6 +120,26 @@ def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> 
             _deg(one["rmse_deg"]),
             f"{100 * one['share']:.0f} %",
             one["what"].replace("_", " "),
+        )
+    out.print(table)
+
+
+def show_regimes(out: Console, regimes: Sequence[Mapping[str, Any]]) -> None:
+    """Where held-out data go beyond the fitted ones, and how much of the error is there."""
+    title = "beyond the fitted data: share of samples and of the squared error of the last model"
+    table = _table(
+        "recording", "", "quantity", "fitted up to", "reached", "samples", "error", title=title
+    )
+    for one in regimes[:REGIMES]:
+        end = one["fitted_high"] if one["beyond"] == "above" else one["fitted_low"]
+        table.add_row(
+            str(one["recording"]),
+            one["use"],
+            one["quantity"],
+            f"{end:.4g} {one['unit']}",
+            f"{one['reached']:.4g} {one['unit']}",
+            f"{100 * one['share_samples']:.0f} %",
+            f"{100 * one['share_error']:.0f} %",
         )
     out.print(table)
 

@@ -9,10 +9,10 @@ from servosight.diagnose._recording_use import recording_uses
 from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
 from servosight.diagnose._words import Levels, next_experiment, verdict_words
 from servosight.diagnose.discrepancy import Law, find_law
+from servosight.diagnose.evidence import Evidence, gather
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
-    Finding,
     findings,
     held_out_rms,
     held_out_samples_of,
@@ -96,8 +96,9 @@ def diagnose(
     proposal = propose(rivals, models, noise, tolerance, limits) if len(rivals) > 1 else None
     law = _law(models, criterion, linear, last, noise, progress) if auto else None
     levels = Levels(noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor)
-    headline, summary = verdict_words(verdict, ladder, candidates, law, levels)
-    judged = models.tested(linear)
+    judged, judged_last = models.tested(linear), models.tested(last)
+    known = gather(models, last, judged_last, floor)
+    headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
     return Diagnosis(
         noise_deg=noise,
         tolerance_deg=tolerance,
@@ -110,9 +111,9 @@ def diagnose(
         candidates=candidates,
         where=Table(worst_windows(judged)),
         findings=Table(findings(judged, floor, noise)),
-        remaining=_remaining(models, last, levels),
+        remaining=Table(findings(judged_last, floor, noise) if last.effects else ()),
         alternatives=tuple(rival.effects for rival in rivals[1:]),
-        next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto),
+        next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto, known),
         proposal=proposal,
         law=law,
         recordings=recording_uses(models.split, spans),
@@ -123,6 +124,7 @@ def diagnose(
             *_doubts(verdict, ladder[-1], levels),
         ),
         seconds=time.perf_counter() - began,
+        regimes=Table(known.regimes),
     )
 
 
@@ -238,13 +240,6 @@ def _law(
     return None if found is None else Law.of(found, criterion.floor_deg, noise)
 
 
-def _remaining(models: ModelSelection, last: Trial, levels: Levels) -> Table[Finding]:
-    """What stands out in the error of the last model; of the linear one that is said already."""
-    if not last.effects:
-        return Table()
-    return Table(findings(models.tested(last), levels.floor_deg, levels.noise_deg))
-
-
 def _next(
     verdict: Verdict,
     proposal: Proposal | None,
@@ -252,11 +247,13 @@ def _next(
     candidates: Sequence[Candidate],
     criterion: AcceptanceCriterion,
     auto: bool,
+    known: Evidence,
 ) -> str:
     """One sentence on what to do next; the best candidate is named where it earns its place."""
     linear, best = selected.steps[0].trial, selected.singles[0]
     earns = criterion.earns(best.score, linear.score, len(candidates))
-    return next_experiment(verdict, proposal, best.effects[0] if earns else None, auto)
+    candidate = best.effects[0] if earns else None
+    return next_experiment(verdict, proposal, candidate, auto, known.leading)
 
 
 def _doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib import import_module
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from servosight.diagnose._plots import plot_ladder
 from servosight.diagnose._recording_use import RecordingUse
 from servosight.diagnose.discrepancy import Law
+from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.identify.fit import OwnValues
@@ -90,6 +91,8 @@ class Diagnosis(Result):
 
     ``floor_deg`` is the smallest error that counts: hypot(``noise_deg``, ``tolerance_deg``).
     ``findings`` describe the error of the linear model, ``remaining`` that of the last one.
+    ``regimes`` are where validation and test data go beyond the fitted ones, with the share of the
+    last model's squared error that is there.
     """
 
     TYPE: ClassVar[str] = "diagnosis"
@@ -113,6 +116,7 @@ class Diagnosis(Result):
     recordings: Table[RecordingUse]
     warnings: tuple[str, ...]
     seconds: float
+    regimes: Table[Regime] = field(default_factory=Table)
 
     @property
     def actuator(self) -> Actuator:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose._result import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law
+from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED
 from servosight.models.core import degrees, times
@@ -67,8 +68,13 @@ def verdict_words(
     candidates: Sequence[Candidate],
     law: Law | None,
     levels: Levels,
+    regime: Regime | None = None,
 ) -> tuple[str, str]:
-    """Headline, and one sentence or two."""
+    """Headline, and one sentence or two.
+
+    ``regime`` is one beyond the fitted data that holds most of the error: it comes first, and
+    nothing is said to be missing from the catalogue on its account.
+    """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects = ladder[-1].effects
     named = listed(effects)
@@ -84,6 +90,13 @@ def verdict_words(
             f"What was missing: {named}",
             f"The linear model of this servo lacks {named}. With {named} in the model, {fell}, "
             f"{levels.words(last)}.",
+        )
+    if regime is not None:
+        error = f"Over all test data the rms error of the linear model is {degrees(first)}"
+        error = f"With {named} added to the linear model, {fell}" if effects else error
+        return (
+            "The error is where no fitted data are",
+            f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
         return "Not explained by any known effect, but by a law", _lawful(law, effects, levels)
@@ -127,11 +140,20 @@ def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple
 
 
 def next_experiment(
-    verdict: Verdict, proposal: Proposal | None, candidate: str | None, auto: bool
+    verdict: Verdict,
+    proposal: Proposal | None,
+    candidate: str | None,
+    auto: bool,
+    regime: Regime | None = None,
 ) -> str:
-    """What to do next; ``candidate``: the best effect, where it earns its place alone."""
+    """What to do next; ``candidate``: the best effect, where it earns its place alone.
+
+    ``regime`` is one beyond the fitted data that holds most of the error.
+    """
     if verdict is Verdict.NO_EFFECT_MISSING:
         return NOTHING_MISSING
+    if regime is not None and verdict is Verdict.UNEXPLAINED:
+        return regime.remedy
     if proposal is not None:
         return proposal.sentence
     if verdict is Verdict.EXPLAINED:

@@ -23,6 +23,7 @@ from servosight.app.report.sections.law import section as law
 from servosight.app.report.sections.method import section as method
 from servosight.app.report.sections.parameters import section as parameters
 from servosight.app.report.sections.picture import section as picture
+from servosight.app.report.sections.regimes import section as regimes
 from servosight.app.report.sections.residuals import section as residuals
 from servosight.app.report.sections.response import section as response
 from servosight.app.report.sections.verdict import section as verdict
@@ -37,6 +38,7 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     angle,
     ladder,
     law,
+    regimes,
     where,
     candidates,
     experiment,

@@ -1,6 +1,7 @@
 """What the error of a model shows, and where."""
 
 from servosight.diagnose.residuals._events import swings as swings
+from servosight.diagnose.residuals._events import turning_points as turning_points
 from servosight.diagnose.residuals._events import turns as turns
 from servosight.diagnose.residuals._finding import Finding as Finding
 from servosight.diagnose.residuals._findings import CHANCE as CHANCE

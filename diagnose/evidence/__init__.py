@@ -1,0 +1,9 @@
+"""What a diagnosis rests on: the regimes of the data, and what they can and cannot show."""
+
+from servosight.diagnose.evidence._evidence import Evidence as Evidence
+from servosight.diagnose.evidence._evidence import gather as gather
+from servosight.diagnose.evidence._inclusion import Inclusion as Inclusion
+from servosight.diagnose.evidence._inclusion import include as include
+from servosight.diagnose.evidence._regimes import Regime as Regime
+from servosight.diagnose.evidence._regimes import RegimePolicy as RegimePolicy
+from servosight.diagnose.evidence._regimes import regimes as regimes

@@ -1,0 +1,71 @@
+"""What fitting a recording too gives, tried: the same effects, fitted to half of it as well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.diagnose.residuals import rms
+from servosight.diagnose.selection import BLOCK_S, ModelSelection, Trial, own_point, predict_fixed
+from servosight.identify.fit import polish
+from servosight.identify.problem import Problem
+from servosight.models.core import Recording, degrees
+
+BUDGET = 400
+"""Simulations that the trial may cost."""
+FALLS = 0.5
+"""An error that falls to this share of what it was is due to the regime."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inclusion:
+    """The error on every second block of a recording, with the others fitted and without them.
+
+    ``before_deg`` with the parameters of the fitted data, ``after_deg`` with parameters that were
+    fitted to the other blocks as well: rms on the same samples. It decides nothing.
+    """
+
+    before_deg: float
+    after_deg: float
+    sentence: str
+
+
+def include(models: ModelSelection, trial: Trial, recording: Recording) -> Inclusion | None:
+    """Fit the effects of ``trial`` to half of ``recording``, too; None where it has no two halves.
+
+    Blocks of one second alternate; bias and initial state of the recording are found on the half
+    that is fitted in both cases.
+    """
+    since = recording.time_s - recording.time_s[0]
+    half = np.floor(since / BLOCK_S).astype(np.int64) % 2 == 0
+    if half.all():
+        return None
+    fit = trial.fit
+    physical = fit.outcome.point[: fit.problem.physical]
+    alone = Problem.of([recording], models.catalogue, trial.effects, [half])
+    before = recording.angle_deg - predict_fixed(recording, alone, physical)
+    problem = Problem.of(
+        (*models.recordings, recording),
+        models.catalogue,
+        trial.effects,
+        (*models.split.masks, half),
+        fit.problem.k_bounds,
+    )
+    own = own_point(recording, alone, physical)[fit.problem.physical :]
+    together = polish(problem, [np.concatenate([fit.outcome.point, own])], BUDGET)
+    after = recording.angle_deg - together.problem.predict(together.outcome.point)[-1][0]
+    first, last = rms([before[~half]]), rms([after[~half]])
+    return Inclusion(before_deg=first, after_deg=last, sentence=_words(recording.name, first, last))
+
+
+def _words(name: str, first: float, last: float) -> str:
+    tried = f"Tried: with half of {name} fitted too, the error of the same model on the other half"
+    if last <= FALLS * first:
+        return f"{tried} falls from {degrees(first)} to {degrees(last)} rms."
+    if last <= 0.9 * first:
+        return f"{tried} falls from {degrees(first)} to {degrees(last)} rms only."
+    return (
+        f"{tried} stays at {degrees(last)} rms (before: {degrees(first)}): more than other "
+        f"parameters is missing."
+    )

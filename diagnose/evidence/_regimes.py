@@ -1,0 +1,244 @@
+"""Regimes: where validation and test data go beyond the fitted ones, and how much error is there.
+
+A model may fail on a recording because something is missing in it, or because the recording moves
+the servo as the fitted data never did. No model decides what lies beyond: measured angle, speed and
+acceleration, the command, and what recording.toml says of gain and load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.diagnose.evidence._inclusion import Inclusion
+from servosight.diagnose.evidence._motion import MeasuredMotion
+from servosight.diagnose.residuals import EXPLAINED, FIT, TEST, VALIDATION, Judged, rms
+from servosight.models.core import Array, Mask, rounded
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegimePolicy:
+    """Thresholds of what counts as beyond the fitted data, and as the reason of an error.
+
+    ``margin``: a value is beyond where it exceeds the fitted ones by this share of their largest,
+    an angle by this share of their range. ``ratio``: the same for gain and load, which are factors.
+    A regime is listed from ``least_samples`` on, as a share of the samples of that use, and from
+    ``fewest`` samples on. It leads where the error misses the floor, ``leading`` of the squared
+    error is there, and the rms there is ``worse`` times that of all data within the fitted range.
+    """
+
+    margin: float = 0.1
+    ratio: float = 1.05
+    least_samples: float = 0.01
+    fewest: int = 10
+    leading: float = 0.5
+    worse: float = 1.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regime:
+    """Where a recording goes beyond the fitted data in one quantity.
+
+    ``fitted_low`` and ``fitted_high`` are the extremes of the fitted samples, ``beyond`` is "above"
+    or "below" and ``limit`` the value from which a sample counts, ``reached`` the largest (or
+    smallest) value. ``share_samples`` of the recording's samples of that ``use`` (test or
+    validation) lie there, and ``share_error`` of their squared error by the last model, with
+    ``rmse_deg``. ``leading``: most of the error is there, and the model fails there above all.
+    ``remedy`` is the next step; ``inclusion`` says what fitting the recording too gives, where that
+    was tried.
+    """
+
+    quantity: str
+    unit: str
+    fitted_low: float
+    fitted_high: float
+    beyond: str
+    limit: float
+    reached: float
+    share_samples: float
+    share_error: float
+    rmse_deg: float
+    recording: str
+    use: str
+    leading: bool
+    sentence: str
+    remedy: str
+    inclusion: Inclusion | None = None
+
+    @property
+    def words(self) -> str:
+        """The sentence, and what fitting the recording too gives."""
+        more = "" if self.inclusion is None else f" {self.inclusion.sentence}"
+        return f"{self.sentence}.{more}"
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    """A quantity by name, its values at each sample, and how its range is widened."""
+
+    name: str
+    unit: str
+    values: Callable[[MeasuredMotion], Array]
+    sides: tuple[str, ...] = ("above",)
+    kind: str = "magnitude"
+
+
+def _constant(motion: MeasuredMotion, value: float) -> Array:
+    return np.full(motion.recording.time_s.size, value)
+
+
+_QUANTITIES = (
+    _Quantity("speed", "deg/s", lambda one: one.speed_deg_s),
+    _Quantity("acceleration", "deg/s²", lambda one: one.acceleration_deg_s2),
+    _Quantity("angle", "deg", lambda one: one.angle_deg, ("above", "below"), "range"),
+    _Quantity("command swing", "deg", lambda one: one.swing_deg),
+    _Quantity("command frequency", "Hz", lambda one: one.frequency_hz),
+    _Quantity(
+        "load",
+        "times",
+        lambda one: _constant(one, one.recording.relative_load),
+        ("above", "below"),
+        "factor",
+    ),
+    _Quantity(
+        "loop gain",
+        "times",
+        lambda one: _constant(one, one.recording.relative_gain),
+        ("above", "below"),
+        "factor",
+    ),
+)
+
+
+def regimes(
+    judged: Sequence[Judged], floor_deg: float, policy: RegimePolicy | None = None
+) -> tuple[Regime, ...]:
+    """Where the held-out samples of ``judged`` go beyond the fitted ones, leading ones first.
+
+    Empty where nothing is fitted or nothing held out.
+    """
+    policy = policy or RegimePolicy()
+    motions = [MeasuredMotion(one.recording) for one in judged]
+    fitted = [one.uses == FIT for one in judged]
+    if not any(mask.any() for mask in fitted):
+        return ()
+    found = []
+    for quantity in _QUANTITIES:
+        seen = [m for m, mask in zip(motions, fitted, strict=True) if mask.any()]
+        if quantity.name == "command frequency" and any(one.jumps for one in seen):
+            continue
+        values = [quantity.values(motion) for motion in motions]
+        known = np.concatenate([v[mask] for v, mask in zip(values, fitted, strict=True)])
+        low, high = float(known.min()), float(known.max())
+        for side in quantity.sides:
+            limit = _limit(quantity, side, low, high, policy)
+            inside = [v <= limit if side == "above" else v >= limit for v in values]
+            usual = rms([one.error_deg[mask] for one, mask in zip(judged, inside, strict=True)])
+            for one, value, mask in zip(judged, values, inside, strict=True):
+                case = _Case(quantity, side, low, high, limit, usual, floor_deg, policy)
+                found += list(case.rows(one, value, ~mask))
+    order = {"test": 0, "validation": 1}
+    return tuple(
+        sorted(
+            found,
+            key=lambda one: (not one.leading, order[one.use], one.share_samples - one.share_error),
+        )
+    )
+
+
+def _limit(quantity: _Quantity, side: str, low: float, high: float, policy: RegimePolicy) -> float:
+    """The value from which a sample lies beyond fitted values from ``low`` to ``high``."""
+    sign = 1.0 if side == "above" else -1.0
+    end = high if side == "above" else low
+    if quantity.kind == "factor":
+        return float(end * policy.ratio**sign)
+    wide = high - low if quantity.kind == "range" else high
+    return float(end + sign * policy.margin * wide)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One side of one quantity: what was fitted, and the rms error of all data within it."""
+
+    quantity: _Quantity
+    side: str
+    low: float
+    high: float
+    limit: float
+    usual_deg: float
+    floor_deg: float
+    policy: RegimePolicy
+
+    def rows(self, one: Judged, values: Array, beyond: Mask) -> Iterator[Regime]:
+        """A row for each use of the recording's samples that goes beyond."""
+        for use, name in ((TEST, "test"), (VALIDATION, "validation")):
+            mask = one.uses == use
+            there = mask & beyond
+            count = int(there.sum())
+            if count < max(self.policy.fewest, self.policy.least_samples * int(mask.sum())):
+                continue
+            yield self._row(one, values, mask, there, name)
+
+    def _row(self, one: Judged, values: Array, mask: Mask, there: Mask, use: str) -> Regime:
+        square = one.error_deg**2
+        share = float(square[there].sum() / max(float(square[mask].sum()), 1e-300))
+        rmse = rms([one.error_deg[there]])
+        missed = rms([one.error_deg[mask]]) > EXPLAINED * self.floor_deg
+        reached = float(values[there].max() if self.side == "above" else values[there].min())
+        leads = missed and share >= self.policy.leading
+        leads = leads and rmse >= self.policy.worse * self.usual_deg
+        return Regime(
+            quantity=self.quantity.name,
+            unit=self.quantity.unit,
+            fitted_low=self.low,
+            fitted_high=self.high,
+            beyond=self.side,
+            limit=self.limit,
+            reached=reached,
+            share_samples=float(there.sum() / mask.sum()),
+            share_error=share,
+            rmse_deg=rmse,
+            recording=one.recording.name,
+            use=use,
+            leading=leads,
+            sentence=self._words(one, share, reached),
+            remedy=_remedy(one),
+        )
+
+    def _words(self, one: Judged, share: float, reached: float) -> str:
+        """How much error lies beyond, what was fitted, and the way out."""
+        name, unit = self.quantity.name, self.quantity.unit
+        end = self.high if self.side == "above" else self.low
+        word = "up to" if self.side == "above" else "down to"
+        if self.quantity.kind == "factor":
+            where = f"{_with_article(name)} of {rounded(reached)}"
+            held = "only" if self.low == self.high else f"and {word} that only"
+            fitted = f"the fitted data have {rounded(end)} {held}"
+        else:
+            where = f"{_with_article(name)} {self.side} {rounded(self.limit)} {unit}"
+            fitted = f"the fitted data reach {rounded(end)} {unit}"
+        way_out = "fit this recording too" if not one.fitted.any() else "record longer"
+        return (
+            f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies at {where}; "
+            f"{fitted}: {way_out}"
+        )
+
+
+def _remedy(one: Judged) -> str:
+    """The next step, as a sentence."""
+    name = one.recording.name
+    if one.fitted.any():
+        return (
+            f"Record {name} for longer, or again: its fitted seconds hold no motion such as that "
+            f"of the seconds on which the model fails."
+        )
+    return (
+        f"Name {name} among the recordings that are fitted, and test on another run: its motion "
+        f"goes beyond the fitted data."
+    )
+
+
+def _with_article(name: str) -> str:
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
