@@ -25,7 +25,7 @@ from servosight.diagnose.residuals import (
 )
 from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
-from servosight.identify.problem import Problem, joint_noise_deg, thinned
+from servosight.identify.problem import Problem, joint_noise_deg, thinned, usable_views
 from servosight.models.core import (
     Actuator,
     Estimate,
@@ -34,7 +34,6 @@ from servosight.models.core import (
     Result,
     Table,
     plot_prediction,
-    views,
 )
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
@@ -138,8 +137,8 @@ def compare(
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
     recording and are found on it.
     """
-    seen = tuple(views(recordings))
-    noise = joint_noise_deg(seen)
+    seen, left_out = usable_views(recordings)
+    noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
     _, notes = thinned(seen)
     judged = judge(actuator, recordings, catalogue=catalogue)
@@ -171,7 +170,7 @@ def compare(
         where=Table(worst_windows(judged)),
         findings=Table(found),
         sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
-        warnings=tuple(notes),
+        warnings=(*left_out, *notes),
     )
 
 
@@ -186,7 +185,7 @@ def judge(
     Of very long recordings every n-th sample is predicted.
     """
     effects = built_in() if catalogue is None else catalogue
-    scored, _ = thinned(views(recordings))
+    scored, _ = thinned(usable_views(recordings)[0])
     return tuple(_judge(actuator, recording, effects) for recording in scored)
 
 

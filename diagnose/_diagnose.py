@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Mapping, Sequence
 
@@ -35,8 +36,8 @@ from servosight.diagnose.selection import (
     stretches,
 )
 from servosight.identify.fit import floor_deg, parameter_table
-from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned
-from servosight.models.core import Recording, StageProgress, Table, silent, views
+from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned, usable_views
+from servosight.models.core import Recording, StageProgress, Table, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import Limits
@@ -70,7 +71,8 @@ def diagnose(
     began = time.perf_counter()
     if catalogue is None:
         catalogue = built_in()
-    recordings, validate, test = views(recordings), views(validate), views(test)
+    usable, left_out = zip(*map(usable_views, (recordings, validate, test)), strict=True)
+    recordings, validate, test = usable
     every = (*recordings, *validate, *test)
     noise = joint_noise_deg(every)
     if tolerance is None:
@@ -118,6 +120,7 @@ def diagnose(
         law=law,
         recordings=recording_uses(models.split, spans),
         warnings=(
+            *itertools.chain(*left_out),
             *notes,
             *thinning,
             *models.split.warnings,

@@ -9,8 +9,8 @@ from servosight.diagnose.discrepancy import law_effects
 from servosight.diagnose.residuals import Judged, Uses
 from servosight.diagnose.selection import cut
 from servosight.identify.fit import OwnValues, predicted_angle
-from servosight.identify.problem import thinned
-from servosight.models.core import Estimate, InputError, Recording, views
+from servosight.identify.problem import thinned, usable_views
+from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 
@@ -56,7 +56,7 @@ def _simulated(
     own: tuple[OwnValues, ...],
     catalogue: Mapping[str, Effect],
 ) -> tuple[Judged, ...]:
-    given = views(recordings)
+    given, _ = usable_views(recordings)
     expected = [one.name for one in diagnosis.recordings]
     if [one.name for one in given] != expected:
         raise InputError(

@@ -26,9 +26,10 @@ from servosight.identify.problem import (
     linear_start,
     search_box,
     thinned,
+    usable_views,
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
-from servosight.models.core import Array, InputError, Recording, views
+from servosight.models.core import Array, InputError, Recording
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 
@@ -60,7 +61,8 @@ def identify(
         raise InputError(f"method {method}: expected one of {', '.join(METHODS)}")
     known = built_in() if catalogue is None else catalogue
     chosen = tuple(select(known, effects))
-    whole = views([recordings] if isinstance(recordings, Recording) else recordings)
+    given = [recordings] if isinstance(recordings, Recording) else recordings
+    whole, left_out = usable_views(given)
     scored, notes = thinned(whole)
     held = checked_held(fix or {}, chosen, known)
     problem = Problem.of(scored, known, chosen, held=held)
@@ -80,7 +82,7 @@ def identify(
         method=method,
         seconds=time.perf_counter() - began,
         stopped=str(solution.outcome.stopped),
-        warnings=(*notes, *solution.notes, *warnings),
+        warnings=(*left_out, *notes, *solution.notes, *warnings),
         effects=chosen,
         fixed=tuple(held),
         recordings=tuple(recording.name for recording in whole),
@@ -104,7 +106,8 @@ def with_information(
     """
     if set(fit.covariance.names) <= set(fit.fixed):
         return fit
-    whole = views([recordings] if isinstance(recordings, Recording) else recordings)
+    given = [recordings] if isinstance(recordings, Recording) else recordings
+    whole, _ = usable_views(given)
     actuator, biases = fit.actuator, [bias.value for bias in fit.biases]
     known = assess(actuator, whole, fit.noise_deg, catalogue=catalogue, biases_deg=biases)
     warnings = list(fit.warnings)

@@ -12,7 +12,7 @@ import numpy as np
 from servosight.identify.design import InformationSummary
 from servosight.identify.discrete import Difference
 from servosight.identify.fit._own import OwnValues, predicted_angle
-from servosight.identify.problem import thinned
+from servosight.identify.problem import thinned, usable_views
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import (
     Actuator,
@@ -23,7 +23,6 @@ from servosight.models.core import (
     Result,
     axes_of,
     plot_prediction,
-    views,
 )
 from servosight.models.effects import catalogue as built_in
 from servosight.models.io import load_recording
@@ -115,7 +114,7 @@ class Fit(Result):
         given = self.sources() if recordings is None else recordings
         several = [given] if isinstance(given, Recording) else given
         read = [load_recording(one) if isinstance(one, Path) else one for one in several]
-        seen, _ = thinned(views(read))
+        seen, _ = thinned(usable_views(read)[0])
         if [one.name for one in seen] != list(self.recordings) or not 0 <= number < len(seen):
             raise InputError(
                 f"plot: recording {number} of {', '.join(one.name for one in seen)}; expected one "

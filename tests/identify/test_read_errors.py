@@ -1,0 +1,185 @@
+"""Faults of a log's bus: what is left out, and that nothing a servo made is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose import compare, diagnose
+from servosight.identify.fit import identify
+from servosight.identify.problem import ReadErrorLimits, usable_views
+from servosight.identify.problem._read_errors import old_values, wrong_reads
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
+
+STEP_DEG = 360.0 / 4096
+
+
+def log(angle_deg: Array | None = None, rate_hz: float = 100.0) -> Recording:
+    """Six seconds of an encoder on a servo that follows a sum of two sines."""
+    time_s = np.arange(0.0, 6.0, 1.0 / rate_hz)
+    moved = 20.0 * np.sin(2.0 * time_s - 0.2) + 5.0 * np.sin(9.0 * time_s - 0.6)
+    command = 20.0 * np.sin(2.0 * time_s) + 5.0 * np.sin(9.0 * time_s)
+    noisy = moved + np.random.default_rng(3).normal(0.0, 0.03, time_s.size)
+    angle = STEP_DEG * np.round(noisy / STEP_DEG) if angle_deg is None else angle_deg
+    return Recording("log", time_s, command, time_s, angle)
+
+
+def glitched(recording: Recording, at: dict[int, float]) -> Recording:
+    angle = recording.angle_deg.copy()
+    for index, size in at.items():
+        angle[index] += size
+    return replace(recording, angle_deg=angle)
+
+
+def test_wrong_reads_are_found_and_told() -> None:
+    wrong = glitched(log(), {2: 90.0, 131: 11.25, 304: -45.0, 305: -44.0, 500: 180.0})
+    (found,), notes = usable_views([wrong])
+    assert np.flatnonzero(wrong_reads(wrong)).tolist() == [2, 131, 304, 305, 500]
+    np.testing.assert_array_equal(found.time_s, np.delete(wrong.time_s, [2, 131, 304, 305, 500]))
+    assert found.command_deg is wrong.command_deg
+    (note,) = notes
+    assert note.startswith("log: 5 of 600 samples are read errors")
+    assert note.endswith("were left out, the first at 0.02 s")
+
+
+def test_sigma_and_shared_errors_lose_the_same_samples() -> None:
+    sound = log()
+    sigma, shared = np.arange(600.0) + 1.0, np.arange(1200.0).reshape(600, 2)
+    wrong = replace(glitched(sound, {131: 30.0}), sigma_deg=sigma, shared_deg=shared)
+    (found,), _ = usable_views([wrong])
+    assert found.sigma_deg is not None
+    assert found.shared_deg is not None
+    np.testing.assert_array_equal(found.sigma_deg, np.delete(sigma, 131))
+    np.testing.assert_array_equal(found.shared_deg, np.delete(shared, 131, axis=0))
+
+
+@pytest.mark.parametrize(
+    ("change", "size"),
+    [
+        ({"acceleration": 1e3}, 30.0),
+        ({"local": 1e4}, 30.0),
+        ({"steps": 400.0}, 30.0),
+        ({"range_share": 1.0}, 30.0),
+        ({"return_share": 1e-3}, 30.0),
+        ({"command_share": 1e-9, "response_s": 6.0}, 30.0),
+        ({"most": 1e-3}, 30.0),
+        ({"longest": 0}, 30.0),
+        ({"around": 200}, 30.0),
+    ],
+)
+def test_each_limit_of_wrong_reads_counts(change: dict[str, Any], size: float) -> None:
+    wrong = glitched(log(), {131: size})
+    if "command_share" in change:  # the command goes out and back as well
+        command = wrong.command_deg.copy()
+        command[120] += 20.0
+        wrong = replace(wrong, command_deg=command)
+    assert not np.any(wrong_reads(wrong, ReadErrorLimits(**change)))
+
+
+def test_what_a_short_command_did_stays() -> None:
+    """A pulse of one sample moves the surface out and back; the next second it is no answer."""
+    wrong = glitched(log(), {131: 30.0})
+    command = wrong.command_deg.copy()
+    command[125] += 40.0
+    assert not np.any(wrong_reads(replace(wrong, command_deg=command)))
+    command = wrong.command_deg.copy()
+    command[25] += 40.0
+    assert np.any(wrong_reads(replace(wrong, command_deg=command)))
+
+
+def test_many_wrong_reads_are_no_faults() -> None:
+    """One sample in ten: whatever this is, it is a property of the recording."""
+    many = glitched(log(), dict.fromkeys(range(15, 580, 10), 30.0))
+    assert not np.any(wrong_reads(many))
+
+
+def test_old_values_are_found_and_told() -> None:
+    sound = log(rate_hz=50.0)
+    angle = sound.angle_deg.copy()
+    for index in (90, 91, 144):
+        angle[index] = angle[index - 1]
+    (found,), notes = usable_views([replace(sound, angle_deg=angle)])
+    assert found.time_s.size == 297
+    assert notes == [
+        "log: 3 of 300 samples are old values, read again while the servo moves, and were left "
+        "out, the first at 1.8 s"
+    ]
+
+
+@pytest.mark.parametrize(
+    "change", [{"moving_steps": 50.0}, {"longest": 0}, {"made_up": 1.0001}, {"alike": 1.0}]
+)
+def test_each_limit_of_old_values_counts(change: dict[str, Any]) -> None:
+    sound = log(rate_hz=50.0)
+    angle = sound.angle_deg.copy()
+    angle[262] = angle[261]
+    wrong = replace(sound, angle_deg=angle)
+    assert np.flatnonzero(old_values(wrong)).tolist() == [262]
+    assert not np.any(old_values(wrong, ReadErrorLimits(**change)))
+
+
+def test_a_servo_that_sticks_loses_nothing() -> None:
+    """It stands still for a sample and goes on from there: the way is not made up for."""
+    angle = np.concatenate([np.arange(30), [29], np.arange(30, 60), [59] * 3, np.arange(60, 90)])
+    sticking = np.resize(np.concatenate([angle, angle[::-1]]) * 0.5, 600)
+    assert not np.any(old_values(log(sticking)))
+    assert not np.any(wrong_reads(log(sticking)))
+
+
+EFFECTS = [
+    *("backlash", "coulomb_friction", "stribeck_friction", "dead_zone", "cogging", "rate_limit"),
+    *("flexible_shaft", "gravity_load"),
+]
+TRUE = {
+    "backlash": {"gap": 1.0},
+    "coulomb_friction": {"level": 1.5},
+    "stribeck_friction": {"level": 1.0, "excess": 1.5, "speed": 20.0},
+    "dead_zone": {"half_width": 0.7},
+    "cogging": {"amplitude": 1.0, "period": 9.0, "phase": 0.4},
+    "rate_limit": {"rate": 120.0},
+    "flexible_shaft": {"frequency": 9.0, "damping": 0.05, "inertia_ratio": 0.3},
+    "gravity_load": {"sine": 3.0, "cosine": 1.0},
+}
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_clean_recordings_lose_nothing(record: Any, effect: str) -> None:
+    """Each at four rates and three resolutions, with three noises: 288 recordings in all."""
+    true = {f"{effect}__{name}": value for name, value in TRUE[effect].items()}
+    for seed in range(3):
+        whole = record(6.0, seed, **true)
+        for every in (1, 2, 4, 6):
+            for step_deg in (0.0, STEP_DEG, 0.5):
+                angle = whole.angle_deg[::every]
+                if step_deg:
+                    angle = step_deg * np.round(angle / step_deg)
+                one = replace(whole, time_s=whole.time_s[::every], angle_deg=angle, sigma_deg=None)
+                (found,), notes = usable_views([one])
+                assert found is one, (seed, every, step_deg, notes)
+
+
+def test_a_glitched_log_gives_what_its_clean_twin_does(record: Any) -> None:
+    """k, T, xi within a tenth of a sigma of the clean recording's; warnings say what was done."""
+    sound = record(8.0, 1)
+    wrong = glitched(sound, {150: 45.0, 333: -22.5, 700: 180.0})
+    clean = identify([sound], catalogue=catalogue(), method="gradient")
+    found = identify([wrong], catalogue=catalogue(), method="gradient")
+    assert any("3 of 960 samples are read errors" in text for text in found.warnings)
+    assert found.samples == clean.samples - 3
+    assert found.rmse_deg == pytest.approx(clean.rmse_deg, rel=0.01)
+    for name in ("k", "T", "xi"):
+        one, other = clean.parameters[name], found.parameters[name]
+        assert not isinstance(one, tuple)
+        assert not isinstance(other, tuple)
+        assert one.sigma is not None
+        assert abs(one.value - other.value) < 0.1 * one.sigma
+    compared = compare(clean.actuator, [wrong], catalogue=catalogue())
+    assert compared.rmse_deg == pytest.approx(clean.rmse_deg, rel=0.01)
+    assert any("read errors" in text for text in compared.warnings)
+    why = diagnose([wrong], catalogue=catalogue(), auto=False)
+    assert why.verdict.value == "no_effect_missing"
+    assert any("read errors" in text for text in why.warnings)
