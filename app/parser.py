@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
     top = Parser(
         prog="servosight",
-        description="Turn the video of a servo into its model, and learn what the model lacks.",
+        description="Identify the model of a servo from its video, and find what the model lacks.",
         epilog="A first look: servosight demo -o out/demo",
         allow_abbrev=False,
     )
@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
             "-v",
             "--verbose",
             action="store_true",
-            help="say on standard error what is done and how long it took",
+            help="report each stage and its duration on standard error",
         )
         command.configure(sub)
         sub.set_defaults(run=command.run)

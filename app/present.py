@@ -53,7 +53,7 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
     out.print(f"{result['headline']}. {result['summary']}")
     if effects and result.get("alternatives"):
         rivals = "; ".join(" + ".join(model) for model in result["alternatives"])
-        out.print(f"These recordings cannot tell {' + '.join(effects)} from {rivals}.")
+        out.print(f"These recordings cannot distinguish {' + '.join(effects)} from {rivals}.")
     for name in effects:
         out.print(f"What {name} is and how to confirm it: servosight effects {name}")
     for warning in result.get("warnings", ()):
@@ -96,7 +96,7 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> No
     """The best candidates for the first step."""
     if not candidates:
         return
-    table = _table("candidate", "test data", "evidence", "cannot be told from")
+    table = _table("candidate", "test data", "evidence", "indistinguishable from")
     for one in candidates[:CANDIDATES]:
         table.add_row(
             one["effect"],

@@ -212,7 +212,7 @@ def _candidates(
 def _rivals(
     models: ModelSelection, selected: Selected, resolution: Resolution, auto: bool
 ) -> tuple[Trial, ...]:
-    """The model that was chosen, or would be next, and those that it cannot be told from.
+    """The model that was chosen, or would be next, and those that predict the same.
 
     None where the linear model is all that is left.
     """
@@ -237,7 +237,7 @@ def _law(
     """What the ladder left, as a law; None where it left nothing or nothing lawful."""
     if criterion.explained(last.score):
         return None
-    progress("looking for a law of what remains", 0, 1)
+    progress("searching for a law of the remaining error", 0, 1)
     bases = [linear, last] if last.effects else [linear]
     found = find_law(models, bases, criterion, noise)
     return None if found is None else Law.of(found, criterion.floor_deg, noise)

@@ -19,7 +19,7 @@ HELPS = 0.05
 
 NOTHING_MISSING = "Nothing is missing here; to look further, use a larger and faster command."
 AT_FLOOR = "The model reached the floor: confirm it on a recording with another command."
-TRY_PAIRS = "No single effect earns its place: use --auto, which tries pairs."
+TRY_PAIRS = "No single effect improves the model enough: use --auto, which tries pairs."
 REPEAT = (
     "Something remains that no catalogued effect accounts for: repeat the recording to see what "
     "repeats, at half and at double the amplitude to see what scales, and more slowly to see what "
@@ -122,7 +122,7 @@ def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
     named = f" with {listed(effects)}" if effects else ""
     terms = ", and ".join(term.words for term in law.terms)
     return (
-        f"Something remains that no known effect accounts for: a torque that goes {terms}. With "
+        f"Something remains that no known effect accounts for: a torque that {terms}. With "
         f"this law the error of the model{named} on test data falls from "
         f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
         f"{100.0 * min(law.closed, 1.0):.0f} % of the gap to the floor of "

@@ -1,4 +1,4 @@
-"""Hold a model against recordings and show where it fails."""
+"""Compare a model with recordings and show where it fails."""
 
 from __future__ import annotations
 

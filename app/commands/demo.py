@@ -1,4 +1,4 @@
-"""Watch the whole story: hide an effect, film it, track it, find it again."""
+"""Run a complete example: simulate a hidden effect, film it, track it, find it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> None:
     out.print("2. The camera measures the fin's angle.")
     with progress("tracking") as show:
         recording = read(place, progress=show)
-    out.print("3. The model is held against the measurement: what is missing?")
+    out.print("3. The model is compared with the measurement: what is missing?")
     with progress("diagnosing") as show:
         result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)
     values = result.to_dict()

@@ -37,7 +37,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         action="append",
         default=[],
-        help="recording that decides which effects enter (may be repeated); else blocks of time do",
+        help="validation recording: decides which effects are added (may be repeated; default: "
+        "blocks of time)",
     )
     parser.add_argument(
         "--test",
@@ -45,23 +46,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         action="append",
         default=[],
-        help="recording whose error is reported and decides nothing (may be repeated)",
+        help="test recording: its error is reported and decides nothing (may be repeated; "
+        "default: blocks of time)",
     )
     parser.add_argument(
-        "--auto", action="store_true", help="add the best effect, refit, repeat, up to the floor"
+        "--auto",
+        action="store_true",
+        help="add the best effect, refit, repeat, until the error reaches the floor (noise and "
+        "tolerance together)",
     )
     parser.add_argument(
         "--tolerance",
         metavar="DEG",
         type=error_deg,
-        help="error that no model is asked to beat (default: 0.05 %% of the moved range)",
+        help="an error this small needs no further effect (default: 0.05 %% of the moved range)",
     )
     parser.add_argument(
         "--next",
         metavar="command.csv",
         type=any_path,
         dest="next_command",
-        help="write the command that would tell apart what this recording cannot",
+        help="write a command that distinguishes the models that this recording cannot distinguish",
     )
     parser.add_argument(
         "--limits",
@@ -73,7 +78,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--draft",
         metavar="EFFECT.py",
         type=any_path,
-        help="write a law of what no effect accounts for, as a plugin file to read and name",
+        help="write a law for the error that no effect explains, as a plugin file",
     )
     add_seed(parser)  # kept for scripts: the climb has no chance in it
     add_model_output(parser)
@@ -113,9 +118,12 @@ def run(args: argparse.Namespace) -> None:
     show_diagnosis(out, values)
     if args.next_command is not None:
         if result.proposal is None:
-            out.print(f"{args.next_command}: not written, no two models are left to tell apart")
+            out.print(f"{args.next_command}: not written, there are no two models to distinguish")
         elif not result.proposal.recommended:
-            out.print(f"{args.next_command}: not written, no command within the limits decides")
+            out.print(
+                f"{args.next_command}: not written, no command within the limits distinguishes "
+                "the models"
+            )
         else:
             result.proposal.excitation.save(args.next_command)
             out.print(f"{args.next_command}: {result.proposal.command}")
@@ -143,9 +151,13 @@ def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
             write_text(args.draft, result.law.draft)
             out.print(f"{args.draft}: read it, name it, and add --plugin {args.draft}")
     elif args.draft is not None:
-        why = "no law was found for what remains" if args.auto else "only --auto looks for a law"
+        why = (
+            "no law was found for the remaining error"
+            if args.auto
+            else "only --auto searches for a law"
+        )
         if args.auto and result.verdict != "unexplained":
-            why = "nothing is left to explain"
+            why = "no error remains to explain"
         out.print(f"{args.draft}: not written, {why}")
 
 

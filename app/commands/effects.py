@@ -1,4 +1,4 @@
-"""Show the catalogue of physical effects, or one of them in full."""
+"""Show the catalogue of physical effects, or all about one of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Design a command that tells more, and say what a command or a recording tells."""
+"""Design a command; report what a command or a recording can determine."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ SHAPES = {
     "multisine": "odd random-phase multisine from --low to --high with detection lines, periodic",
     "prbs": "pseudo-random binary sequence, one bit each --dwell; much power at all frequencies",
     "triangle": "triangles at the full and a quarter of the angle (--frequency); play and friction",
-    "sine": "one sine (--frequency); two numbers, gain and phase",
-    "standard": "rest, steps, chirp, triangles at two amplitudes, multisine: a bit of everything",
-    "optimal": "the mix that determines the parameters --for of --model best",
+    "sine": "one sine (--frequency); determines only gain and phase",
+    "standard": "rest, steps, chirp, triangles at two amplitudes, multisine: for a first recording",
+    "optimal": "the combination that best determines the parameters --for of --model",
 }
 """The shapes with a line each; tests hold the names to those of models/excitation/_design.py."""
 
@@ -45,13 +45,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--check",
         metavar="REC|command.csv",
         type=any_path,
-        help="say whether this command determines the parameters of --model",
+        help="report whether this command determines the parameters of --model",
     )
     what.add_argument(
         "--analyse",
         metavar="REC",
         type=any_path,
-        help="even and odd distortion in the answer to an odd multisine, without any model",
+        help="even and odd distortion in the response to an odd multisine, without a model",
     )
     parser.add_argument(
         "-o", "--output", metavar="command.csv", type=any_path, help="file to write"

@@ -28,13 +28,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
             metavar="ID,ID",
             type=identifiers,
             default=[],
-            help="effects to fit beside the linear core; see servosight effects",
+            help="effects to fit together with the linear core; see servosight effects",
         )
     )
     parser.add_argument(
         "--method",
         default="combination",
-        help="combination (genetic operators and swarm, default), ga, pso or gradient",
+        help="combination (genetic algorithm and particle swarm, default), ga, pso or gradient",
     )
     add_fixed(parser)
     add_seed(parser)

@@ -1,4 +1,4 @@
-"""Bring a log of another program in: bam's JSON, CSV with other headers, EMPS .mat."""
+"""Convert a log of another program: bam's JSON, CSV with other headers, EMPS .mat."""
 
 from __future__ import annotations
 
@@ -21,12 +21,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="which column is the time, command, angle or sigma, such as angle=pos:rad",
     )
-    parser.add_argument("--unit", help="unit of command, angle and sigma where none is named: deg")
+    parser.add_argument(
+        "--unit", help="unit of command, angle and sigma where none is named (default: deg)"
+    )
     parser.add_argument(
         "--unit-scale",
         metavar="DEG",
         type=number,
-        help="degrees that show one unit of an output that is no angle",
+        help="degrees that one unit of the output is shown as, where the output is not an angle",
     )
     add_pulse(parser)
     add_force(parser)

@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="REC",
         nargs="*",
         type=any_path,
-        help="its recordings, in their order (default: where they were)",
+        help="its recordings, in the same order (default: the paths saved in it)",
     )
     parser.add_argument(
         "-o", "--output", metavar="REPORT.html", type=any_path, required=True, help="page to write"

@@ -1,4 +1,4 @@
-"""Make a synthetic recording: the twin in MuJoCo, filmed, with its truth beside it."""
+"""Make a synthetic recording: a servo simulated in MuJoCo, its video, its true values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="SCENARIO.toml",
         nargs="?",
         type=any_path,
-        help="default: the standard one",
+        help="a scenario file (default: the standard scenario)",
     )
     with_effects(
         parser.add_argument(
@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             metavar="ID",
             action="append",
             default=[],
-            help="hide this effect in the twin (may be repeated)",
+            help="hide this effect in the simulated servo (may be repeated)",
         )
     )
     parser.add_argument(
@@ -34,9 +34,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="ID.param=VALUE",
         action="append",
         default=[],
-        help="with this strength, such as backlash.gap=1.5; or the servo's own k, T, xi, bias",
+        help="set a parameter of it, such as backlash.gap=1.5, or the servo's own k, T, xi, bias",
     )
-    parser.add_argument("--video", action="store_true", help="film it: video in place of angles")
+    parser.add_argument(
+        "--video", action="store_true", help="film the servo: write a video instead of angles"
+    )
     add_seed(parser, default=None)
     parser.add_argument(
         "-o", "--output", metavar="REC", type=any_path, required=True, help="folder to write"

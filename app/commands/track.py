@@ -29,7 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--method",
         metavar="NAME",
         default="refine",
-        help="refine: fit to the noise (default); match: template matching as in the paper; "
+        help="refine: fit to all pixels (default); match: template matching as in the paper; "
         "marker: as --marker",
     )
     parser.add_argument(
@@ -42,20 +42,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--light",
         metavar="X,Y",
         type=point,
-        help="a light that shows the command, found where not given [px]",
+        help="a light that shows the command (default: searched for) [px]",
     )
     parser.add_argument(
         "--marker", choices=("aruco", "apriltag"), help="follow a marker stuck on the surface"
     )
     parser.add_argument(
-        "--id", metavar="N", type=int, help="its number, else the one that moves farthest"
+        "--id", metavar="N", type=int, help="its number (default: the marker that moves farthest)"
     )
-    second = parser.add_argument_group("a second part, such as the horn; into horn.csv beside")
-    second.add_argument("--second", action="store_true", help="look for one that moves, too")
+    second = parser.add_argument_group(
+        "a second part, such as the horn; written to horn.csv beside angle.csv"
+    )
+    second.add_argument("--second", action="store_true", help="search for a second part that moves")
     second.add_argument(
         "--second-template", metavar="X,Y,W,H", type=box, help="box around it, first frame [px]"
     )
-    second.add_argument("--second-pivot", metavar="X,Y", type=point, help="what it turns about")
+    second.add_argument(
+        "--second-pivot", metavar="X,Y", type=point, help="its centre of rotation [px]"
+    )
     drawn = parser.add_argument_group("pictures of the result")
     drawn.add_argument(
         "--draw",
@@ -66,7 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--overlay",
         metavar="FILE.mp4",
         type=any_path,
-        help="the video with what was found drawn in",
+        help="the video with the result drawn on it",
     )
     drawn.add_argument(
         "--sheet", metavar="FILE.png", type=any_path, help="the frames with the largest uncertainty"

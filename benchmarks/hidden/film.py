@@ -5,9 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import servosight as ss
 from servosight.models.core import Recording
-from servosight.tracking.core import TrackOptions
-from servosight.tracking.track import track
 
 from .draw import Setup
 
@@ -17,15 +16,15 @@ VIDEO = "film.mkv"
 def film(setup: Setup) -> Recording:
     """Angle and sigma that the tracker measures in the trial's video, given only the exposure time.
 
-    The film's first frame starts with the command's clock. Frames that did not measure the angle
-    are left out, as ``servosight track`` does.
+    The first frame of the film is at time 0 of the command. Frames that did not measure the angle
+    are left out, as in ``angle.csv``.
     """
     from servosight.sim.film import render_video
 
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / VIDEO
         render_video(setup.trajectory(), setup.camera, video, seed=setup.stream(8))
-        found = track(video, TrackOptions(exposure_s=setup.camera.exposure_s))
+        found = ss.track(video, exposure_s=setup.camera.exposure_s)
     seen = found.measured
     return Recording(
         name=setup.name,

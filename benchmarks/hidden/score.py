@@ -68,7 +68,7 @@ def unexplained(line: Line) -> bool:
 
 
 def in_group(line: Line) -> bool:
-    """True where the truth was named, or reported as what cannot be told from what was named."""
+    """True where the truth was named, or reported as indistinguishable from it."""
     wanted = set(hidden(line))
     reported = [set(effects) for effects in line["alternatives"]]
     return named(line) or wanted <= set(line["group"]) or wanted in reported

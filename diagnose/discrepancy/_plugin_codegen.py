@@ -18,7 +18,7 @@ _HEAD = '''"""Drafted by servosight diagnose: terms without a name yet.
 {said}
 
 Read each equation. Where it makes sense, give it a name (id, and the file's), a cause and a test by
-hand; then `servosight diagnose REC --auto --plugin THIS_FILE.py` lets it compete with the others.
+hand; then `servosight diagnose REC --auto --plugin THIS_FILE.py` tries it with the other effects.
 """
 
 import math
@@ -34,10 +34,10 @@ _EFFECT = """
     parameters=(
 {parameters}    ),
     equation={equation},
-    looks_like="fill in: what one sees of it in a recording",
-    cause="fill in: what in the servo makes it",
+    looks_like="fill in: how it shows in a recording",
+    cause="fill in: what in the servo causes it",
     confirm="fill in: a test by hand that only this passes",
-    remedy="fill in: what a workshop does about it",
+    remedy="fill in: what helps against it",
     source="drafted from a recording by servosight diagnose",
     starts={name}_starts,
     term={name}_term,

@@ -127,7 +127,7 @@ def _sentence(terms: list[BasisTerm], closed: float) -> str:
     words = ", and ".join(term.words for term in terms)
     share = f"{100.0 * min(closed, 1.0):.0f} %"
     return (
-        f"The missing torque goes {words}: this closes {share} of the gap between the error on "
+        f"The missing torque {words}: this closes {share} of the gap between the error on "
         f"test data and the floor."
     )
 

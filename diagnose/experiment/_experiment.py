@@ -46,7 +46,7 @@ _LIBRARY: tuple[tuple[str, float, Form], ...] = (
 
 @dataclass(frozen=True)
 class Experiment:
-    """A command with the candidates' answers, and what it would tell of each pair."""
+    """A command with the candidates' responses, and how well it distinguishes each pair."""
 
     design: Design
     answers: tuple[PredictedExperiment, ...]

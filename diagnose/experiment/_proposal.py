@@ -1,4 +1,4 @@
-"""The experiment to run next, as plain values, and what it would tell in words."""
+"""The experiment to run next, as plain values, and in words what it would distinguish."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Separation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Proposal:
-    """The best experiment that the limits allow, and what it would tell.
+    """The best experiment that the limits allow, and what it would distinguish.
 
     ``command`` and ``limits`` are words, ``time_s`` and ``command_deg`` (rows,) the command itself.
     It is ``recommended`` only where it decides between two of the models at least, and ``decides``
@@ -99,15 +99,15 @@ class Proposal:
         undecided = [one for one in self.separations if not one.decides(self.tolerance_deg)]
         widest = max(undecided, key=lambda one: one.difference_deg)
         pairs = ", ".join(one.pair for one in undecided)
-        none = f"Within {self.limits} no command would tell {pairs} apart"
+        none = f"Within {self.limits} no command would distinguish {pairs}"
         if widest.difference_deg < self.tolerance_deg:
             return (
                 f"{none}: with the best, the {self.command}, they differ by up to "
                 f"{widest.difference_deg:.2g} deg, less than the tolerance of "
-                f"{self.tolerance_deg:.2g} deg, so in degrees it does not matter which is right."
+                f"{self.tolerance_deg:.2g} deg, so for the angle it does not matter which is right."
             )
         return (
-            f"{none} for sure: with the best, the {self.command}, they differ by up to "
+            f"{none} reliably: with the best, the {self.command}, they differ by up to "
             f"{self._size(widest)}. Allow a larger or faster command, or see `servosight effects` "
             f"for a test by hand."
         )
@@ -115,6 +115,6 @@ class Proposal:
     def _size(self, one: Separation) -> str:
         return (
             f"{one.difference_deg:.2g} deg, {one.difference_deg / self.noise_deg:.2g} times the "
-            f"noise (in all frames a log-likelihood of {one.log_likelihood:.3g}, where {DECIDES:g} "
-            f"decide)"
+            f"noise (a log-likelihood difference of {one.log_likelihood:.3g} over all frames; "
+            f"{DECIDES:g} is enough)"
         )

@@ -47,7 +47,10 @@ def lead(judged: Sequence[Judged], found: Sequence[Finding], floor_deg: float) -
     """One sentence on the error as a whole, before the findings."""
     rms = Case.of(judged, floor_deg, floor_deg).rms_deg
     if not found and rms <= EXPLAINED * floor_deg:
-        return f"The error ({rms:.3g} deg rms) is no larger than the floor: nothing stands out."
+        return (
+            f"The error ({rms:.3g} deg rms) is no larger than the floor: no test finds a "
+            f"systematic error."
+        )
     if not found:
         return (
             f"The error ({rms:.3g} deg rms) is above the floor of {floor_deg:.3g} deg, but no test "

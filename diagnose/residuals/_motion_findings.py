@@ -52,8 +52,8 @@ def _motion(case: Case) -> Iterator[Finding]:
     speed = _speed_words(case)
     yield case.finding(
         "motion",
-        f"The error is largest {_WORDS[kinds[worst]]} ({100 * error[worst]:.0f} % of its square "
-        f"in {100 * time[worst]:.0f} % of the time){speed}.",
+        f"The error is largest {_WORDS[kinds[worst]]} ({100 * error[worst]:.0f} % of the "
+        f"squared error in {100 * time[worst]:.0f} % of the time){speed}.",
         float(error[worst]),
         grouped(case.samples, sizes, groups).p,
     )

@@ -77,8 +77,8 @@ class Split:
 
 def _too_short(name: str) -> str:
     return (
-        f"{name}: too short for blocks of one second to fit, to validate and to test on; its "
-        f"validation error is reported, on data that chose the effects"
+        f"{name}: too short to be split into fit, validation and test blocks of one second; the "
+        f"reported error is the validation error, of the data that chose the effects"
     )
 
 

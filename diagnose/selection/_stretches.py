@@ -164,9 +164,10 @@ def _note(recording: Recording, starts: Array) -> str:
     used = STRETCH_S * len(starts)
     when = ", ".join(f"{at:.0f}" for at in starts)
     return (
-        f"{recording.name}: too long to try models on, so that {len(starts)} stretches of "
-        f"{STRETCH_S:g} s stand for its {recording.duration_s:,.0f} s, those that cover angles, "
-        f"speeds, accelerations and reversals best (from {when} s on). This makes sigmas larger, "
+        f"{recording.name}: too long to try models on all of it: {len(starts)} stretches of "
+        f"{STRETCH_S:g} s are used instead of its {recording.duration_s:,.0f} s, those that cover "
+        f"angles, speeds, accelerations and reversals best (from {when} s on). This makes sigmas "
+        "larger, "
         f"by a factor of {np.sqrt(recording.duration_s / used):.2g} at most; `servosight identify` "
         f"with `--effects` fits the whole recording"
     )

@@ -62,7 +62,7 @@ class Direction:
             size += f"{self.difference_deg / noise_deg:.2g} times the noise"
         if len(named) == 1:
             return f"{next(iter(named))} is determined worst: {moves[0]} {size}"
-        return f"{_and(list(named))} trade off: {_and(moves)} {size}"
+        return f"{_and(list(named))} are determined only together: {_and(moves)} {size}"
 
 
 @dataclass(frozen=True)

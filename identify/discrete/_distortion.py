@@ -80,7 +80,7 @@ class Distortion:
                 ratio = level.rms_deg / max(level.noise_deg, 1e-12)
                 parts.append(
                     f"{name} distortion of {level.rms_deg:.2g} deg rms, {share:.2g} % of the "
-                    f"answer and {ratio:.3g} times the noise there: {cause}"
+                    f"response and {ratio:.3g} times the noise there: {cause}"
                 )
             elif level.lines:
                 parts.append(f"No {name.lower()} distortion above {level.noise_deg:.2g} deg rms")

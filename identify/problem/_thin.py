@@ -38,8 +38,8 @@ def thinned(
         short = _every(recording, step)
         found.append(short)
         notes.append(
-            f"{recording.name}: of {size:,} samples one in {step} is scored, "
-            f"{short.time_s.size:,} in all; the simulation passes through the whole recording. "
+            f"{recording.name}: of {size:,} samples one in {step} is compared with the model, "
+            f"{short.time_s.size:,} in all; the whole recording is simulated. "
             f"This makes sigmas larger, by a factor of {np.sqrt(step):.2g} at most"
         )
     return found, notes

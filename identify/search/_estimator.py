@@ -124,7 +124,7 @@ def drive(
         path.append(best)
         estimator.tell(points, answers)
     if best is None:
-        raise ValueError(f"the estimator had stopped before it began: {estimator.stopped}")
+        raise ValueError(f"the estimator had stopped before its first step: {estimator.stopped}")
     reason = estimator.stopped or Stop(
         StopReason.BUDGET, f"budget of {budget} evaluations spent; raise it to go on"
     )

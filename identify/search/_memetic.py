@@ -72,7 +72,7 @@ class MemeticSearch:
             self._descent = LevenbergMarquardt(best, bounds.low, bounds.high, self.scale)
         elif self.population.stopped or self._without_gain >= self.options.patience:
             count = self._without_gain
-            words = f"converged: {count} generations found nothing better to polish"
+            words = f"converged: {count} generations found no better point to refine"
             self.stopped = Stop(StopReason.CONVERGED, words)
 
     def _refine(self, descent: LevenbergMarquardt, points: Array, residuals: Array) -> None:

@@ -245,13 +245,13 @@ class Uncertainty:
         if coordinate.parameter.reciprocal and self.profile.rise(index, 0.0) < CHI_SQUARE_95:
             return None, (
                 f"{coordinate.name} cannot be determined from this recording: a model without it "
-                f"fits as well{self._limit(index)}; use an excitation that reaches it"
+                f"fits as well{self._limit(index)}; use a command that reaches it"
             )
         if self.timed[index]:
             return None, (
                 f"{coordinate.name} cannot be distinguished from camera latency: the offset "
-                f"between command and video is not known; put a light that the command switches "
-                f"into view, or state offset_sigma_s in recording.toml"
+                f"between command and video is not known; film a light that the command "
+                f"switches, or state offset_sigma_s in recording.toml"
             )
         sigma: float | None = None
         if np.isfinite(self.plain_sigma[index]):
@@ -263,7 +263,7 @@ class Uncertainty:
         if sigma is None or not np.isfinite(sigma) or sigma > _VAGUE * (abs(value) + 1e-9):
             return None, (
                 f"{coordinate.name} cannot be determined from this recording: changing it hardly "
-                f"changes the prediction; use an excitation that moves it"
+                f"changes the prediction; use a command on which it has an influence"
             )
         return sigma, None
 

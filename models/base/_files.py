@@ -174,7 +174,7 @@ def _check_values(name: str, table: Mapping[str, Any]) -> None:
 
 def _too_deep(name: str) -> InputError:
     return InputError(
-        f"{name}: is no TOML or JSON that can be read, for tables or lists stand more than "
+        f"{name}: is no TOML or JSON that can be read, for tables or lists are nested more than "
         f"{DEEPEST} levels deep in each other, expected a few; check that it is the right file"
     )
 

@@ -141,7 +141,7 @@ def _check_keys(
         if notes and alike:
             raise InputError(
                 f"{source}: unknown key {key}, expected {prefix}{alike[0]}; rename it or, if it is "
-                f"a note of your own, choose a name less alike"
+                f"a note of your own, choose a name that differs more"
             )
         if not notes:
             meant = f" (did you mean {prefix}{alike[0]}?)" if alike else ""

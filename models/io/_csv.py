@@ -54,7 +54,8 @@ class Sheet:
         except ValueError:
             shown = repr(cell.strip()[:40]) if cell.strip() else "empty"
             raise InputError(
-                f"{self.path}, row {line}: column {name} is {shown}, expected a number; mend the "
+                f"{self.path}, row {line}: column {name} is {shown}, expected a number; correct "
+                "the "
                 f"cell or delete the row"
             ) from None
 
@@ -97,7 +98,7 @@ def read_sheet(path: Path) -> Sheet:
         if row.count(delimiter) != len(header) - 1:
             raise InputError(
                 f"{path}, row {number}: the row has {row.count(delimiter) + 1} fields, expected "
-                f"{len(header)} as in the header; mend the row or delete it"
+                f"{len(header)} as in the header; correct the row or delete it"
             )
     return Sheet(path, header, tuple(rows[1:]), tuple(numbers[1:]), delimiter)
 
@@ -129,7 +130,7 @@ def _check_header(path: Path, number: int, header: tuple[str, ...]) -> None:
     for place, name in enumerate(header):
         if name and name in header[:place]:
             raise InputError(
-                f"{path}, row {number}: column {name} stands twice, expected each name once; "
+                f"{path}, row {number}: column {name} appears twice, expected each name once; "
                 f"rename or remove one"
             )
     if all(_is_number(name) for name in header):

@@ -53,7 +53,7 @@ def check_finite(series: Series) -> None:
     bad = np.flatnonzero(~np.isfinite(series.raw))
     if bad.size:
         raise InputError(
-            f"{series.at(bad[0])}, expected a finite number; mend the value or delete the "
+            f"{series.at(bad[0])}, expected a finite number; correct the value or delete the "
             f"{series.word}"
         )
 
@@ -119,7 +119,7 @@ def check_sigma(sigma: Series) -> None:
     bad = np.flatnonzero(sigma.values <= 0.0)
     if bad.size:
         raise InputError(
-            f"{sigma.at(bad[0])}, expected a standard deviation above 0; mend it or leave the "
+            f"{sigma.at(bad[0])}, expected a standard deviation above 0; correct it or leave the "
             f"column out"
         )
 

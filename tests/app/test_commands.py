@@ -91,12 +91,15 @@ def test_identify_then_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("0.05,left,1", ("log.csv", "row 7", "command_deg", "'left'", "expected a number", "mend")),
-        ("0.05,1,nan", ("log.csv", "row 7", "angle_deg", "expected a finite number", "mend")),
+        (
+            "0.05,left,1",
+            ("log.csv", "row 7", "command_deg", "'left'", "expected a number", "correct"),
+        ),
+        ("0.05,1,nan", ("log.csv", "row 7", "angle_deg", "expected a finite number", "correct")),
         ("0.04,1,1", ("log.csv", "row 7", "stands still", "expected rising", "delete")),
         ("0.03,1,1", ("log.csv", "row 7", "runs back", "expected rising", "sort")),
         ("0.05,1,1e6", ("log.csv", "row 7", "angle_deg", "expected degrees", "unit")),
-        ("0.05,1", ("log.csv", "row 7", "2 fields", "expected 3", "mend")),
+        ("0.05,1", ("log.csv", "row 7", "2 fields", "expected 3", "correct")),
     ],
 )
 @pytest.mark.parametrize("command", ["identify", "diagnose"])

@@ -72,7 +72,7 @@ def test_the_papers_sine_is_found_wanting_and_an_optimal_command_is_not(
     assert main(["excite", "--check", str(sine), "--model", str(card)]) == 0
     text = capsys.readouterr().out
     assert "does not determine" in text
-    assert "T and xi trade off" in text
+    assert "T and xi are determined only together" in text
     assert "Within the same limits `servosight excite" in text
     words = ["excite", "optimal", "--model", str(card), "--for", "T,xi", "--rate", "126"]
     assert main([*words, "--duration", "10", "-o", str(better)]) == 0

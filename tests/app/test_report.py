@@ -260,7 +260,7 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     rivals = Table(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
-    assert "cannot tell backlash from dead zone; presliding" in page.text
+    assert "cannot distinguish backlash from dead zone; presliding" in page.text
     assert "cannot tell backlash from dead zone; or from presliding" in page.text
 
 
@@ -291,7 +291,7 @@ def test_the_proposed_experiment_is_drawn(
     assert "experiment" in page.ids
     assert made.words in page.text
     assert "backlash or dead zone" in page.text
-    assert "No command within these limits decides for sure" in page.text
+    assert "No command within these limits distinguishes all models" in page.text
     undecided = Proposal.of(made, limits, (pair,), 0.02, 0.01)
     for without in (None, undecided):
         _, page = written(tmp_path / "without.html", replace(found, proposal=without), [recording])

@@ -139,7 +139,7 @@ def test_what_nothing_tells_apart_is_said() -> None:
     found = propose(trials, models, NOISE_DEG, TOLERANCE_DEG)
     assert not found.decides
     assert not found.recommended
-    assert "no command would tell dead_zone and backlash apart" in found.sentence
+    assert "no command would distinguish dead_zone and backlash" in found.sentence
     with pytest.raises(ValueError, match="two candidates"):
         propose(trials[:1], models, NOISE_DEG, TOLERANCE_DEG)
 
@@ -177,5 +177,5 @@ def test_a_proposal_that_decides_some_pairs_says_which_stay_open() -> None:
     assert found.recommended
     assert not found.decides
     assert found.sentence.startswith(f"Run the {made.words}: a and b would then differ by up to")
-    assert "no command would tell a and c apart for sure" in found.sentence
+    assert "no command would distinguish a and c reliably" in found.sentence
     assert "larger or faster command" in found.sentence

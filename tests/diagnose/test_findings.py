@@ -83,7 +83,7 @@ def test_noise_is_no_finding() -> None:
     for seed in range(40):
         judged = case(seed=seed)
         assert findings([judged], NOISE_DEG, NOISE_DEG) == ()
-    assert "nothing stands out" in lead([judged], (), NOISE_DEG)
+    assert "no test finds a systematic error" in lead([judged], (), NOISE_DEG)
 
 
 def test_coloured_noise_does_not_follow_the_command() -> None:

@@ -40,7 +40,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     assert abs(change["T"]) == pytest.approx(abs(change["xi"]), rel=0.05)
     assert abs(change["k"]) < 0.01 * abs(change["T"])
     assert found.worst.difference_deg < 0.2 * NOISE_DEG
-    assert "T and xi trade off" in found.sentence
+    assert "T and xi are determined only together" in found.sentence
     assert "less than the noise" in found.sentence
     # However low the noise: the difference stays below what a model is right to.
     rows = predicted_experiment(design("sine", Limits(20.0, None, 20.0)).excitation)

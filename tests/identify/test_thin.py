@@ -28,7 +28,9 @@ def test_the_longest_recordings_lose_samples_and_the_others_none(record: Any) ->
     assert found[0] is recordings[0]
     assert sum(one.time_s.size for one in found) <= 1200 + 480
     assert len(notes) == 2
-    assert notes[1].startswith("made 2: of 3,600 samples one in 6 is scored, 600 in all")
+    assert notes[1].startswith(
+        "made 2: of 3,600 samples one in 6 is compared with the model, 600 in all"
+    )
     np.testing.assert_array_equal(found[2].angle_deg, recordings[2].angle_deg[::6])
 
 
@@ -66,7 +68,9 @@ def test_a_long_log_is_identified_within_its_sigmas(record: Any) -> None:
     recording = record(30.0, time_s=time_s, T=0.03)
     found = identify([recording], [], catalogue=catalogue(), method="gradient")
     assert found.samples == 100_000 <= MOST_SAMPLES
-    assert found.warnings[0].startswith("made 0: of 300,000 samples one in 3 is scored")
+    assert found.warnings[0].startswith(
+        "made 0: of 300,000 samples one in 3 is compared with the model"
+    )
     for name, truth in (("k", 1.027), ("T", 0.03), ("xi", 0.55)):
         one = found.actuator.parameters[name]
         assert one.sigma is not None

@@ -28,7 +28,7 @@ def noise(count: int, shape: tuple[int, int] = (64, 96)) -> list[Any]:
 
 
 def refused(call: Callable[[], object], *words: str) -> None:
-    """The sentence names the file, says what was expected and how to mend it."""
+    """The sentence names the file, says what was expected and how to fix it."""
     with pytest.raises(InputError) as raised:
         call()
     text = str(raised.value)

@@ -79,7 +79,7 @@ def acquire(
         mask = surface_mask([even[int(i)] for i in some], angles[some], grid, mask)
         if mask.sum() * _COARSE_PX**2 < 200:
             raise InputError(
-                f"{video}: no moving surface of at least 200 px stands out from the bench; "
+                f"{video}: no moving surface of at least 200 px is found in the motion; "
                 f"expected a textured surface that turns, {POINT}."
             )
         shown = [images[int(i)] for i in learnt]

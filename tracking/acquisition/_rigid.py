@@ -132,7 +132,8 @@ def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:
         use = error < 3.0 * 1.4826 * np.median(error) + 0.2
     if np.linalg.svd(stacked, compute_uv=False)[-1] < 0.02:
         raise InputError(
-            f"{video}: what moves slides instead of turning, so it has no pivot in reach; expected "
+            f"{video}: what moves slides instead of turning, so it has no pivot near the picture; "
+            "expected "
             f"a surface that turns about a hinge, {POINT}."
         )
     return np.asarray(centre)

@@ -57,7 +57,8 @@ def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]
     unknown = _UNKNOWN * frame_s
     if len(moving) < _LEAST:
         note = (
-            "exposure and readout of the camera are not given, and too little moves to find them: "
+            "exposure and readout of the camera are not given, and the motion is too small to "
+            "find them: "
             "sigma allows for a rolling shutter with a readout of up to a frame time"
         )
         return Shutters(np.zeros(1), 0.0, unknown, note)
@@ -75,7 +76,8 @@ def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]
         f"exposure {1e3 * opens_s:.2g} ms and readout {1e3 * abs(rolls_s):.2g} ms{upwards} are not "
         "given and were "
         f"found from motion blur and shear, with a sigma of {1e3 * opens_doubt_s:.1g} and "
-        f"{1e3 * rolls_doubt_s:.1g} ms: values given in [camera] of recording.toml are better"
+        f"{1e3 * rolls_doubt_s:.1g} ms: values given in [camera] of recording.toml are more "
+        "accurate"
     )
     return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note)
 

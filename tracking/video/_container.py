@@ -92,7 +92,7 @@ def check(video: Path) -> Header:
         if end_s is not None and end_s - last_s > max(4.0 * end_s / max(len(stamps), 1), 0.1):
             raise InputError(
                 f"{video}: truncated, its header declares {end_s:.3f} s and its last frame is at "
-                f"{last_s:.3f} s; expected a whole file, copy it again or cut it with FFmpeg to "
+                f"{last_s:.3f} s; expected a complete file, copy it again or cut it with FFmpeg to "
                 "what is there."
             )
         codec, rate = stream.codec_context.codec, stream.base_rate

@@ -88,7 +88,8 @@ class Film:
         if even and declared_hz is not None and abs(declared_hz / rate_hz - 1.0) > _OFF_RATE:
             notes.append(
                 f"the file declares {declared_hz:.4g} frames a second, and its presentation times "
-                f"say {rate_hz:.4g}: the times are used, a slowed or sped copy needs a frames.csv"
+                f"say {rate_hz:.4g}: the times are used; a video replayed slower or faster needs "
+                "a frames.csv"
             )
         if self.header.predicting is not None:
             notes.append(

@@ -45,7 +45,7 @@ def _row(one: Judged) -> dict[str, Any]:
         "rate_hz": 1.0 / float(np.median(np.diff(recording.time_s))),
         "range_deg": recording.moved_range_deg,
         "noise_deg": noise_deg(recording),
-        "told": recording.sigma_deg is not None,
+        "sigma_given": recording.sigma_deg is not None,
         "validation": float(np.mean(one.uses == VALIDATION)),
         "test": float(np.mean(one.uses == TEST)),
     }

@@ -34,7 +34,7 @@ def section(story: Story) -> Section | None:
     apart = [independence(samples) for samples in models]
     return Section(
         "residuals",
-        "Is what is left only noise?",
+        "Is the remaining error only noise?",
         {
             "rows": [
                 {
@@ -67,7 +67,7 @@ def _figure(story: Story, name: str, found: list[Correlation], upward: str) -> M
         axes.set_ylabel(f"{upward.rsplit(' ', 1)[0]}")
 
     named = " and ".join(model.name for model in story.models)
-    alt = f"Error's {upward}, over the lag, for {named}, with the bands that chance stays in."
+    alt = f"Error's {upward}, over the lag, for {named}, with the bands that contain chance values."
     return drawn(f"residuals-{name}", SIZE, alt, paint)
 
 

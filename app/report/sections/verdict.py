@@ -118,15 +118,15 @@ def _doubt(story: Story, result: Diagnosis) -> str | None:
     if result.effects and result.alternatives:
         others = "; ".join(_model(result.effects, other) for other in result.alternatives)
         return (
-            f"These recordings cannot tell {listed(result.effects)} from {others}: do not rely "
-            f"on the name until the next experiment has decided."
+            f"These recordings cannot distinguish {listed(result.effects)} from {others}: do not "
+            f"rely on the name until the next experiment has decided."
         )
     if result.effects and result.verdict is Verdict.UNEXPLAINED:
         judged, found = story.models[-1].judged, result.remaining
         words = [lead(judged, found, story.floor_deg), *(one.sentence for one in found[:MOST])]
         return (
-            "The fitted values make up for what is not in the catalogue; they are not physical: do "
-            f"not use them. What the remaining error shows: {' '.join(words)}"
+            "The fitted values compensate for an effect that is not in the catalogue; they are "
+            f"not physical: do not use them. What the remaining error shows: {' '.join(words)}"
         )
     return None
 

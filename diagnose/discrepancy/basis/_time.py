@@ -52,13 +52,13 @@ TIME_WAVE = BasisTerm(
         (
             coefficient("sine", "deg", "torque in phase with the first instant", -90.0, 90.0),
             coefficient("cosine", "deg", "torque a quarter of a period off", -90.0, 90.0),
-            Parameter("frequency", "Hz", 0.01, 50.0, None, "how often it comes"),
+            Parameter("frequency", "Hz", 0.01, 50.0, None, "frequency"),
         ),
         states=1,
         term=time_wave_term,
         resolution=time_wave_resolution,
     ),
-    "in waves over time, whatever the servo does",
+    "is periodic in time, independent of the motion",
     _frequencies,
     _time_waves,
     as_found,
@@ -102,18 +102,18 @@ def warmth(motion: BasisMotion, time_s: float) -> Array:
     return np.asarray(-np.expm1(-motion.time_s / time_s))
 
 
-TIME = Parameter("time", "s", 0.02, 1000.0, None, "time in which it comes")
+TIME = Parameter("time", "s", 0.02, 1000.0, None, "its time constant")
 
 TIME_DRIFT = BasisTerm(
     load(
         "time_drift",
         "load = size s, time ds/dt = 1 - s",
-        (coefficient("size", "deg", "torque in the end", -90.0, 90.0), TIME),
+        (coefficient("size", "deg", "final torque", -90.0, 90.0), TIME),
         states=1,
         term=drift_term,
         resolution=size_resolution,
     ),
-    "since the start, and then stays",
+    "grows from the start and then stays constant",
     drift_times,
     lambda motion, time: warmth(motion, time)[None, :],
     as_found,
@@ -122,12 +122,12 @@ ANGLE_DRIFT = BasisTerm(
     load(
         "angle_drift",
         "load = share s theta, time ds/dt = 1 - s",
-        (coefficient("share", "deg/deg", "torque over angle in the end", -0.9, 10.0), TIME),
+        (coefficient("share", "deg/deg", "final torque over angle", -0.9, 10.0), TIME),
         states=1,
         term=angle_drift_term,
         resolution=drift_resolution,
     ),
-    "with the angle, more and more since the start",
+    "is proportional to the angle, with a factor that grows from the start",
     drift_times,
     lambda motion, time: (warmth(motion, time) * motion.angle_deg)[None, :],
     as_found,

@@ -35,7 +35,7 @@ EFFECT = Effect(
     cause="poles of the motor through the gear, teeth that mesh badly, a bent shaft",
     confirm="switch the servo off and turn the surface by hand: detents at the period; against a "
     "sensor's error: the wobble shrinks as the loop gain rises",
-    remedy="a skewed or slotless motor, better gears, a table of the torque fed forward",
+    remedy="a skewed or slotless motor, better gears, feedforward of the torque from a table",
     source="Hanselman, Brushless Permanent Magnet Motor Design (2006), chapter 10; same form as "
     "MuJoCo's dcmotor cogging",
     starts=starts,

@@ -42,7 +42,7 @@ EFFECT = Effect(
         Parameter("step", "deg", 0.0, 30.0, 0.0, "distance of the command's levels", jumpy=True),
     ),
     equation="u_q = step round(u / step)",
-    looks_like="slow motion is a staircase whose treads all have one height; at rest the error "
+    looks_like="slow motion is a staircase with steps of one height; at rest the error "
     "is anything up to half a step, and the same command always ends at the same angle",
     cause="coarse pulse-width counter, integer degrees in the protocol",
     confirm="raise the command in steps far below 1 deg: the surface jumps by the same angle each "

@@ -25,7 +25,7 @@ EFFECT = Effect(
     "falls in proportion to frequency while the gain stays",
     cause="bus cycle, pulse-width frame, firmware loop, filtering of the command",
     confirm="step the command by 1 deg and by 20 deg and time the first movement: the wait is the "
-    "same; a light in the picture rules the camera's own latency out",
+    "same; a light in the picture excludes the camera's own latency",
     remedy="send commands faster, shorten the firmware cycle, or predict the command ahead",
     source="Astrom and Hagglund, Advanced PID Control (2006), section 2.4",
     starts=starts,

@@ -38,7 +38,7 @@ EFFECT = Effect(
     equation="drive = e - clip(e, -half_width, half_width)",
     looks_like="the surface stops short of the command by up to the half width and coasts there "
     "without sticking; slow motion lags by a constant angle",
-    cause="dead band of the pulse-width input or of the amplifier, set against hunting",
+    cause="dead band of the pulse-width input or of the amplifier, set to prevent hunting",
     confirm="creep the command by 0.1 deg at a time: nothing moves until the half width is passed; "
     "push by hand: inside the band the surface yields freely",
     remedy="reduce the dead band in the servo's settings, or add an integrator",

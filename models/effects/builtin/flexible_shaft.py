@@ -49,7 +49,7 @@ EFFECT = Effect(
     "and a phase that falls by another 180 deg",
     cause="thin shaft, long pushrod, soft surface",
     confirm="hold the servo still and tap the surface: it rings at the frequency",
-    remedy="stiffen the linkage, lighten the surface, or notch the command",
+    remedy="stiffen the linkage, lighten the surface, or a notch filter on the command",
     source="Ellis, Control System Design Guide (2012), chapter 16: compliant coupling",
     starts=starts,
     term=term,

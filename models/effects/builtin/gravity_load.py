@@ -34,7 +34,7 @@ EFFECT = Effect(
     "the way up and on the way down",
     cause="surface or arm whose centre of mass lies off the hinge",
     confirm="turn the whole bench by 90 deg: the error moves with it; or balance the surface",
-    remedy="balance weight, an integrator, or feed the weight forward",
+    remedy="balance weight, an integrator, or feedforward of the weight",
     source="Siciliano et al., Robotics (2009), section 7.3",
     starts=starts,
     term=term,

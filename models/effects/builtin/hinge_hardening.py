@@ -38,7 +38,8 @@ EFFECT = Effect(
     cause="aerodynamic hinge moment, an elastic stop, a boot or hose that is bent",
     confirm="hang weights on the surface at 10, 20 and 30 deg: the torque grows much faster than "
     "the angle; without the surface the error is gone",
-    remedy="free the hose, move the hinge towards the centre of pressure, or feed the load forward",
+    remedy="free the hose, move the hinge towards the centre of pressure, or feedforward of the "
+    "load",
     source="Etkin and Reid, Dynamics of Flight (1996), section 2.5: hinge moments; cubic as in "
     "Duffing's equation (1918)",
     starts=starts,

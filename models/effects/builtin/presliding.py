@@ -60,8 +60,8 @@ EFFECT = Effect(
     cause="elastic contact in gears, bearings and seals before they roll or slide",
     confirm="push the surface by hand by a tenth of a degree and let go: it springs back; push it "
     "further and it stays",
-    remedy="as for dry friction: lubricate, less preload, dither; a controller must not take the "
-    "spring for the load's",
+    remedy="as for dry friction: lubricate, less preload, dither; a controller must not take this "
+    "spring for one of the load",
     source="Dahl, A Solid Friction Model (1968); Canudas de Wit et al., IEEE TAC 40(3) (1995), "
     "eq. 1 to 3 without damping and Stribeck terms",
     starts=starts,

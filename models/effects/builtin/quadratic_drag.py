@@ -49,7 +49,7 @@ EFFECT = Effect(
     cause="surface in air or water, a fan's windage",
     confirm="take the surface off, or step in still air and in the stream: the difference grows "
     "with the square of the speed",
-    remedy="a smaller surface, or feed the drag forward",
+    remedy="a smaller surface, or feedforward of the drag",
     source="Hoerner, Fluid-Dynamic Drag (1965), chapter 1",
     starts=starts,
     term=term,

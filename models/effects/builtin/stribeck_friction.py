@@ -53,12 +53,12 @@ EFFECT = Effect(
     place=Place.FRICTION,
     parameters=(
         Parameter("level", "deg", 0.0, 90.0, 0.0, "friction at speed", TORQUE),
-        Parameter("excess", "deg", 0.0, 90.0, 0.0, "what friction has more at rest", TORQUE),
+        Parameter("excess", "deg", 0.0, 90.0, 0.0, "additional friction at rest", TORQUE),
         Parameter("speed", "deg/s", 0.1, 1000.0, None, "speed at which e^-1 of the excess is left"),
     ),
     equation="friction = (level + excess exp(-(w / speed)^2)) sign(w); sticks while "
     "|drive - load| <= level + excess",
-    looks_like="slow motion goes by jerks: it sticks, leaps and sticks again, while faster motion "
+    looks_like="slow motion is jerky: it sticks, jumps and sticks again, while faster motion "
     "is smooth; the breakaway torque exceeds what keeps it moving",
     cause="lubricated gears and bearings, seals after a rest",
     confirm="creep the command at 1, 5 and 20 deg/s: the jerks vanish above one speed; the torque "

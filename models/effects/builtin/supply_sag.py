@@ -34,7 +34,7 @@ EFFECT = Effect(
     place=Place.DRIVE,
     parameters=(
         Parameter("sag", "1/deg", 0.0, 10.0, 0.0, "share lost for each degree", Scaling(gain=1.0)),
-        Parameter("time", "s", 2e-3, 20.0, None, "time in which the supply gives way"),
+        Parameter("time", "s", 2e-3, 20.0, None, "time constant of the voltage drop"),
     ),
     equation="drive = e (1 - sag s), time ds/dt = |e| - s",
     looks_like="after hard work the servo is slower than before it, and recovers while it rests; "

@@ -32,9 +32,9 @@ EFFECT = Effect(
         Parameter("limit", "deg", 1e-2, float("inf"), float("inf"), "largest drive torque", TORQUE),
     ),
     equation="drive = clip(e, -limit, limit)",
-    looks_like="large steps accelerate no faster than middling ones and settle late; small steps "
+    looks_like="large steps accelerate no faster than medium ones and settle late; small steps "
     "follow the linear model",
-    cause="current limit, voltage limit of the amplifier (the back-EMF then sits in xi)",
+    cause="current limit, voltage limit of the amplifier (the back-EMF is then part of xi)",
     confirm="compare the first 20 ms of steps of 5, 10 and 20 deg: beyond the limit the "
     "acceleration stops growing; watch the supply current",
     remedy="stronger motor or supply, a lower command slope, or a limit on the command",

@@ -102,13 +102,13 @@ def _torque(path: Path, index: int, entry: Any) -> bool:
     if not isinstance(entry, dict):
         raise InputError(
             f"{path}, entry {index}: is {str(entry)[:40]!r}, expected an object with timestamp, "
-            f"goal_position and position; mend or delete it"
+            f"goal_position and position; correct or delete it"
         )
     torque = entry.get("torque_enable", True)
     if torque not in (True, False):
         raise InputError(
             f"{path}, entry {index}: key torque_enable is {str(torque)[:40]!r}, expected true or "
-            f"false; mend it"
+            f"false; correct it"
         )
     return bool(torque)
 
@@ -122,7 +122,7 @@ def _numbers(
         if isinstance(value, bool) or not isinstance(value, int | float):
             shown = "missing" if key not in entries[index] else f"{str(value)[:40]!r}"
             raise InputError(
-                f"{path}, entry {index}: key {key} is {shown}, expected a number; mend it or "
+                f"{path}, entry {index}: key {key} is {shown}, expected a number; correct it or "
                 f"delete the entry"
             )
         try:

@@ -78,7 +78,8 @@ def _variables(path: Path) -> dict[str, Any]:
         lines = reader.stderr.decode("utf-8", "replace").strip().splitlines()
         why = lines[-1][:120] if lines and reader.returncode > 0 else "its header is damaged"
     raise InputError(
-        f"{path}: cannot be read as a MATLAB file ({why}); expected a whole file of version 7.2 or "
+        f"{path}: cannot be read as a MATLAB file ({why}); expected a complete file of version "
+        "7.2 or "
         f"older, so save it with -v7"
     )
 

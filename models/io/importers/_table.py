@@ -54,7 +54,7 @@ def _column(sheet: Sheet, quantity: str, request: Request) -> Column | None:
     if whole in sheet.header:  # the name itself has a colon in it
         return Column(whole)
     raise InputError(
-        f"{sheet.path}, row 1: no column {column.name}, expected one of {_names(sheet)}; mend "
+        f"{sheet.path}, row 1: no column {column.name}, expected one of {_names(sheet)}; correct "
         f"--map {quantity}={column.name}"
     )
 

@@ -55,7 +55,7 @@ def test_what_is_rare_is_covered() -> None:
     assert len(spans) == 3
     for middle in (204.0, 431.0):
         assert any(start + 1.0 <= middle <= end for start, end in spans)
-    assert note.startswith("idle: too long to try models on, so that 3 stretches of 12 s stand")
+    assert note.startswith("idle: too long to try models on all of it: 3 stretches of 12 s are")
     assert "by a factor of 4.1 at most" in note
     assert "`servosight identify`" in note
 
