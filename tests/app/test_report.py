@@ -261,7 +261,7 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
     assert "cannot distinguish backlash from dead zone; presliding" in page.text
-    assert "cannot tell backlash from dead zone; or from presliding" in page.text
+    assert "cannot distinguish backlash from dead zone; or from presliding" in page.text
 
 
 def test_findings_are_told_as_they_are(
