@@ -73,7 +73,7 @@ def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     )
 
 
-def add_fixed(parser: argparse.ArgumentParser) -> None:
+def add_fixed(parser: argparse._ActionsContainer) -> None:
     """``--fix NAME=VALUE``, repeatable."""
     parser.add_argument(
         "--fix",

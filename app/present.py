@@ -33,16 +33,19 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
 
 def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     """The ladder, the verdict, the parameters, where it fails, what to try."""
+    from servosight.diagnose import named_model
+
+    first = named_model(result["ladder"][0]["effects"])
     show_ladder(out, result["ladder"], result["floor_deg"])
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
     if result["verdict"] != "no_effect_missing":
-        show_where(out, result["where"], "where the linear model fails")
+        show_where(out, result["where"], f"where the {first} fails")
     if result.get("regimes"):
         show_regimes(out, result["regimes"])
     if result.get("findings"):
-        show_findings(out, result["findings"], "What the error of the linear model shows:")
+        show_findings(out, result["findings"], f"What the error of the {first} shows:")
     if result.get("next_experiment"):
         out.print(f"To learn more: {result['next_experiment']}")
 
@@ -158,7 +161,7 @@ def _change(rung: Mapping[str, Any]) -> str:
     """What a rung added to the model and took from it."""
     added, removed = rung["added"], rung.get("removed")
     signs = ([f"+ {added}"] if added else []) + ([f"- {removed}"] if removed else [])
-    return ", ".join(signs) or "linear"
+    return ", ".join(signs) or ", ".join(["linear", *(f"+ {name}" for name in rung["effects"])])
 
 
 def _bar(value: float | None, largest: float) -> str:

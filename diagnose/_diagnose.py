@@ -23,6 +23,7 @@ from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,
     ModelSelection,
+    PriorKnowledge,
     Resolution,
     Selected,
     SelectionPolicy,
@@ -54,6 +55,7 @@ def diagnose(
     limits: Limits | None = None,
     policy: SelectionPolicy | None = None,
     most_rows: int = MOST_ROWS,
+    prior: PriorKnowledge | None = None,
     progress: StageProgress = silent,
 ) -> Diagnosis:
     """Compare the linear model with recordings, rank what could be missing; add with ``auto``.
@@ -65,7 +67,8 @@ def diagnose(
     ``tolerance`` [deg] is what no model need be right within (default 0.05 % of the moved range).
     ``limits`` bound the next experiment (default: what the recordings' commands have used).
     Recordings with more than ``most_rows`` rows of command and samples together are diagnosed on
-    stretches of the long ones; a warning says so.
+    stretches of the long ones; a warning says so. ``prior`` is what is known before: the first step
+    is then a model with those effects.
     """
     # Longer than others because it fills every field of the result, and does nothing else.
     began = time.perf_counter()
@@ -85,13 +88,13 @@ def diagnose(
     fitted = sum(map(len, parts[: len(recordings)]))
     chosen = fitted + sum(map(len, parts[len(recordings) :][: len(validate)]))
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
-    models = _models(*split, catalogue, criterion)
+    models = _models(*split, catalogue, criterion, prior or PriorKnowledge())
     selector = StepwiseSelector(models, criterion, progress)
     selected = selector.select() if auto else selector.first_step()
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
     ladder = Table(_step(models, criterion, step) for step in selected.steps)
     verdict = _verdict(models, criterion, last)
-    effects = _in_order(selected)
+    effects = _in_order(models, selected)
     resolution = Resolution(noise, criterion)
     candidates = _candidates(models, selected, resolution)
     rivals = _rivals(models, selected, resolution, auto)
@@ -113,7 +116,7 @@ def diagnose(
         candidates=candidates,
         where=Table(worst_windows(judged)),
         findings=Table(findings(judged, floor, noise)),
-        remaining=Table(findings(judged_last, floor, noise) if last.effects else ()),
+        remaining=Table(findings(judged_last, floor, noise) if _grown(selected) else ()),
         alternatives=tuple(rival.effects for rival in rivals[1:]),
         next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto, known),
         proposal=proposal,
@@ -128,6 +131,7 @@ def diagnose(
         ),
         seconds=time.perf_counter() - began,
         regimes=Table(known.regimes),
+        known=models.known,
     )
 
 
@@ -137,13 +141,14 @@ def _models(
     test: Sequence[Recording],
     catalogue: Mapping[str, Effect],
     criterion: AcceptanceCriterion,
+    known: PriorKnowledge,
 ) -> ModelSelection:
     """Where what is missing shows in the validation samples alone, another third is held out.
 
     No effect can be fitted to what the fit does not see.
     """
-    models = ModelSelection(Split.of(recordings, validate, test), catalogue)
-    score = models.linear().score
+    models = ModelSelection(Split.of(recordings, validate, test), catalogue, known)
+    score = models.first().score
     if criterion.settled(score) and not criterion.explained(score) and not validate:
         return models.with_split(Split.of(recordings, validate, test, choice=1))
     return models
@@ -182,11 +187,12 @@ def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial
     return Verdict.EXPLAINED if last.effects else Verdict.NO_EFFECT_MISSING
 
 
-def _in_order(selected: Selected) -> tuple[str, ...]:
-    """The final effects in the order in which they were added."""
+def _in_order(models: ModelSelection, selected: Selected) -> tuple[str, ...]:
+    """The final effects in the order in which they were added, those known before first."""
     final = selected.steps[-1].trial.effects
     added = [step.added for step in selected.steps if step.added is not None]
-    return tuple(name for name in dict.fromkeys(added) if name in final)
+    first = models.known.first
+    return tuple(name for name in dict.fromkeys((*first, *added)) if name in final)
 
 
 def _candidates(
@@ -196,7 +202,7 @@ def _candidates(
     groups = confounded(selected.singles, linear, resolution, models.whole)
     found = []
     for trial in selected.singles:
-        (name,) = trial.effects
+        (name,) = set(trial.effects) - set(linear.effects)
         found.append(
             Candidate(
                 effect=name,
@@ -218,12 +224,13 @@ def _rivals(
     """
     criterion = resolution.criterion
     linear, chosen = selected.steps[0].trial, selected.steps[-1].trial
-    if not auto and not criterion.done(linear.score):
+    if not auto and selected.singles and not criterion.done(linear.score):
         chosen = selected.singles[0]
     evidence = criterion.evidence(chosen.score, linear.score)
-    if not chosen.effects or evidence <= criterion.policy.min_evidence:
+    if chosen.effects == linear.effects or evidence <= criterion.policy.min_evidence:
         return ()
-    return (chosen, *alternatives(chosen, models.trials.values(), resolution, models.whole))
+    tried = [one for one in models.trials.values() if models.known.allows(one.effects)]
+    return (chosen, *alternatives(chosen, tried, resolution, models.whole))
 
 
 def _law(
@@ -238,9 +245,14 @@ def _law(
     if criterion.explained(last.score):
         return None
     progress("searching for a law of the remaining error", 0, 1)
-    bases = [linear, last] if last.effects else [linear]
+    bases = [linear] if last.effects == linear.effects else [linear, last]
     found = find_law(models, bases, criterion, noise)
     return None if found is None else Law.of(found, criterion.floor_deg, noise)
+
+
+def _grown(selected: Selected) -> bool:
+    """True where the last model has other effects than the first."""
+    return selected.steps[-1].trial.effects != selected.steps[0].trial.effects
 
 
 def _next(
@@ -253,9 +265,10 @@ def _next(
     known: Evidence,
 ) -> str:
     """One sentence on what to do next; the best candidate is named where it earns its place."""
-    linear, best = selected.steps[0].trial, selected.singles[0]
-    earns = criterion.earns(best.score, linear.score, len(candidates))
-    candidate = best.effects[0] if earns else None
+    first, candidate = selected.steps[0].trial, None
+    for best in selected.singles[:1]:
+        if criterion.earns(best.score, first.score, len(candidates)):
+            (candidate,) = set(best.effects) - set(first.effects)
     return next_experiment(verdict, proposal, candidate, auto, known.leading)
 
 

@@ -17,6 +17,7 @@ from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
+from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import OwnValues
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Result, Table
@@ -63,10 +64,11 @@ class LadderStep:
 
     @property
     def change(self) -> str:
-        """What the step changed: ``+ backlash``, ``- dead time``, or ``linear``."""
+        """What the step changed: ``+ backlash``, ``- dead time``; ``linear`` of the first one."""
         signs = [f"+ {self.added}"] if self.added else []
         signs += [f"- {self.removed}"] if self.removed else []
-        return ", ".join(signs).replace("_", " ") or "linear"
+        first = f"with {', '.join(self.effects)}" if self.effects else "linear"
+        return (", ".join(signs) or first).replace("_", " ")
 
     def value(self, name: str) -> float:
         """A parameter's value; the first recording's where each has its own. KeyError if none."""
@@ -90,7 +92,8 @@ class Diagnosis(Result):
     """What is missing, how sure that is, where the linear model fails and what adding gains.
 
     ``floor_deg`` is the smallest error that counts: hypot(``noise_deg``, ``tolerance_deg``).
-    ``findings`` describe the error of the linear model, ``remaining`` that of the last one.
+    ``findings`` describe the error of the first model, the linear one unless more is ``known``
+    before, ``remaining`` that of the last one.
     ``regimes`` are where validation and test data go beyond the fitted ones, with the share of the
     last model's squared error that is there.
     """
@@ -117,6 +120,7 @@ class Diagnosis(Result):
     warnings: tuple[str, ...]
     seconds: float
     regimes: Table[Regime] = field(default_factory=Table)
+    known: PriorKnowledge = field(default_factory=PriorKnowledge)
 
     @property
     def actuator(self) -> Actuator:

@@ -62,6 +62,15 @@ def listed(effects: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
+def named_model(effects: Sequence[str]) -> str:
+    """A model by its effects.
+
+    >>> named_model([]), named_model(["dead_zone"])
+    ('linear model', 'model with dead zone')
+    """
+    return f"model with {listed(effects)}" if effects else "linear model"
+
+
 def verdict_words(
     verdict: Verdict,
     ladder: Sequence[LadderStep],
@@ -76,37 +85,37 @@ def verdict_words(
     nothing is said to be missing from the catalogue on its account.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
-    effects = ladder[-1].effects
-    named = listed(effects)
-    if verdict is Verdict.NO_EFFECT_MISSING:
+    effects, base = ladder[-1].effects, named_model(ladder[0].effects)
+    added = [name for name in effects if name not in ladder[0].effects]
+    gone = [name for name in ladder[0].effects if name not in effects]
+    if verdict is not Verdict.UNEXPLAINED and not (added or gone):
         return (
-            "No effect is missing",
-            f"The linear model predicts the test data to {degrees(first)} rms, "
-            f"{levels.words(first)}.",
+            "No further effect is missing" if effects else "No effect is missing",
+            f"The {base} predicts the test data to {degrees(last)} rms, {levels.words(last)}.",
         )
     fell = f"its rms error on test data falls from {degrees(first)} to {degrees(last)}"
-    if verdict is Verdict.EXPLAINED:
+    if verdict is not Verdict.UNEXPLAINED:
         return (
-            f"What was missing: {named}",
-            f"The linear model of this servo lacks {named}. With {named} in the model, {fell}, "
-            f"{levels.words(last)}.",
+            f"What was missing: {listed(added)}" if added else f"Not needed: {listed(gone)}",
+            f"The {base} of this servo {_wrong(added, gone)}. With {listed(effects) or 'none'} in "
+            f"the model, {fell}, {levels.words(last)}.",
         )
     if regime is not None:
-        error = f"Over all test data the rms error of the linear model is {degrees(first)}"
-        error = f"With {named} added to the linear model, {fell}" if effects else error
+        error = f"Over all test data the rms error of the {base} is {degrees(first)}"
+        error = f"With {listed(added)} added to the {base}, {fell}" if added else error
         return (
             "The error is where no fitted data are",
             f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
         return "Not explained by any known effect, but by a law", _lawful(law, effects, levels)
-    if effects:
+    if added:
         return (
             "Not fully explained",
-            f"With {named} added to the linear model, {fell}, still {levels.words(last)}: "
+            f"With {listed(added)} added to the {base}, {fell}, still {levels.words(last)}: "
             f"something remains that no known effect accounts for.",
         )
-    error = f"The rms error of the linear model on test data is {degrees(first)}"
+    error = f"The rms error of the {base} on test data is {degrees(first)}"
     helps = "no single known effect accounts for it"
     best = candidates[0] if candidates else None
     if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * first:
@@ -114,7 +123,13 @@ def verdict_words(
             f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
             f"{degrees(best.held_out_rmse_deg)}"
         )
-    return "The linear model misses something", f"{error}, {levels.words(first)}; {helps}."
+    return f"The {base} misses something", f"{error}, {levels.words(first)}; {helps}."
+
+
+def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
+    """What a first model lacks, and what it has and does not need."""
+    lacks = [f"lacks {listed(added)}"] if added else []
+    return " and ".join([*lacks, *([f"does not need {listed(gone)}"] if gone else [])])
 
 
 def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:

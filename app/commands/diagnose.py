@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
+    add_fixed,
     add_force,
     add_json,
     add_model_output,
@@ -17,6 +18,7 @@ from servosight.app.arguments import (
     error_deg,
     limit_pair,
 )
+from servosight.app.completion import with_effects
 from servosight.app.output import check_outputs, console, made, next_command, write_json
 from servosight.app.progress import progress
 
@@ -55,6 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="add the best effect, refit, repeat, until the error reaches the floor (noise and "
         "tolerance together)",
     )
+    _add_known(parser)
     parser.add_argument(
         "--tolerance",
         metavar="DEG",
@@ -88,15 +91,44 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_force(parser)
 
 
+def _add_known(parser: argparse.ArgumentParser) -> None:
+    known = parser.add_argument_group("what you know already")
+    known.add_argument(
+        "--from",
+        metavar="MODEL.toml",
+        type=any_path,
+        dest="start",
+        help="start from this model: its effects, and its values as the initial guess",
+    )
+    for word, name, meaning in (
+        ("--with", "with_effects", "effect that every model has (may be repeated)"),
+        ("--without", "without_effects", "effect that is never tried (may be repeated)"),
+    ):
+        with_effects(
+            known.add_argument(
+                word, metavar="ID", dest=name, action="append", default=[], help=meaning
+            )
+        )
+    add_fixed(known)
+
+
 def run(args: argparse.Namespace) -> None:
     """Diagnose, print, write the card, the JSON and the report."""
     from servosight.app.inputs import load
     from servosight.app.present import show_diagnosis
-    from servosight.diagnose import diagnose
+    from servosight.diagnose import PriorKnowledge, diagnose
+    from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
 
     check_outputs(args)
     effects = catalogue(args.plugin)
+    prior = PriorKnowledge.of(
+        effects,
+        start=None if args.start is None else Actuator.load(args.start, effects),
+        with_effects=args.with_effects,
+        without_effects=args.without_effects,
+        fix=dict(args.fix),
+    )
     recordings = load(args.recordings, args)
     validate = load(args.validate, args)
     test = load(args.test, args)
@@ -109,6 +141,7 @@ def run(args: argparse.Namespace) -> None:
             auto=args.auto,
             tolerance=args.tolerance,
             limits=_limits(args, recordings),
+            prior=prior,
             progress=show,
         )
     if args.output is not None:
@@ -178,6 +211,10 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     again += [word for path in args.validate for word in ("--validate", path)]
     again += [word for path in args.test for word in ("--test", path)]
     again += [word for path in args.plugin for word in ("--plugin", path)]
+    again += [] if args.start is None else ["--from", args.start]
+    again += [word for name in args.with_effects for word in ("--with", name)]
+    again += [word for name in args.without_effects for word in ("--without", name)]
+    again += [word for name, value in args.fix for word in ("--fix", f"{name}={value:g}")]
     if not args.auto and values["verdict"] != "no_effect_missing":
         return again
     if args.report is None:

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose import Comparison, Diagnosis, judge, law_predictions, listed, predictions
+from servosight.diagnose import (
+    Comparison,
+    Diagnosis,
+    judge,
+    law_predictions,
+    listed,
+    named_model,
+    predictions,
+)
 from servosight.diagnose.residuals import Judged, Window
 from servosight.models.core import Recording
 from servosight.models.effects import Effect
@@ -48,8 +56,8 @@ class Story:
         after = None
         if isinstance(result, Diagnosis):
             linear = predictions(result, recordings, 0, catalogue=catalogue)
-            before = NamedModel("linear model", linear)
-            if result.effects:
+            before = NamedModel(named_model(result.ladder[0].effects), linear)
+            if result.effects and len(result.ladder) > 1:
                 name = f"with {listed(result.effects)}"
                 after = NamedModel(name, predictions(result, recordings, catalogue=catalogue))
             if result.law is not None:

@@ -43,7 +43,8 @@ class Rival:
     def predict(self, recording: Recording, models: ModelSelection) -> PredictedExperiment:
         """The candidate on an experiment, at rest where its first row puts it."""
         fit = self.trial.fit
-        problem = Problem.of([recording], models.catalogue, self.trial.effects)
+        held = fit.problem.held
+        problem = Problem.of([recording], models.catalogue, self.trial.effects, held=held)
         own = {
             coordinate.name: float(x)
             for coordinate, x in zip(fit.problem.coordinates, fit.outcome.point, strict=True)
@@ -126,6 +127,7 @@ def refitted(
         models.catalogue,
         rival.rival.trial.effects,
         masks,
+        held=rival.problem.held,
     )
     own = rival.point[rival.problem.physical :]
     start = np.concatenate([rival.rival.trial.fit.outcome.point, own])

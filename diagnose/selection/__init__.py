@@ -3,6 +3,7 @@
 from servosight.diagnose.selection._confounding import Resolution as Resolution
 from servosight.diagnose.selection._confounding import alternatives as alternatives
 from servosight.diagnose.selection._confounding import confounded as confounded
+from servosight.diagnose.selection._known import PriorKnowledge as PriorKnowledge
 from servosight.diagnose.selection._models import ModelSelection as ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._policy import Score as Score

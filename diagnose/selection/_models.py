@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import carried_over, own_point
 from servosight.diagnose.selection._screen import Screen
@@ -43,11 +44,12 @@ class ModelSelection:
 
     ``trials`` keeps the best trial of each set of effects that was tried, ``wholes`` their fits to
     the validation samples as well, ``screens`` what was screened behind each fit. No fit and no
-    score sees a test sample.
+    score sees a test sample. ``known`` is what the user knows before.
     """
 
     split: Split
     catalogue: Mapping[str, Effect]
+    known: PriorKnowledge = field(default_factory=PriorKnowledge)
     trials: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
     wholes: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
     screens: dict[tuple[tuple[str, ...], float], Screen] = field(
@@ -89,19 +91,35 @@ class ModelSelection:
     def _problem(self, effects: Sequence[str], masks: Sequence[Mask] | None) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
         bounds = self.k_bounds if ordered else None
-        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds)
+        held = self.known.fixed
+        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held)
 
     def linear(self) -> Trial:
-        """The linear model, from which every selection starts."""
+        """The linear model."""
         if () not in self.trials:
             problem = self.problem(())
             self.judge(polish(problem, [linear_start(problem)]))
         return self.trials[()]
 
+    def first(self) -> Trial:
+        """The model from which every selection starts: the linear one, or what is known."""
+        known, first = self.known, self.linear()
+        if known.first and tuple(n for n in self.catalogue if n in known.first) not in self.trials:
+            fit, begun = first.fit, len(known.start_effects)
+            if begun:
+                fit = started(self.problem(known.start_effects), fit, known.start)
+            each = range(begun + 1, len(known.first) + 1)
+            fit = extended_by_each([self.problem(known.first[:count]) for count in each], fit)
+            return self.judge(fit)
+        return self.trials[self.problem(known.first).effects]
+
     def candidates(self, base: Trial) -> list[str]:
-        """The effects that ``base`` lacks, and that are no special case of one that it has."""
+        """The effects that ``base`` lacks, that are no special case of one that it has, and that
+        the user has not ruled out."""
         covered = {name for own in base.effects for name in self.catalogue[own].contains}
-        return [n for n in self.catalogue if n not in base.effects and n not in covered]
+        gone = {*base.effects, *covered}
+        found = [name for name in self.catalogue if name not in gone]
+        return [name for name in found if self.known.may_add(self.catalogue[name])]
 
     def with_effect(self, base: Trial, name: str) -> Problem:
         """The fit of ``base`` and one effect more, which takes the place of what it contains."""

@@ -197,9 +197,9 @@ class AcceptanceCriterion:
         beyond = score.validation_rmse_deg > self.policy.far * self.floor_deg
         return beyond and self.closed(score, linear) < self.policy.most
 
-    def wants_pairs(self, reached: Score) -> bool:
-        """True where no effect was found on its own, and something is missing."""
-        return not reached.effects and not self.explained(reached)
+    def wants_pairs(self, reached: Score, first: Score) -> bool:
+        """True where no effect was added to the first model on its own, and one is missing."""
+        return reached.effects == first.effects and not self.explained(reached)
 
     def tied(self, log_likelihood: float) -> bool:
         """True where a difference in log-likelihood tells no two models apart."""

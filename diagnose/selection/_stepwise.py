@@ -30,21 +30,23 @@ class StepwiseSelector:
     effort: SearchEffort = field(default_factory=SearchEffort)
 
     def first_step(self) -> Selected:
-        """The linear model and all candidates for the first addition, none of them added."""
+        """The first model and all candidates for the first addition, none of them added."""
         fitted = self.effort.fitted
-        linear = self.models.linear()
-        sketches = self._sketches(linear, "first effect", self._promising(linear), fitted)
-        trials = self._fitted(linear, "first effect", sketches[:fitted])
+        first = self.models.first()
+        sketches = self._sketches(first, "first effect", self._promising(first), fitted)
+        trials = self._fitted(first, "first effect", sketches[:fitted])
         trials += [self.models.judge(sketch.fit) for sketch in sketches[fitted:]]
-        return Selected((Step(linear),), tuple(self._searched(trials, linear)))
+        return Selected((Step(first),), tuple(self._searched(trials, first)))
 
     def select(self) -> Selected:
-        """From the linear model up."""
+        """From the first model up: the linear one, or what the user knows."""
         first = self.first_step()
         linear = first.steps[0].trial
         steps = self._extended(list(first.steps), first.singles)
+        if len(steps) == 1 and self.models.known.start_effects:
+            steps += self._settled(linear)
         last = steps[-1].trial
-        open_ = last.effects and not self.criterion.explained(last.score)
+        open_ = last.effects != linear.effects and not self.criterion.explained(last.score)
         if open_ and not self._tried_pairs_first(first):
             pair = self._pair(linear, first.singles)
             if pair and self.criterion.beats(pair[-1].trial.score, last.score):
@@ -61,7 +63,7 @@ class StepwiseSelector:
             added = self._single(base, ranked) or []
             reached = added[-1].trial if added else base
             if self._leaves_much(reached, steps[0].trial) or self.criterion.wants_pairs(
-                reached.score
+                reached.score, steps[0].trial.score
             ):
                 added = self._pair(base, ranked) or added
             if not added or _effects(added[-1]) in map(_effects, steps):
@@ -197,7 +199,8 @@ class StepwiseSelector:
             yield simpler
             yield from self._settled(simpler.trial)
             return
-        for name in trial.effects if len(trial.effects) > 1 else ():
+        removable = self.models.known.removable(trial.effects)
+        for name in removable if len(trial.effects) > 1 else ():
             self.progress(f"trying without {name}", 0, 1)
             smaller = self.models.reduced(trial, name)
             if not self._needed(trial, smaller):
@@ -223,8 +226,9 @@ class StepwiseSelector:
 
     def _simpler(self, trial: Trial) -> Step | None:
         """The step to a special case of an effect that does as well as the whole of it."""
-        for name in trial.effects:
-            for simple in self.models.catalogue[name].contains:
+        known = self.models.known
+        for name in known.removable(trial.effects):
+            for simple in set(self.models.catalogue[name].contains) - set(known.without_effects):
                 special = self.models.swapped(trial, name, simple)
                 if not self.criterion.worth_its_parameters(trial.score, special.score):
                     return Step(special, simple, name)

@@ -35,7 +35,7 @@ class Trial:
         seen = [one.error_deg[one.uses != TEST] for one in self.judged]
         return Score(
             effects=self.effects,
-            parameters=self.fit.problem.physical,
+            parameters=self.fit.problem.fitted,
             samples=sum(errors.size for errors in seen),
             mean_square_deg2=float(np.mean(np.concatenate(seen) ** 2)),
             train_rmse_deg=rms([one.errors_of(FIT) for one in self.judged]),

@@ -11,7 +11,7 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.discrete import Linear, to_difference
 from servosight.identify.fit._effects import fit_effects
-from servosight.identify.fit._nested import no_worse
+from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, polish
@@ -138,5 +138,6 @@ def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
     search = drive(ESTIMATORS[method](space), problem.residuals, SEARCH_BUDGET)
     solution = polish(problem, [search.point])
     if problem.effects:
-        solution = no_worse(solution, polish(problem.linear, [start.point]))
+        linear = polish(problem.linear, [start.point])
+        solution = no_worse(solution, linear) if contains(solution, linear) else solution
     return solution, search.history

@@ -18,7 +18,10 @@ _ROUNDING = 1.0 + 1e-9
 
 
 def contains(fit: Solution, smaller: Solution) -> bool:
-    """True where ``smaller`` fits the same samples with some of the effects of ``fit``."""
+    """True where ``smaller`` fits the same samples with some of the effects of ``fit``.
+
+    Not where a parameter of the others is held away from neutral.
+    """
     mine, other = fit.problem, smaller.problem
     alike = len(mine.recordings) == len(other.recordings) and all(
         a is b and np.array_equal(m, n)
@@ -26,7 +29,9 @@ def contains(fit: Solution, smaller: Solution) -> bool:
             mine.recordings, other.recordings, mine.masks, other.masks, strict=True
         )
     )
-    return alike and set(other.effects) < set(mine.effects)
+    further = {c.name: c.parameter.neutral for c in mine.coordinates if c not in other.coordinates}
+    able = all(further.get(name) in (None, value) for name, value in mine.held.items())
+    return alike and able and set(other.effects) < set(mine.effects)
 
 
 def no_worse(fit: Solution, smaller: Solution, budget: int = POLISH_BUDGET) -> Solution:

@@ -192,13 +192,20 @@ def _shorter(point: Array, share: float) -> Array:
 
 def neutral_start(problem: Problem, base: BaseModel) -> Array:
     """The search point of ``problem`` at which the effects that the base lacks are neutral."""
-    start = effect_guesses(problem, base)[0].copy()
-    owned = {coordinate.name for coordinate in base.problem.coordinates}
+    owned = {
+        (c.name, c.recording): float(x)
+        for c, x in zip(base.problem.coordinates, base.point, strict=True)
+    }
+    low, high = problem.bounds
+    guesses = effect_guesses(problem, base)
+    start = guesses[0].copy() if guesses else 0.5 * (low + high)  # terms of a law have no guesses
     for j, coordinate in enumerate(problem.coordinates):
-        neutral = coordinate.parameter.neutral
-        if coordinate.name not in owned and neutral is not None:
+        neutral, key = coordinate.parameter.neutral, (coordinate.name, coordinate.recording)
+        if key in owned:
+            start[j] = owned[key]
+        elif neutral is not None:
             start[j] = coordinate.to_search(neutral)
-    return np.asarray(np.clip(start, *problem.bounds))
+    return np.asarray(np.clip(start, low, high))
 
 
 def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:

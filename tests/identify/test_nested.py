@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import Solution, contains, fit_effects, no_worse, polish
-from servosight.identify.problem import Problem, linear_start, neutral_start
+from servosight.identify.problem import BaseModel, Problem, linear_start, neutral_start
 from servosight.identify.search import half_squares
 from servosight.models.effects import catalogue
 
@@ -59,3 +59,13 @@ def test_only_a_model_with_fewer_of_the_same_effects_on_the_same_samples_is_cont
         assert not contains(fit, apart)
         with pytest.raises(ValueError, match="fewer of the same effects"):
             no_worse(fit, apart)
+
+
+def test_an_effect_without_guesses_starts_at_neutral(record: Any) -> None:
+    """The terms of a law come with none."""
+    known = catalogue()
+    unguessed = replace(known["backlash"], starts=lambda features: ())
+    linear = fit_effects(Problem.of([record(2.0)], known, []))
+    problem = Problem.of([record(2.0)], {**known, "backlash": unguessed}, ["backlash"])
+    start = neutral_start(problem, BaseModel(linear.problem, linear.outcome.point))
+    assert start == pytest.approx(np.insert(linear.outcome.point, 3, 0.0))

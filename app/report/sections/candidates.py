@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose import Candidate, Diagnosis, listed
+from servosight.diagnose import Candidate, Diagnosis, listed, named_model
 from servosight.diagnose.selection import SelectionPolicy
 
 LEAST_EVIDENCE = SelectionPolicy().min_evidence
@@ -32,6 +32,7 @@ def section(story: Story) -> Section | None:
         "candidates",
         "What could be missing",
         {
+            "base": named_model(result.ladder[0].effects),
             "linear_deg": linear,
             "linear_share": linear / largest,
             "floor_deg": story.floor_deg,

@@ -65,7 +65,7 @@ def _models(story: Story) -> list[tuple[str, Actuator]]:
     linear = result.ladder[0]
     core = {one: Estimate(linear.value(one), None, "") for one in ("k", "T", "xi", "bias")}
     models = [("linear model", Actuator(core))]
-    if result.effects:
+    if result.effects and len(result.ladder) > 1:
         models.append((f"with {listed(result.effects)}", result.actuator))
     return models
 

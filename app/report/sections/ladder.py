@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
-from servosight.diagnose import Diagnosis, LadderStep
+from servosight.diagnose import Diagnosis, LadderStep, named_model
 from servosight.diagnose.residuals import EXPLAINED
 from servosight.models.core import degrees, rounded
 
@@ -51,7 +51,7 @@ def named(step: LadderStep) -> str:
     """What a rung changed, in words."""
     added, removed = step.added, step.removed
     if added is None and removed is None:
-        return "linear model"
+        return named_model(step.effects)
     if added is None:
         return f"− {spoken(removed or '')}"
     return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")

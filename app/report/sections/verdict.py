@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story
-from servosight.diagnose import Comparison, Diagnosis, Verdict, listed
+from servosight.diagnose import Comparison, Diagnosis, Verdict, listed, named_model
 from servosight.diagnose.residuals import TEST, Judged, lead
 from servosight.models.core import degrees, percent, times
 from servosight.models.effects import Effect
@@ -52,8 +52,8 @@ def section(story: Story) -> Section:
 def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
     first = result.ladder[0].held_out_rmse_deg
     last = result.ladder[-1].held_out_rmse_deg
-    tiles = [_tile("error of the linear model", first, "before")]
-    if result.effects:
+    tiles = [_tile(f"error of the {named_model(result.ladder[0].effects)}", first, "before")]
+    if result.effects != result.ladder[0].effects:
         tiles.append(_tile(f"error with {listed(result.effects)}", last, "after"))
     if result.law is not None:
         last = result.law.held_out_after_deg

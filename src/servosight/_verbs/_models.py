@@ -81,6 +81,10 @@ def diagnose(
     test: Sources = (),
     auto: bool = True,
     tolerance: float | None = None,
+    start: Model | None = None,
+    with_effects: Sequence[str] = (),
+    without_effects: Sequence[str] = (),
+    fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
 ) -> Diagnosis:
@@ -92,16 +96,28 @@ def diagnose(
     candidates of the first step are ranked. ``tolerance`` [deg] is what no model need reach
     (default 0.05 % of the moved range). ``progress(word, done, total)`` is called as it goes.
 
+    What is known before: ``start`` is a model (or its card) to start from, its effects in the first
+    step and its values the initial guess; ``with_effects`` are in every model, ``without_effects``
+    in none, and ``fix`` holds parameters, such as ``{"k": 1.0}``. InputError where these contradict
+    one another.
+
     >>> import servosight as ss
     >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
     >>> why = ss.diagnose(recording)
     >>> why.effects
     ('backlash',)
     """
-    from servosight.diagnose import diagnose
+    from servosight.diagnose import PriorKnowledge, diagnose
     from servosight.sources import read_all
 
     known = catalogue_of(plugins)
+    prior = PriorKnowledge.of(
+        known,
+        start=None if start is None else actuator_of(start, known),
+        with_effects=with_effects,
+        without_effects=without_effects,
+        fix=fix,
+    )
     fitted, validating, testing = read_all(recordings), read_all(validate), read_all(test)
     found = diagnose(
         fitted,
@@ -110,6 +126,7 @@ def diagnose(
         catalogue=known,
         auto=auto,
         tolerance=tolerance,
+        prior=prior,
         progress=progress or silent,
     )
     return found.remember([*fitted, *validating, *testing], known)

@@ -290,9 +290,10 @@ def test_most() -> None:
 
 
 def test_pairs_are_wanted_where_nothing_was_found_alone() -> None:
-    assert CRITERION.wants_pairs(score(0.5))
-    assert not CRITERION.wants_pairs(score(0.1))
-    assert not CRITERION.wants_pairs(score(0.5, "a"))
+    assert CRITERION.wants_pairs(score(0.5), score(0.5))
+    assert not CRITERION.wants_pairs(score(0.1), score(0.1))
+    assert not CRITERION.wants_pairs(score(0.5, "a"), score(0.6))
+    assert CRITERION.wants_pairs(score(0.5, "a"), score(0.5, "a"))
 
 
 # Look-alikes
