@@ -73,9 +73,9 @@ def validated(
     ...     share: Annotated[float, within(0.0, 1.0, "of the light")] = 0.5
     >>> validated({"share": 1}, Lamp, "a.toml")
     Lamp(share=1.0)
-    >>> validated({"share": 2}, Lamp, "a.toml", "lamp")
+    >>> validated({"share": 2.5}, Lamp, "a.toml", "lamp")
     Traceback (most recent call last):
-    servosight.models.base._errors.InputError: a.toml: key lamp.share is 2, expected 0 to 1 of ...
+    servosight.models.base._errors.InputError: a.toml: key lamp.share is 2.5, expected 0 to 1 ...
     """
     if not isinstance(table, Mapping):
         raise InputError(

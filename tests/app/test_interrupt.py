@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+from fuzz.kills import not_ignored
 
 SWALLOWING = """
 try:
@@ -33,6 +35,12 @@ del slow
 time.sleep(60)
 """
 PLAIN = "time.sleep(60)"
+
+
+@pytest.fixture(autouse=True)
+def signals_not_ignored() -> Iterator[None]:
+    with not_ignored():
+        yield
 
 
 def interrupted(body: str, number: signal.Signals, folder: Path) -> tuple[int, str]:

@@ -19,11 +19,11 @@ from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.core import Camera, Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.scenario import Response
+from servosight.scenarios.scenario import LinearServo
 from servosight.sim.run import angle_recording
 
 NOISE_DEG = 0.03
-SERVO = Response(k=1.1, T=0.03, xi=0.7, bias=0.8)
+SERVO = LinearServo(k=1.1, T=0.03, xi=0.7, bias=0.8)
 CLOSED = 0.8
 """The share of the gap between error and floor that the project promises."""
 

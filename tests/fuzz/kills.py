@@ -95,16 +95,31 @@ def reference(name: str, folder: Path) -> dict[str, str]:
     return digests(out)
 
 
+@contextlib.contextmanager
+def not_ignored() -> Iterator[None]:
+    """What a script starts in the background, or nohup, ignores signals, as does all it starts."""
+    heard = (*SIGNALS[:2], signal.SIGHUP)
+    ignored = [number for number in heard if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
+
+
 def kill_once(kill: Kill, folder: Path, limit_s: float) -> Outcome:
     """Start a command in an own folder, kill it, and look."""
     wanted = reference(kill.name, folder)
     out = Path(tempfile.mkdtemp(dir=folder, prefix="out-"))
-    process = subprocess.Popen(
-        _line(kill.name, folder, out),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
+    with not_ignored():
+        process = subprocess.Popen(
+            _line(kill.name, folder, out),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(kill.after_s)
     ended = process.poll() is not None

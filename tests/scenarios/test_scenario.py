@@ -98,7 +98,7 @@ def test_an_empty_file_is_the_default(tmp_path: Path) -> None:
         ('[motion]\nkind = "saw"', "expected one of standard, steps"),
         ("[motion]\nhz = 2", "unknown key motion.hz"),
         ("[camera]\nexposure_s = 0.1", "camera.exposure_s"),
-        ("[effects.backlsh]\ngap = 2", "no effect 'backlsh'; expected one of dead_time"),
+        ("[effects.backlsh]\ngap = 2", r"'backlsh' \(did you mean backlash\?\)"),
         ("[effects.backlash]\nwidth = 2", "no parameter 'width'; expected one of gap"),
         ("[effects.backlash]\ngap = 200", "expected 0 to 45 deg"),
         ('[effects.backlash]\ngap = "2"', "effects.backlash.gap is '2', expected a finite number"),
