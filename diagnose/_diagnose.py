@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 
 from servosight.diagnose._recording_use import recording_uses
 from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
-from servosight.diagnose._words import Levels, next_experiment, verdict_words
+from servosight.diagnose._words import Levels, next_experiment, stability_words, verdict_words
 from servosight.diagnose.discrepancy import Law, find_law
-from servosight.diagnose.evidence import Evidence, gather
+from servosight.diagnose.evidence import Evidence, Stability, firm, gather
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -90,7 +90,10 @@ def diagnose(
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
     models = _models(*split, catalogue, criterion, prior or PriorKnowledge())
     selector = StepwiseSelector(models, criterion, progress)
-    selected = selector.select() if auto else selector.first_step()
+    selected, stable = selector.first_step() if not auto else selector.select(), Stability()
+    if auto:
+        progress("leaving out parts of the data", 0, 1)
+        selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
     ladder = Table(_step(models, criterion, step) for step in selected.steps)
     verdict = _verdict(models, criterion, last)
@@ -104,6 +107,7 @@ def diagnose(
     judged, judged_last = models.tested(linear), models.tested(last)
     known = gather(models, last, judged_last, floor)
     headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
+    summary += stability_words(effects, stable.shares, stable.resamples)
     return Diagnosis(
         noise_deg=noise,
         tolerance_deg=tolerance,
@@ -132,6 +136,8 @@ def diagnose(
         seconds=time.perf_counter() - began,
         regimes=Table(known.regimes),
         known=models.known,
+        stability=stable.shares,
+        resamples=stable.resamples,
     )
 
 

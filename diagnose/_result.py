@@ -95,7 +95,8 @@ class Diagnosis(Result):
     ``findings`` describe the error of the first model, the linear one unless more is ``known``
     before, ``remaining`` that of the last one.
     ``regimes`` are where validation and test data go beyond the fitted ones, with the share of the
-    last model's squared error that is there.
+    last model's squared error that is there. ``stability`` is the share of the ``resamples``, parts
+    of the data, that name each effect: those of ``effects``, and others that are named in some.
     """
 
     TYPE: ClassVar[str] = "diagnosis"
@@ -121,6 +122,8 @@ class Diagnosis(Result):
     seconds: float
     regimes: Table[Regime] = field(default_factory=Table)
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
+    stability: Mapping[str, float] = field(default_factory=dict)
+    resamples: int = 0
 
     @property
     def actuator(self) -> Actuator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose._result import Candidate, LadderStep, Verdict
@@ -130,6 +130,28 @@ def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
     """What a first model lacks, and what it has and does not need."""
     lacks = [f"lacks {listed(added)}"] if added else []
     return " and ".join([*lacks, *([f"does not need {listed(gone)}"] if gone else [])])
+
+
+def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:
+    """How often effects are named when parts of the data are left out; empty where not tried.
+
+    >>> stability_words(["backlash"], {"backlash": 1.0, "cogging": 0.3}, 10)
+    ' Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
+    """
+    if not shares:
+        return ""
+    firm = [f"{_count(shares[n], resamples)} name {listed([n])}" for n in effects if n in shares]
+    rare = [
+        f"{listed([n])} ({_count(share, resamples)} of {resamples})"
+        for n, share in shares.items()
+        if n not in effects
+    ]
+    named = f" Of {resamples} parts of the data, {', '.join(firm)}." if firm else ""
+    return named + (f" Not called missing: {', '.join(rare)}." if rare else "")
+
+
+def _count(share: float, resamples: int) -> int:
+    return round(share * resamples)
 
 
 def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:

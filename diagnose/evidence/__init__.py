@@ -7,3 +7,9 @@ from servosight.diagnose.evidence._inclusion import include as include
 from servosight.diagnose.evidence._regimes import Regime as Regime
 from servosight.diagnose.evidence._regimes import RegimePolicy as RegimePolicy
 from servosight.diagnose.evidence._regimes import regimes as regimes
+from servosight.diagnose.evidence._resamples import resamples as resamples
+from servosight.diagnose.evidence._stability import Stability as Stability
+from servosight.diagnose.evidence._stability import firm as firm
+from servosight.diagnose.evidence._stability import stability as stability
+from servosight.diagnose.evidence._stability import stable_steps as stable_steps
+from servosight.diagnose.evidence._stability import winner as winner

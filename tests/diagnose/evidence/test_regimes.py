@@ -159,10 +159,10 @@ def test_of_a_recording_that_is_split_more_is_asked_for() -> None:
 
 def limited(amplitude_deg: float, name: str) -> Recording:
     """A servo whose command changes by 100 deg/s at most, driven by steps."""
-    time_s = np.arange(0.0, 9.0, 0.01)
+    time_s = np.arange(0.0, 6.0, 0.02)
     steps = np.where(time_s % 2.0 < 1.0, amplitude_deg, -amplitude_deg)
     # Small steps are rounded, so that the limit shows in large ones only.
-    command = np.convolve(np.pad(steps, (29, 0), mode="edge"), np.full(30, 1.0 / 30.0), "valid")
+    command = np.convolve(np.pad(steps, (14, 0), mode="edge"), np.full(15, 1.0 / 15.0), "valid")
     still = Recording(name, time_s, command, time_s, np.zeros_like(command), hold="linear")
     plant = Plant.of(catalogue())
     row = np.array(plant.layout.neutral_row())

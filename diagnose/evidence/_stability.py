@@ -1,0 +1,197 @@
+"""How often each effect is named when parts of the data are left out.
+
+The search is not repeated. The models that it led to compete again on each resample, their
+parameters moved to fit it; what wins there is what the resample names. So this measures how firmly
+the data decide between models that were found, not whether another search would find others.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from servosight.diagnose.evidence._refit import resampled_scores
+from servosight.diagnose.evidence._resamples import resamples
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    ModelSelection,
+    Score,
+    Selected,
+    Step,
+    Trial,
+)
+from servosight.models.effects import Effect
+
+LEAST = 0.5
+"""An effect that is named in a smaller share of the resamples is not called missing."""
+RIVALS = 5
+"""So many of the best other models compete."""
+
+Effects = frozenset[str]
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Shares of the ``resamples`` that name each effect; the chosen ones, then others so named.
+
+    ``models`` has the share of each set of effects.
+    """
+
+    shares: Mapping[str, float] = field(default_factory=dict)
+    resamples: int = 0
+    models: Mapping[Effects, float] = field(default_factory=dict)
+
+    @property
+    def uncertain(self) -> tuple[str, ...]:
+        """The effects that less than half of the resamples name."""
+        return tuple(name for name, share in self.shares.items() if share < LEAST)
+
+
+def firm(
+    models: ModelSelection, criterion: AcceptanceCriterion, selected: Selected
+) -> tuple[Selected, Stability]:
+    """The selection with steps to what most resamples name, and how stable the names are."""
+    found = stability(models, criterion, selected.steps[-1].trial)
+    return stable_steps(models, selected, found), found
+
+
+def stability(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Stability:
+    """How stable the effects of ``last`` are; those that the user settled are no question."""
+    known = models.known
+    if not known.removable(last.effects):
+        return Stability()
+    parts = resamples(last.judged)
+    pool = rivals(models, criterion, last)
+    tables = [resampled_scores(models, trial, parts) for trial in pool]
+    whole, settled = last.score.samples, frozenset(known.with_effects)
+    named = [
+        frozenset(winner(scores, models.catalogue, criterion, whole, settled))
+        for scores in zip(*tables, strict=True)
+    ]
+    seen = Counter(name for names in named for name in sorted(names - settled))
+    others = (name for name, _ in seen.most_common())
+    order = dict.fromkeys([*known.removable(last.effects), *others])
+    return Stability(
+        {name: seen[name] / len(parts) for name in order},
+        len(parts),
+        {names: count / len(parts) for names, count in Counter(named).items()},
+    )
+
+
+def stable_steps(models: ModelSelection, selected: Selected, found: Stability) -> Selected:
+    """The selection with steps to what most resamples name.
+
+    Where more than half of them name one other model, that takes the place of the chosen one. Of
+    the effects that are left, those go that less than half name.
+    """
+    steps = list(selected.steps)
+    swap = _swap(models, steps[-1].trial, found)
+    if swap is not None:
+        steps.append(swap)
+    for name in found.uncertain:
+        trial = steps[-1].trial
+        if name in trial.effects:
+            steps.append(Step(_without(models, trial, name), removed=name))
+    return Selected(tuple(steps), selected.singles)
+
+
+def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
+    """The step to the model that most resamples name; None where that is ``last``, or far from it.
+
+    A step adds one effect and removes one at most.
+    """
+    if not found.models:
+        return None
+    mine = frozenset(last.effects)
+    best = max(found.models, key=lambda names: found.models[names])
+    added, removed = best - mine, mine - best
+    if found.models[best] <= LEAST or not added or len(added) > 1 or len(removed) > 1:
+        return None
+    tried = {frozenset(one.effects): one for one in models.trials.values()}
+    (name,) = added
+    return Step(models.finished(tried[best]), name, next(iter(removed), None))
+
+
+def rivals(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> list[Trial]:
+    """Models that compete: ``last``, it without each of its effects, and the best others tried."""
+    known = models.known
+    smaller = [_without(models, last, name) for name in known.removable(last.effects)]
+    others = criterion.ranked(
+        [one for one in models.trials.values() if len(one.effects) <= len(last.effects) + 1],
+        lambda one: one.score,
+    )
+    allowed = [one for one in (models.linear(), *smaller, *others) if known.allows(one.effects)]
+    pool = {last.effects: last}
+    for one in allowed:
+        if len(pool) <= len(smaller) + 1 + RIVALS:
+            pool.setdefault(one.effects, one)
+    return list(pool.values())
+
+
+def winner(
+    scores: Sequence[Score],
+    catalogue: Mapping[str, Effect],
+    criterion: AcceptanceCriterion,
+    samples: int,
+    settled: Effects = frozenset(),
+) -> tuple[str, ...]:
+    """The effects of the best model, each of which earns its place on the model without it.
+
+    The first of ``scores`` is the model that all data chose: it stays the best where a resample
+    cannot tell it from a better one with as many effects, its log-likelihoods scaled to all
+    ``samples``. An effect gives way to a special case
+    that does as well. Where a model with one effect fewer was not tried, nothing is asked of models
+    with as many effects as the first has. Effects that are ``settled`` need not earn a place.
+    """
+    first = scores[0]
+    table: dict[Effects, Score] = {frozenset(score.effects): score for score in scores}
+    kept = [one for one in scores if _stands(one, table, criterion, len(first.effects), settled)]
+    plain = [
+        one
+        for one in kept
+        if not any(
+            simple in kept and not criterion.worth_its_parameters(one, simple)
+            for simple in _simpler(one, table, catalogue)
+        )
+    ]
+    if not plain:
+        return ()
+    best = criterion.ranked(plain, lambda one: one)[0]
+    alike = len(first.effects) == len(best.effects) and first in plain
+    gain = criterion.evidence(best, first) * samples / best.samples
+    return first.effects if alike and criterion.tied(gain) else best.effects
+
+
+def _stands(
+    score: Score,
+    table: Mapping[Effects, Score],
+    criterion: AcceptanceCriterion,
+    most: int,
+    settled: Effects,
+) -> bool:
+    """True where each effect earns its place on the model without it, as far as that is known.
+
+    A model with more than ``most`` effects must be known to.
+    """
+    effects = frozenset(score.effects)
+    smaller = [table.get(effects - {name}) for name in effects - settled]
+    if any(one is not None and not criterion.earns(score, one, 1) for one in smaller):
+        return False
+    return None not in smaller or len(effects) <= most
+
+
+def _simpler(
+    score: Score, table: Mapping[Effects, Score], catalogue: Mapping[str, Effect]
+) -> list[Score]:
+    """The scores of models with a special case in an effect's place."""
+    effects = frozenset(score.effects)
+    special = [
+        effects - {name} | {simple} for name in effects for simple in catalogue[name].contains
+    ]
+    return [table[key] for key in special if key in table]
+
+
+def _without(models: ModelSelection, trial: Trial, name: str) -> Trial:
+    kept = tuple(own for own in trial.effects if own != name)
+    return models.trials.get(kept) or models.reduced(trial, name)
