@@ -36,9 +36,9 @@ from servosight.diagnose.selection import (
     cut,
     stretches,
 )
-from servosight.identify.fit import floor_deg, parameter_table
+from servosight.identify.fit import dynamics, floor_deg, parameter_table, step_size_deg
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned, usable_views
-from servosight.models.core import Recording, StageProgress, Table, silent
+from servosight.models.core import Actuator, Estimate, Recording, StageProgress, Table, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import Limits
@@ -164,6 +164,9 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
     fit, score = step.trial.fit, step.trial.score
     table, warnings = fit.uncertainty.shared_estimates()
     held_out = held_out_rms(models.tested(step.trial))
+    covariance = fit.uncertainty.matrix(table)
+    actuator = Actuator({**table, "bias": Estimate(0.0, None, "deg")}, step.trial.effects)
+    size_deg = step_size_deg(models.recordings)
     return LadderStep(
         added=step.added,
         removed=step.removed,
@@ -175,7 +178,8 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
         own=models.own(step.trial),
         warnings=(*fit.notes, *warnings),
-        correlation=fit.uncertainty.matrix(table).correlation,
+        correlation=covariance.correlation,
+        dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
     )
 
 

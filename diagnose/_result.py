@@ -18,7 +18,7 @@ from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.diagnose.selection import PriorKnowledge
-from servosight.identify.fit import OwnValues
+from servosight.identify.fit import Dynamics, OwnValues
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Result, Table
 
@@ -47,7 +47,7 @@ class LadderStep:
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
     chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
-    is that of the shared parameters.
+    is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
     """
 
     added: str | None
@@ -61,6 +61,7 @@ class LadderStep:
     own: tuple[OwnValues, ...]
     warnings: tuple[str, ...] = ()
     correlation: Matrix | None = None
+    dynamics: Dynamics | None = None
 
     @property
     def change(self) -> str:
@@ -69,6 +70,15 @@ class LadderStep:
         signs += [f"- {self.removed}"] if self.removed else []
         first = f"with {', '.join(self.effects)}" if self.effects else "linear"
         return (", ".join(signs) or first).replace("_", " ")
+
+    @property
+    def actuator(self) -> Actuator:
+        """The model of this step, with the first recording's bias."""
+        shown = {n: one for n, one in self.parameters.items() if isinstance(one, Estimate)}
+        bias = self.parameters["bias"]
+        return Actuator(
+            {**shown, "bias": bias[0] if isinstance(bias, tuple) else bias}, self.effects
+        )
 
     def value(self, name: str) -> float:
         """A parameter's value; the first recording's where each has its own. KeyError if none."""
@@ -130,14 +140,13 @@ class Diagnosis(Result):
         """The last model of the ladder."""
         last = self.ladder[-1]
         bias = last.parameters["bias"]
-        shown = {n: one for n, one in last.parameters.items() if isinstance(one, Estimate)}
         biases = bias if isinstance(bias, tuple) else (bias,)
         # The fitted ones come first, with a bias for each of their parts.
         before = itertools.accumulate((len(one.parts) for one in self.recordings), initial=0)
         parts = zip(self.recordings, before, strict=False)
         fitted_on = [one.name for one, earlier in parts if earlier < len(biases)]
         return Actuator(
-            {**shown, "bias": biases[0]},
+            last.actuator.parameters,
             last.effects,
             {
                 "fitted_on": fitted_on,

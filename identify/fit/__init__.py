@@ -1,5 +1,10 @@
 """From recordings to a fitted model."""
 
+from servosight.identify.fit._dynamics import Dynamics as Dynamics
+from servosight.identify.fit._dynamics import dynamics as dynamics
+from servosight.identify.fit._dynamics import step_response as step_response
+from servosight.identify.fit._dynamics import step_size_deg as step_size_deg
+from servosight.identify.fit._dynamics import step_times as step_times
 from servosight.identify.fit._effects import fit_effects as fit_effects
 from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects

@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.identify.design import assess, better_command
 from servosight.identify.discrete import Linear, to_difference
+from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
@@ -29,7 +30,7 @@ from servosight.identify.problem import (
     usable_views,
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
-from servosight.models.core import Array, InputError, Recording
+from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 
@@ -72,9 +73,11 @@ def identify(
     linear = Linear(*(shared[name].value for name in ("k", "T", "xi")))
     sample_time_s = float(np.median(np.diff(whole[0].time_s)))
     noise = joint_noise_deg(tuple(whole))
+    covariance = solution.uncertainty.matrix(shared)
+    model = Actuator({**shared, "bias": biases[0]}, chosen)
     return Fit(
         parameters=parameter_table(shared, biases),
-        covariance=solution.uncertainty.matrix(shared),
+        covariance=covariance,
         rmse_deg=solution.rmse_deg,
         noise_deg=noise,
         floor_deg=floor_deg(whole, noise, tolerance),
@@ -91,6 +94,7 @@ def identify(
         evaluations=solution.outcome.evaluations,
         history=history,
         discrete=to_difference(linear, sample_time_s),
+        dynamics=dynamics(model, covariance, step_size_deg(whole), known),
     )
 
 

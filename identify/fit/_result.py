@@ -11,6 +11,7 @@ import numpy as np
 
 from servosight.identify.design import InformationSummary
 from servosight.identify.discrete import Difference
+from servosight.identify.fit._dynamics import Dynamics
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
 from servosight.identify.uncertainty import Matrix
@@ -42,7 +43,7 @@ class Fit(Result):
     line for each recording, ``paths`` says where each was read from. ``stopped`` says why the
     search ended; ``evaluations`` counts its simulations, and ``history`` (generations,) is the best
     cost after each of them. ``information`` says whether the command suffices, where that was asked
-    for (:func:`with_information`).
+    for (:func:`with_information`). ``dynamics`` are bandwidth, step metrics and the like.
 
     >>> from servosight.identify.fit import identify
     >>> from servosight.models.core import Recording
@@ -76,6 +77,7 @@ class Fit(Result):
     history: Array
     discrete: Difference
     information: InformationSummary | None = None
+    dynamics: Dynamics | None = None
 
     @property
     def biases(self) -> tuple[Estimate, ...]:

@@ -69,7 +69,10 @@ def step_metrics(time_s: Array, angle_deg: Array) -> StepMetrics:
     outside = np.flatnonzero(np.abs(way - 1.0) > SETTLED)
     settled = None
     if outside.size and outside[-1] + 1 < way.size:
-        settled = float(time_s[outside[-1] + 1] - time_s[0])
+        last = int(outside[-1])
+        level = 1.0 + SETTLED * float(np.sign(way[last] - 1.0))
+        share = (level - way[last]) / (way[last + 1] - way[last])
+        settled = float(time_s[last] + share * (time_s[last + 1] - time_s[last]) - time_s[0])
     return StepMetrics(
         final,
         None if low is None or high is None else high - low,

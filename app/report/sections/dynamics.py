@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -13,96 +12,87 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, FAINT, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose import Comparison, listed
-from servosight.models.core import Actuator, Array, Estimate, rounded
-from servosight.models.effects import Effect
-from servosight.models.plant import (
-    StepMetrics,
-    bandwidth_hz,
-    natural_frequency_hz,
-    resonance_db,
-    step_metrics,
-)
+from servosight.diagnose import Comparison, listed, named_model
+from servosight.identify.fit import Dynamics, dynamics, step_response, step_size_deg, step_times
+from servosight.models.core import Actuator, Array, Estimate, rounded, uncertain
+from servosight.models.plant import bandwidth_hz, natural_frequency_hz
 
 SIZE = (3.9, 3.3)
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
-POINTS = 2001
-LENGTH = 12.0
-"""The step response is drawn over so many time constants, of the slow pole where there are two;"""
-BEFORE_STEP = 0.05
-"""and this share of it before the step."""
-STEP_SHARE = 0.25
-"""The step is this share of the command's range: within what the recordings have used."""
+CORE_FIGURES = ("natural_frequency_hz", "bandwidth_hz", "resonance_db")
+STEP_FIGURES = ("rise_time_s", "overshoot", "settling_time_s", "final_change_deg")
+SHOWN = {"rise_time_s": (1e3, "ms"), "settling_time_s": (1e3, "ms"), "overshoot": (100.0, "%")}
+"""Factor and unit of what is shown in another unit than it is saved in."""
+NO_PEAK_DB = 1e-9
+
+Named = tuple[str, Actuator, Dynamics]
 
 
 def section(story: Story) -> Section:
     """Of the models' linear cores, and of the models as a whole."""
-    models = _models(story)
-    size_deg = STEP_SHARE * max(float(np.ptp(one.command_deg)) for one in story.recordings)
-    time_s = _times(models[0][1])
-    responses = [_response(actuator, time_s, size_deg, story.catalogue) for _, actuator in models]
+    size_deg = step_size_deg(story.recordings)
+    models = _models(story, size_deg)
+    time_s = step_times(models[0][1])
+    responses = [step_response(one, time_s, size_deg, story.catalogue) for _, one, _ in models]
     return Section(
         "dynamics",
         "Bode plot and step response",
         {
-            "rows": [_row(name, actuator) for name, actuator in models],
-            "steps": [
-                (name, _metrics(time_s, angle))
-                for (name, _), angle in zip(models, responses, strict=True)
-            ],
+            "cores": [(name, _core(actuator, found)) for name, actuator, found in models],
+            "steps": [(name, _cells(found, STEP_FIGURES)) for name, _, found in models],
             "size_deg": size_deg,
             "figures": [_bode(models), _step(models, time_s, responses, size_deg)],
-            "models": [name for name, _ in models],
         },
     )
 
 
-def _models(story: Story) -> list[tuple[str, Actuator]]:
-    """Name and actuator of the model that the story begins with, and of the one it ends with."""
+def _models(story: Story, size_deg: float) -> list[Named]:
+    """The model that the story begins with, and the one it ends with: name, model, figures."""
     result = story.result
     if isinstance(result, Comparison):
-        return [("model", result.actuator)]
-    linear = result.ladder[0]
-    core = {one: Estimate(linear.value(one), None, "") for one in ("k", "T", "xi", "bias")}
-    models = [("linear model", Actuator(core))]
-    if result.effects and len(result.ladder) > 1:
-        models.append((f"with {listed(result.effects)}", result.actuator))
-    return models
+        return [("model", result.actuator, _unsure(story, result.actuator, size_deg))]
+    named = [(named_model(result.ladder[0].effects), result.ladder[0])]
+    if len(result.ladder) > 1:
+        named.append((f"with {listed(result.effects)}", result.ladder[-1]))
+    return [
+        (
+            name,
+            step.actuator,
+            step.dynamics or _unsure(story, step.actuator, size_deg),
+        )
+        for name, step in named
+    ]
 
 
-def _row(name: str, actuator: Actuator) -> dict[str, Any]:
-    k, T, xi = (actuator.value(one) for one in ("k", "T", "xi"))
-    return {
-        "name": name,
-        "gain": k,
-        "natural_hz": natural_frequency_hz(T),
-        "damping": xi,
-        "bandwidth_hz": bandwidth_hz(T, xi),
-        "resonance_db": resonance_db(xi),
-    }
+def _unsure(story: Story, actuator: Actuator, size_deg: float) -> Dynamics:
+    """Without sigmas: of a model card no covariance is known."""
+    return dynamics(actuator, None, size_deg, story.catalogue)
 
 
-def _times(actuator: Actuator) -> Array:
-    T, xi = actuator.value("T"), actuator.value("xi")
-    slow_s = T * (xi + np.sqrt(xi * xi - 1.0)) if xi > 1.0 else T / max(xi, 0.2)
-    return np.linspace(-BEFORE_STEP, 1.0, POINTS) * LENGTH * slow_s
+def _core(actuator: Actuator, found: Dynamics) -> list[str]:
+    k, xi = (_cell(actuator.parameters[name]) for name in ("k", "xi"))
+    natural, bandwidth, resonance = _cells(found, CORE_FIGURES)
+    if found.resonance_db.value <= NO_PEAK_DB:
+        resonance = "none"
+    return [k, natural, xi, bandwidth, resonance]
 
 
-def _response(
-    actuator: Actuator, time_s: Array, size_deg: float, catalogue: Mapping[str, Effect]
-) -> Array:
-    """The angle [deg] after a step of the command at time 0, from where it rests before."""
-    command = np.where(time_s < 0.0, 0.0, size_deg)
-    angle = actuator.predict(time_s=time_s - time_s[0], command_deg=command, catalogue=catalogue)
-    return np.asarray(angle - angle[time_s < 0.0][-1])
+def _cells(found: Dynamics, names: Sequence[str]) -> list[str]:
+    return [_cell(getattr(found, name), *SHOWN.get(name, (1.0, None))) for name in names]
 
 
-def _metrics(time_s: Array, angle_deg: Array) -> StepMetrics:
-    later = time_s >= 0.0
-    return step_metrics(time_s[later], angle_deg[later])
+def _cell(one: Estimate | None, factor: float = 1.0, unit: str | None = None) -> str:
+    """A value with its sigma, where that is known; the unit behind."""
+    if one is None:
+        return "–"
+    shown = one.unit if unit is None else unit
+    sigma = None if one.sigma is None else factor * one.sigma
+    value, spread = uncertain(factor * one.value, sigma)
+    words = f"{value} ± {spread}" if sigma else value
+    return words if shown == "-" else f"{words} {shown}"
 
 
-def _bode(models: Sequence[tuple[str, Actuator]]) -> Markup:
+def _bode(models: Sequence[Named]) -> Markup:
     """Gain and phase of the linear cores, analytically, with natural frequency and bandwidth."""
     last = models[-1][1]
     middle = natural_frequency_hz(last.value("T"))
@@ -110,7 +100,7 @@ def _bode(models: Sequence[tuple[str, Actuator]]) -> Markup:
 
     def paint(figure: Figure) -> None:
         gains, phases = figure.subplots(2, 1, sharex=True)
-        for (name, actuator), (colour, look) in zip(models, LOOKS, strict=False):
+        for (name, actuator, _), (colour, look) in zip(models, LOOKS, strict=False):
             k, T, xi = (actuator.value(one) for one in ("k", "T", "xi"))
             s = 2j * np.pi * at
             response = k / (T * T * s * s + 2.0 * xi * T * s + 1.0)
@@ -139,7 +129,7 @@ def _bode(models: Sequence[tuple[str, Actuator]]) -> Markup:
 
 
 def _step(
-    models: Sequence[tuple[str, Actuator]],
+    models: Sequence[Named],
     time_s: Array,
     responses: Sequence[Array],
     size_deg: float,
@@ -148,7 +138,7 @@ def _step(
         axes = figure.subplots()
         command = np.where(time_s < 0.0, 0.0, size_deg)
         axes.plot(time_s, command, color=NOISE, linewidth=1.1, label="command")
-        for (name, _), angle, (colour, look) in zip(models, responses, LOOKS, strict=False):
+        for (name, _, _), angle, (colour, look) in zip(models, responses, LOOKS, strict=False):
             axes.plot(time_s, angle, look, color=colour, linewidth=1.3, label=name)
         axes.set_xlim(time_s[0], time_s[-1])
         axes.set_xlabel("time after the step [s]")

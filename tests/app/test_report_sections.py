@@ -1,0 +1,184 @@
+"""The report's sections on dynamics, correlation and film, its contents, and a report from JSON."""
+
+from __future__ import annotations
+
+import base64
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+import servosight as ss
+from servosight.app.main import main
+from servosight.app.report import write_report
+from servosight.diagnose import Diagnosis
+from servosight.models.core import Estimate, Recording, uncertain
+from servosight.models.effects import catalogue
+from servosight.models.plant import Plant, Stimulus, bandwidth_hz
+from servosight.sources import Geometry
+
+KNOWN = ("backlash", "coulomb_friction")
+RATE_HZ = 60.0
+PIVOT = (80.0, 100.0)
+FIN = np.array([[70.0, 88.0], [230.0, 94.0], [230.0, 106.0], [70.0, 112.0]])
+K, T, XI, GAP = 1.0, 0.03, 0.5, 0.5
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Six seconds of steps and a triangle, seen through a play, saved with a film of it."""
+    plant = Plant.of(catalogue())
+    rows = np.arange(0.0, 6.0, 0.01)
+    steps = 12.0 * np.sign(np.sin(2.0 * np.pi * 0.7 * rows))
+    command = np.where(rows < 3.0, 15.0 * np.arcsin(np.sin(2.0 * np.pi * 0.6 * rows)), steps)
+    time_s = np.arange(0.05, 6.0, 1.0 / RATE_HZ)
+    quiet = Recording("run", rows, command, time_s, np.zeros(time_s.size))
+    row = np.array(plant.layout.neutral_row())
+    row[:3] = K, T, XI
+    row[plant.index("backlash.gap")] = GAP
+    noise = 0.02 * np.random.default_rng(4).standard_normal(time_s.size)
+    angle = plant.simulate(row, Stimulus.of(quiet)) + noise
+    made = replace(quiet, angle_deg=angle, sigma_deg=np.full(time_s.size, 0.02))
+    folder = tmp_path_factory.mktemp("report") / "run"
+    made.save(folder)
+    return filmed(made, folder)
+
+
+def filmed(recording: Recording, folder: Path) -> Recording:
+    """The recording with a film of a fin that stands as measured, and the geometry beside it."""
+    video = folder / "video.mkv"
+    with av.open(str(video), "w") as container:
+        stream = container.add_stream("ffv1", rate=Fraction(int(RATE_HZ)))
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "gray"
+        for angle in recording.angle_deg:
+            image = np.full((240, 320), 60, np.uint8)
+            turn = np.deg2rad(angle)
+            matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+            points = (FIN - PIVOT) @ matrix.T + PIVOT
+            cv2.fillPoly(image, [np.round(points * 16).astype(np.int32)], 200, cv2.LINE_AA, 4)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
+        container.mux(stream.encode(None))
+    outline = np.vstack(
+        [np.linspace(a, b, 40) for a, b in zip(FIN, np.roll(FIN, -1, 0), strict=True)]
+    )
+    count = recording.time_s.size
+    track: Any = SimpleNamespace(
+        frames=count, measured=np.ones(count, bool), pivot_px=PIVOT, outline_px=outline
+    )
+    Geometry.of(track, video).save(folder)
+    return replace(recording, video=video, path=folder)
+
+
+@pytest.fixture(scope="module")
+def found(recording: Recording) -> Diagnosis:
+    """Of two effects to choose from, which takes a moment."""
+    others = [name for name in catalogue() if name not in KNOWN]
+    return ss.diagnose(recording, without_effects=others)
+
+
+@pytest.fixture(scope="module")
+def page(found: Diagnosis, recording: Recording, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    at = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
+    write_report(path, found, [recording], at=at, command="servosight diagnose run <x>")
+    return path.read_text(encoding="utf-8")
+
+
+def section(page: str, name: str) -> str:
+    """The words of one section, without its figures and tags."""
+    body = page.split(f'<section id="{name}">')[1].split("</section>")[0]
+    body = re.sub(r"<svg.*?</svg>", " ", body, flags=re.DOTALL)
+    return " ".join(re.sub(r"<[^>]+>", " ", body).split())
+
+
+def test_dynamics_carry_a_sigma(page: str, found: Diagnosis) -> None:
+    """Bode figures and step metrics of the last model, as saved, and as they really are."""
+    assert found.effects == ("backlash",)
+    last = found.ladder[-1].dynamics
+    assert last is not None
+    words = section(page, "dynamics")
+    for name, factor, unit in (
+        ("natural_frequency_hz", 1.0, "Hz"),
+        ("bandwidth_hz", 1.0, "Hz"),
+        ("rise_time_s", 1e3, "ms"),
+        ("settling_time_s", 1e3, "ms"),
+        ("overshoot", 100.0, "%"),
+        ("final_change_deg", 1.0, "deg"),
+    ):
+        one = getattr(last, name)
+        assert isinstance(one, Estimate)
+        assert one.sigma is not None
+        value, sigma = uncertain(factor * one.value, factor * one.sigma)
+        assert f"{value} ± {sigma} {unit}" in words, name
+    bandwidth = last.bandwidth_hz
+    assert bandwidth.sigma is not None
+    assert abs(bandwidth.value - bandwidth_hz(T, XI)) < 4.0 * bandwidth.sigma
+    assert "Bode plot of the linear core" in page
+
+
+def test_correlations_are_shown(page: str, found: Diagnosis) -> None:
+    matrix = found.ladder[-1].correlation
+    assert matrix is not None
+    words = section(page, "parameters")
+    at = matrix.names.index("T"), matrix.names.index("xi")
+    shown = f"{matrix.values[at]:+.2f}".replace("-", "−")
+    assert "correlation" in words.lower()
+    assert shown in words
+
+
+def test_the_worst_seconds_are_a_film(page: str) -> None:
+    data = re.search(r'<video[^>]*src="data:video/mp4;base64,([^"]+)"', page)
+    assert data is not None
+    assert base64.b64decode(data[1])[4:8] == b"ftyp"
+    assert "slow motion" in section(page, "film") or "frames" in section(page, "film")
+
+
+def test_contents_date_and_command(page: str) -> None:
+    contents = page.split('aria-label="Contents"')[1].split("</nav>")[0]
+    linked = re.findall(r'href="#([\w-]+)"', contents)
+    sections = re.findall(r'<section id="([\w-]+)"', page)
+    assert linked == sections[1:]
+    assert {"dynamics", "film", "parameters", "method"} <= set(linked)
+    assert "4 March 2026, 05:06 UTC" in page
+    assert "<code>servosight diagnose run &lt;x&gt;</code>" in page
+
+
+def test_figures_can_be_enlarged(page: str) -> None:
+    script = page.split("<script>")[1].split("</script>")[0]
+    assert "figure" in script
+    assert "click" in script
+    assert "Enter" in script
+    assert page.count("<figure") >= 6
+
+
+def test_a_report_from_saved_json(
+    found: Diagnosis, recording: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It finds the recording where it was, or where it is said to be."""
+    found.save(tmp_path / "diagnosis.json")
+    words = ["report", str(tmp_path / "diagnosis.json")]
+    assert main([*words, "-o", str(tmp_path / "one.html")]) == 0
+    assert main([*words, str(recording.path), "-o", str(tmp_path / "two.html")]) == 0
+    capsys.readouterr()
+    one, two = ((tmp_path / name).read_text(encoding="utf-8") for name in ("one.html", "two.html"))
+    assert found.headline in one
+    assert section(one, "dynamics") == section(two, "dynamics")
+    assert "servosight report" in one
+
+
+def test_a_report_says_where_recordings_are_missing(
+    found: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gone = replace(found, recordings=found.recordings.__class__())
+    gone.save(tmp_path / "diagnosis.json")
+    words = ["report", str(tmp_path / "diagnosis.json"), "-o", str(tmp_path / "one.html")]
+    assert main(words) == 2
+    assert "does not say where its recordings are" in capsys.readouterr().err
