@@ -66,18 +66,18 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
 
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
     """One step a line with its error on test data as a bar, and the floor below."""
-    largest = max([floor_deg, *(rung["held_out_rmse_deg"] or 0.0 for rung in ladder)])
+    largest = max([floor_deg, *(step["held_out_rmse_deg"] or 0.0 for step in ladder)])
     table = _table(
         "model", "test data", "", "validation", "fitted", title="error of the model, rms"
     )
-    for rung in ladder:
-        error = rung["held_out_rmse_deg"]
+    for step in ladder:
+        error = step["held_out_rmse_deg"]
         table.add_row(
-            _change(rung),
+            _change(step),
             _deg(error),
             _bar(error, largest),
-            _deg(rung["validation_rmse_deg"]),
-            _deg(rung["train_rmse_deg"]),
+            _deg(step["validation_rmse_deg"]),
+            _deg(step["train_rmse_deg"]),
         )
     table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
     out.print(table)
@@ -157,11 +157,11 @@ def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: st
     out.print()
 
 
-def _change(rung: Mapping[str, Any]) -> str:
-    """What a rung added to the model and took from it."""
-    added, removed = rung["added"], rung.get("removed")
+def _change(step: Mapping[str, Any]) -> str:
+    """What a step added to the model and took from it."""
+    added, removed = step["added"], step.get("removed")
     signs = ([f"+ {added}"] if added else []) + ([f"- {removed}"] if removed else [])
-    return ", ".join(signs) or ", ".join(["linear", *(f"+ {name}" for name in rung["effects"])])
+    return ", ".join(signs) or ", ".join(["linear", *(f"+ {name}" for name in step["effects"])])
 
 
 def _bar(value: float | None, largest: float) -> str:

@@ -72,8 +72,8 @@ def follow_folder(
     settings = folder.settings
     known = {
         "frame_table": folder.frames,
-        "exposure_s": settings.exposure_s if settings.shutter_told else None,
-        "readout_s": settings.readout_s if settings.shutter_told else None,
+        "exposure_s": settings.exposure_s if settings.shutter_given else None,
+        "readout_s": settings.readout_s if settings.shutter_given else None,
     }
     how_known = replace(how, camera=how.camera or known_camera(folder))
     tracks = measure(folder.video, how_known, progress, **{**known, **given})
@@ -105,9 +105,9 @@ def track_folder(
             found_s = float(surface.shutters.exposures_s[0])
             set_keys(folder.path / "recording.toml", found_exposure_s=round(found_s, 6))
         rows, shared = surface.measured, surface.shared_deg
-        told = None if shared is None else shared[rows]
+        shared_rows = None if shared is None else shared[rows]
         # angle.csv comes last: as long as it is missing, the recording is tracked again.
-        write_shared(folder.path, surface.time_s[rows] + later_s, told, scale)
+        write_shared(folder.path, surface.time_s[rows] + later_s, shared_rows, scale)
         written = {shared_error.NAME: digest(folder.path / shared_error.NAME)}
         written |= {
             name: hashlib.sha256(_table(track, later_s, scale).encode()).hexdigest()

@@ -83,7 +83,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         help="write a law for the error that no effect explains, as a plugin file",
     )
-    add_seed(parser)  # kept for scripts: the climb has no chance in it
+    add_seed(parser)  # kept for scripts: the selection is deterministic
     add_model_output(parser)
     add_json(parser)
     add_report(parser)
@@ -206,7 +206,7 @@ def _limits(args: argparse.Namespace, recordings: list[Recording]) -> Limits | N
 
 
 def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
-    """What to type now: climb, then look at the report, keep the model, try it on another run."""
+    """The next command: select effects, view the report, save the model, try another run."""
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
     again += [word for path in args.validate for word in ("--validate", path)]
     again += [word for path in args.test for word in ("--test", path)]

@@ -122,8 +122,8 @@ def _write(args: argparse.Namespace) -> None:
     limits, out = _limits(args), console(args)
     values: dict[str, Any] = {"schema": 1, "shape": args.shape}
     if args.shape == "optimal":
-        made, told = _optimal(args, limits)
-        values["information"] = told
+        made, found = _optimal(args, limits)
+        values["information"] = found
     else:
         from servosight.models.excitation import design
 
@@ -182,14 +182,14 @@ def _check(args: argparse.Namespace) -> None:
     else:
         recording = load([args.check], args)[0]  # a horn's view comes behind its surface's
         noise = noise_deg(recording)
-    told = assess(actuator, [recording], noise, catalogue=effects)
-    values = {"schema": 1, **told.to_dict()}
+    found = assess(actuator, [recording], noise, catalogue=effects)
+    values = {"schema": 1, **found.to_dict()}
     out = console(args)
-    out.print(told.sentence)
-    if not told.sufficient:
+    out.print(found.sentence)
+    if not found.sufficient:
         better = better_command(actuator, recording, noise, catalogue=effects)
         if better is not None:
-            values["better"] = better.sentence(told)
+            values["better"] = better.sentence(found)
             out.print(values["better"])
     write_json(args.json, values)
 

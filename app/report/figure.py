@@ -19,7 +19,7 @@ from servosight.models.core import Array
 
 Paint = Callable[[Figure], None]
 
-# Okabe and Ito's palette: told apart by the colour-blind, and in grey by their line styles.
+# Okabe and Ito's palette: distinguishable for the colour-blind, and in grey by their line styles.
 MEASURED = "#20242a"
 BEFORE = "#d55e00"
 AFTER = "#0072b2"

@@ -52,12 +52,12 @@ def run(args: argparse.Namespace, results: Results) -> None:
     jobs = [(row, seed) for row in rows for seed in _seeds(args, row)]
     with progress("hidden effects") as show:
 
-        def heard(line: Line, done: int, total: int) -> None:
+        def on_line(line: Line, done: int, total: int) -> None:
             show(line["row"], done, total)
             if not _right(line):
                 print(_explain(line), flush=True)
 
-        lines = run_trials(results, jobs, args.processes, heard)
+        lines = run_trials(results, jobs, args.processes, on_line)
     if args.only:
         print("\n".join(_explain(line) for line in lines))
     for row in rows:

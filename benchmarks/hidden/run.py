@@ -17,7 +17,7 @@ from .trial import NoDraw, run_trial
 
 Line = dict[str, Any]
 Job = tuple[str, int]
-Heard = Callable[[Line, int, int], None]
+OnLine = Callable[[Line, int, int], None]
 
 SOURCES = Path(__file__).resolve().parents[2]
 MAKING = (
@@ -88,8 +88,10 @@ def run_job(job: Job, facts: Mapping[str, Any] | None) -> Line:
     return run(row, seed, facts)
 
 
-def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Heard) -> list[Line]:
-    """Run what is not in the results yet; ``heard`` gets each new line, how many, of how many.
+def run_trials(
+    results: Results, jobs: Sequence[Job], processes: int, on_line: OnLine
+) -> list[Line]:
+    """Run what is not in the results yet; ``on_line`` receives each new line, done and total.
 
     Returns the lines of all jobs but those for which no draw has the strength.
     """
@@ -107,7 +109,7 @@ def run_trials(results: Results, jobs: Sequence[Job], processes: int, heard: Hea
                 line = {**future.result(), "version": results.version, "made": results.made}
                 results.append(line)
                 done[line["row"], line["seed"]] = line
-                heard(line, count, len(missing))
+                on_line(line, count, len(missing))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

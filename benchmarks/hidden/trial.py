@@ -18,7 +18,7 @@ from .draw import ROWS, Setup, noise_for, propose
 from .film import film
 
 SEPARABLE = 10.0
-"""Cost in log-likelihood from which the best rival can be told from what was hidden."""
+"""Cost in log-likelihood from which the best rival is distinguished from what was hidden."""
 LEADING = 4
 ATTEMPTS = 200
 

@@ -77,7 +77,7 @@ def alternatives(
 
 
 def agree(first: Trial, second: Trial, resolution: Resolution, whole: Whole) -> float | None:
-    """What confusing two models costs in log-likelihood; None where they can be told apart.
+    """What confusing two models costs in log-likelihood; None where they are distinguished.
 
     Where the validation samples alone may part them, both are fitted to these as well: a parameter
     that the others leave open must not speak against a model.

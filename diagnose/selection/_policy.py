@@ -32,7 +32,7 @@ class SelectionPolicy:
 
     ``explained``: a model explains data where its rmse is within this factor of the floor.
     ``chance``: of few samples the rmse may exceed that where noise alone does so in this share of
-    cases. ``tie``: models whose log-likelihoods differ by less cannot be told apart. ``undecided``:
+    cases. ``tie``: models whose log-likelihoods differ by less are alike. ``undecided``:
     models whose evidence differs by less are fitted to validation data too before that is said.
 
     An effect that contains another must be better by ``nested`` in log-likelihood, remove

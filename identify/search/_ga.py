@@ -53,12 +53,12 @@ def recombined(
 def mutated(
     children: Array, bounds: Bounds, options: PopulationOptions, rng: np.random.Generator
 ) -> Array:
-    """Single coordinates changed by steps of all sizes, each octave as likely as the next.
+    """Single coordinates changed by steps whose size is uniform on a logarithmic scale.
 
-    So neither a wide search nor a fine one needs a scale of its own.
+    So a wide search and a fine one need no different scale.
     """
     hit = rng.random(children.shape) * bounds.low.size < options.mutations
-    octaves = options.mutation_precision * rng.random(children.shape)
-    size = options.mutation_range * 2.0 ** (-octaves)
+    exponents = options.mutation_precision * rng.random(children.shape)
+    size = options.mutation_range * 2.0 ** (-exponents)
     sign = rng.choice([-1.0, 1.0], children.shape)
     return np.where(hit, children + sign * size * bounds.width, children)

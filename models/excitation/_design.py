@@ -149,7 +149,7 @@ def _chirp(limits: Limits, form: Form, seed: int) -> Design:
 
 
 def _multisine(limits: Limits, form: Form, seed: int) -> Design:
-    """Whole periods, so that what repeats can be told from noise."""
+    """Whole periods, so that the periodic part can be separated from noise."""
     low, high = _band(limits, form, 0.2, 9.0)
     periods = max(FEWEST_PERIODS, round(limits.duration_s / PERIOD_S))
     rows = 2 * int(limits.duration_s * limits.rows_hz / periods / 2.0 + 1e-9)

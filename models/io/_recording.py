@@ -22,7 +22,7 @@ from servosight.models.io._series import DEGREES, SECONDS, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
 
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
-"""Endings by which a video is told from a table that cannot be read."""
+"""Endings that mark a video, not a table that cannot be read."""
 EXPOSURE_SHARE = 1.5
 """A frame's exposure cannot outlast the interval; the half allows for a doubtful clock."""
 

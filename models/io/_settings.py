@@ -86,8 +86,8 @@ class RecordingSettings:
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
-    those of the others that share its physics. ``shutter_told`` is False where the file has neither
-    exposure nor readout: the exposure is then the one that the tracker found, if it did.
+    those of the others that share its physics. ``shutter_given`` is False where the file has
+    neither exposure nor readout: the exposure is then the one that the tracker found, if it did.
     """
 
     hold: Hold = "zero"
@@ -98,7 +98,7 @@ class RecordingSettings:
     neutral_us: float | None = None
     exposure_s: float = 0.0
     readout_s: float = 0.0
-    shutter_told: bool = False
+    shutter_given: bool = False
     relative_gain: float = 1.0
     relative_load: float = 1.0
     details: dict[str, Any] = field(default_factory=dict)
@@ -115,7 +115,7 @@ def read_recording_settings(path: Path) -> RecordingSettings:
     table = read_settings(path, "a recording's settings in TOML, such as format = 1")
     keys = validated(table, _SettingsKeys, path, notes=True)
     require(keys.unit_scale != 0.0, path, "unit_scale", 0, "degrees in one unit")
-    told = bool({"exposure_s", "readout_s"} & set(table.get("camera", ())))
+    given = bool({"exposure_s", "readout_s"} & set(table.get("camera", ())))
     sigma_s = keys.offset_sigma_s
     if sigma_s is None:  # a video that was tracked has a note on its clock
         sigma_s = math.inf if "clock_note" in table else 0.0
@@ -126,9 +126,9 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         unit_scale=keys.unit_scale,
         deg_per_us=keys.deg_per_us,
         neutral_us=keys.neutral_us,
-        exposure_s=keys.camera.exposure_s if told else keys.found_exposure_s,
+        exposure_s=keys.camera.exposure_s if given else keys.found_exposure_s,
         readout_s=keys.camera.readout_s,
-        shutter_told=told,
+        shutter_given=given,
         relative_gain=keys.relative_gain,
         relative_load=keys.relative_load,
         details=table,

@@ -106,8 +106,8 @@ def _steps_s(T_s: Array, xi: Array) -> Array:
     """
     slow_s = T_s * np.where(xi > 1.0, xi + np.sqrt(np.maximum(xi * xi - 1.0, 0.0)), 1.0)
     times = np.stack([T_s, slow_s], axis=1)
-    rungs = np.floor(4.0 * np.log2(STEP_SHARE * times)) / 4.0
-    return np.asarray(np.clip(2.0**rungs, *STEP_BOUNDS_S))
+    exponents = np.floor(4.0 * np.log2(STEP_SHARE * times)) / 4.0
+    return np.asarray(np.clip(2.0**exponents, *STEP_BOUNDS_S))
 
 
 @functools.lru_cache(maxsize=8)

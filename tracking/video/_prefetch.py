@@ -21,4 +21,4 @@ def prefetch(source: Iterator[T], count: int) -> Iterator[T]:
         coming = deque(pool.submit(next, source, end) for _ in range(count))
         while (item := coming.popleft().result()) is not end:
             coming.append(pool.submit(next, source, end))
-            yield item  # type: ignore[misc]  # next's default is not told apart by its type
+            yield item  # type: ignore[misc]  # the type does not exclude next's default

@@ -57,7 +57,7 @@ def section(story: Story) -> Section | None:
 
 
 def groups(candidates: Sequence[Candidate]) -> list[tuple[str, ...]]:
-    """Sets of effects that cannot be told apart, each once, in the order of the ranking."""
+    """Sets of effects that cannot be distinguished, each once, in the order of the ranking."""
     found = [
         tuple(other.effect for other in candidates if other.effect in {one.effect, *names})
         for one in candidates

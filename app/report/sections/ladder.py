@@ -30,7 +30,7 @@ def section(story: Story) -> Section | None:
         "The falling error",
         {
             "figure": _figure(result.ladder, story.floor_deg),
-            "rungs": [
+            "steps": [
                 {
                     "name": named(step),
                     "train_deg": step.train_rmse_deg,
@@ -48,7 +48,7 @@ def section(story: Story) -> Section | None:
 
 
 def named(step: LadderStep) -> str:
-    """What a rung changed, in words."""
+    """What a step changed, in words."""
     added, removed = step.added, step.removed
     if added is None and removed is None:
         return named_model(step.effects)

@@ -13,7 +13,7 @@ from servosight.models.core import CORE, OWN, Estimate
 from servosight.models.effects import Effect
 
 STRONG = 0.95
-"""Parameters so correlated are hardly told apart."""
+"""Above this correlation the recording hardly distinguishes two parameters."""
 
 
 def section(story: Story) -> Section | None:
