@@ -11,7 +11,7 @@ from enum import Enum
 from servosight.models.base import StageProgress, silent
 
 PACE = "frames/s"
-"""A stage that ends so tells how fast it goes, and is the same stage at another pace."""
+"""A word with this ending gives the speed: it is the same stage at another speed."""
 
 
 class Amount(Enum):

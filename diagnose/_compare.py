@@ -58,7 +58,7 @@ class Comparison(Result):
     """A model's error on recordings that it need not have been fitted on.
 
     ``explained``: the error is at most 1.10 times ``floor_deg``, the smallest error that counts.
-    ``sentences``: the error as a whole, then what stands out in it, the largest first.
+    ``sentences``: the error as a whole, then the findings, the largest first.
     """
 
     TYPE: ClassVar[str] = "comparison"

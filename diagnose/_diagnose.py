@@ -274,7 +274,7 @@ def _next(
     auto: bool,
     known: Evidence,
 ) -> str:
-    """One sentence on what to do next; the best candidate is named where it earns its place."""
+    """One sentence on what to do next; the best candidate is named where it is accepted."""
     first, candidate = selected.steps[0].trial, None
     for best in selected.singles[:1]:
         if criterion.earns(best.score, first.score, len(candidates)):

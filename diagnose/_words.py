@@ -183,7 +183,7 @@ def next_experiment(
     auto: bool,
     regime: Regime | None = None,
 ) -> str:
-    """What to do next; ``candidate``: the best effect, where it earns its place alone.
+    """What to do next; ``candidate``: the best effect, where it is accepted alone.
 
     ``regime`` is one beyond the fitted data that holds most of the error.
     """

@@ -1,4 +1,4 @@
-"""The report: one HTML file that tells what was missing, for someone new to the program."""
+"""The report: one HTML file that shows what was missing, for someone new to the program."""
 
 from __future__ import annotations
 

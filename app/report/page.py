@@ -64,7 +64,7 @@ class Made:
 
 
 def page(story: Story, made: Made = Made()) -> str:
-    """The whole page; a section that has nothing to tell is left out."""
+    """The whole page; a section without content is left out."""
     parts = [found for found in (section(story) for section in SECTIONS) if found is not None]
     environment = _environment()
     names = list(dict.fromkeys(recording.name for recording in story.recordings))

@@ -48,7 +48,7 @@ def hidden(line: Line) -> tuple[str, ...]:
 
 
 def separable(line: Line) -> bool:
-    """True where the recording can tell what was hidden from every rival."""
+    """True where the recording distinguishes what was hidden from every rival."""
     facts = line["facts"]
     if line["row"] == "outside":
         return bool(facts["misfit_deg"][facts["rival"]] >= STRAYED * line["floor_deg"])
@@ -75,7 +75,7 @@ def in_group(line: Line) -> bool:
 
 
 def right(line: Line) -> bool:
-    """True where the diagnosis said all that its recording can tell."""
+    """True where the diagnosis said all that its recording can distinguish."""
     if line["row"] == "outside":
         return unexplained(line) or not separable(line)
     return named(line) if separable(line) else in_group(line)

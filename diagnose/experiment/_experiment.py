@@ -1,8 +1,8 @@
-"""The next experiment: the command that best tells the leading candidates apart.
+"""The next experiment: the command that best distinguishes the leading candidates.
 
-Each candidate predicts its answer to each command of a library. The difference of two predictions
-counts only as far as the rival cannot take it up: it may move its parameters, bound by the
-recordings at hand, and its bias and initial state anew (to first order, by its Jacobian; for the
+Each candidate predicts its response to each command of a library. The difference of two predictions
+counts only as far as the rival cannot compensate it: it may change its parameters, as far as the
+given recordings allow, and its bias and initial state (to first order, by its Jacobian; for the
 commands that lead, by fitting it to what the other predicts). What is left, squared over twice the
 noise squared, is the log-likelihood by which the experiment would decide (Hunter and Reiner,
 Technometrics 7 (1965) 307; Box and Hill, Technometrics 9 (1967) 57).
@@ -54,11 +54,11 @@ class Experiment:
 
     @property
     def closest(self) -> Separation:
-        """The pair that it tells least of."""
+        """The pair that it distinguishes least."""
         return min(self.separations, key=lambda one: one.log_likelihood)
 
     def decided(self, tolerance_deg: float) -> int:
-        """How many pairs it tells apart."""
+        """How many pairs it distinguishes."""
         return sum(one.decides(tolerance_deg) for one in self.separations)
 
     def made_sure(self, models: ModelSelection, noise_deg: float) -> Experiment:
@@ -175,7 +175,7 @@ def _separations(
 
 
 def _score(separations: Iterator[float]) -> float:
-    """Every pair counts; one that is far apart makes up for none that is close."""
+    """Every pair counts; one that is far apart does not compensate one that is close."""
     return float(sum(np.log1p(min(one, PLENTY)) for one in separations))
 
 

@@ -10,12 +10,12 @@ from servosight.models.core import Array
 from servosight.models.excitation import Design, Excitation, Limits
 
 DECIDES = SelectionPolicy().tie
-"""Log-likelihood from which on an experiment tells two models apart."""
+"""Log-likelihood from which on an experiment distinguishes two models."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Separation:
-    """What an experiment tells of a pair: log-likelihood, and the largest difference left [deg]."""
+    """How well an experiment distinguishes a pair: log-likelihood, largest difference [deg]."""
 
     between: tuple[str, str]
     log_likelihood: float
@@ -37,8 +37,8 @@ class Proposal:
 
     ``command`` and ``limits`` are words, ``time_s`` and ``command_deg`` (rows,) the command itself.
     It is ``recommended`` only where it decides between two of the models at least, and ``decides``
-    where it tells every pair apart. Differences below ``tolerance_deg`` decide nothing: no model is
-    asked to be right within it.
+    where it distinguishes every pair. Differences below ``tolerance_deg`` decide nothing: no model
+    need be right within it.
     """
 
     command: str

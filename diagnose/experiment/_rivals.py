@@ -23,7 +23,7 @@ REFIT_BUDGET = 120
 
 @dataclass(frozen=True)
 class Rival:
-    """A fitted model, and what the recordings at hand allow it to become."""
+    """A fitted model, and how far the given recordings allow its parameters to change."""
 
     trial: Trial
     name: str
@@ -59,7 +59,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class PredictedExperiment:
-    """A candidate's answer to one experiment."""
+    """A candidate's response to one experiment."""
 
     rival: Rival
     problem: Problem

@@ -1,8 +1,8 @@
 """What the tests of an error show, as plain sentences: those that matter, the largest first.
 
-A finding must be more than chance (1 in 100, also where errors hang together in time) and large
+A finding must be more than chance (1 in 100, also where errors are autocorrelated) and large
 enough to matter beside the floor, which noise alone is not. Every size is the rms of that part of
-the error which the sentence speaks of, so that sizes compare; parts overlap, so shares do not add
+the error which the sentence describes, so that sizes compare; parts overlap, so shares do not add
 up.
 """
 
@@ -22,11 +22,11 @@ MATTERS = 0.5
 LEAST_SHARE = 0.05
 """And from this share of the squared error on."""
 GENERAL = ("linearity", "whiteness")
-"""Tests that say nothing of where an error comes from: they stand last."""
+"""Tests that do not say where an error comes from: they come last."""
 
 
 def findings(judged: Sequence[Judged], floor_deg: float, noise_deg: float) -> tuple[Finding, ...]:
-    """What stands out in the error of a model, largest first; nothing where nothing does.
+    """What the tests find in the error of a model, largest first; empty where they find nothing.
 
     Whiteness and independence are tested on held-out samples, what the error depends on with all
     samples of these recordings; recordings that were only fitted do not count beside others.

@@ -66,7 +66,7 @@ class Response:
 
 
 def response(judged: Sequence[Judged]) -> Response | None:
-    """The response of the longest recording; None where that is too short to tell noise."""
+    """The response of the longest recording; None where that is too short to separate noise."""
     one = max(judged, key=lambda item: item.recording.time_s.size)
     recording = one.recording
     grid = grid_of(recording.command_time_s, recording.command_deg)

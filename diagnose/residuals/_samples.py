@@ -1,8 +1,8 @@
-"""What the tests of an error work on: the samples that count, and how many of them are their own.
+"""What the tests of an error work on: the samples that count, and their effective number.
 
-Errors hang together in time, so that many samples are worth few: where groups are compared, the
-count is divided by the integral time scale of what is left within them (Zieba, Effective number of
-observations, Metrology and Measurement Systems 17 (2010) 3).
+Errors are autocorrelated, so the effective number of samples is smaller: where groups are compared,
+the count is divided by the integral time scale of what is left within them (Zieba, Effective number
+of observations, Metrology and Measurement Systems 17 (2010) 3).
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 The two residual tests of system identification (Ljung, System Identification, 2nd ed., 1999,
 section 16.6). The models here are simulated from the command alone, as output-error models are:
-of their errors whiteness is not asked, as the measurement's own noise may hang together; what must
-hold is independence from the command. Its band allows for coloured errors. Missing samples leave
-pairs out, and uneven times count as the nearest even ones.
+whiteness of their errors is not required, because the noise of the measurement may be
+autocorrelated; the errors must be independent of the command. The band of that test allows for
+coloured errors. Missing samples remove pairs, and uneven times count as the nearest even ones.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Models that these recordings cannot tell apart."""
+"""Models that these recordings cannot distinguish."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def agree(first: Trial, second: Trial, resolution: Resolution, whole: Whole) -> 
     """What confusing two models costs in log-likelihood; None where they are distinguished.
 
     Where the validation samples alone may part them, both are fitted to these as well: a parameter
-    that the others leave open must not speak against a model.
+    that the others do not determine must not count against a model.
     """
     criterion = resolution.criterion
     lost = resolution.cost(first, second)

@@ -78,7 +78,7 @@ class Score:
 
 @dataclass(frozen=True)
 class AcceptanceCriterion:
-    """What a model must meet on the data at hand.
+    """What a model must meet on the given data.
 
     ``floor_deg`` is the smallest error that counts, the measurement's noise and the tolerance
     together; ``tolerance_deg`` is the part of it that no model is asked to be right within.
@@ -101,7 +101,7 @@ class AcceptanceCriterion:
     def value(self, score: Score) -> float:
         """Log-likelihood with parameters counted (half the negative BIC, Schwarz 1978).
 
-        Errors below the tolerance count for nothing: the tolerance adds to the mean square.
+        Errors below the tolerance do not count: the tolerance adds to the mean square.
         """
         count = score.samples
         variance = score.mean_square_deg2 + self.tolerance_deg**2
@@ -171,7 +171,7 @@ class AcceptanceCriterion:
     def earns_as_pair(self, both: Score, rivals: Sequence[Score], tried: int) -> bool:
         """True where two effects together earn their place beside each of ``rivals``.
 
-        These are the model at hand, that with the pair's first effect, and the best single one.
+        These are the current model, that with the pair's first effect, and the best single one.
         """
         return all(self.earns(both, rival, tried**2) for rival in rivals)
 
@@ -202,7 +202,7 @@ class AcceptanceCriterion:
         return reached.effects == first.effects and not self.explained(reached)
 
     def tied(self, log_likelihood: float) -> bool:
-        """True where a difference in log-likelihood tells no two models apart."""
+        """True where a difference in log-likelihood distinguishes no two models."""
         return log_likelihood < self.policy.tie
 
     def undecided(self, score: Score, rival: Score) -> bool:

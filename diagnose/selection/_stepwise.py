@@ -54,7 +54,7 @@ class StepwiseSelector:
         return Selected(tuple(steps), first.singles)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
-        """More steps while something earns its place; ``ranked``: known single candidates."""
+        """More steps while something is accepted; ``ranked``: known single candidates."""
         most = self.criterion.policy.max_steps
         while len(steps) < most and not self.criterion.done(steps[-1].trial.score):
             base = steps[-1].trial
@@ -67,7 +67,7 @@ class StepwiseSelector:
             ):
                 added = self._pair(base, ranked) or added
             if not added or _effects(added[-1]) in map(_effects, steps):
-                break  # nothing earns its place, or only what was taken out again
+                break  # nothing is accepted, or only what was removed before
             steps += added
             steps += self._settled(steps[-1].trial)
             ranked = None
@@ -137,13 +137,13 @@ class StepwiseSelector:
         return not self.models.explained_whole(trial, self.criterion)
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
-        """A step for the best single candidate if it earns its place."""
+        """A step for the best single candidate if it is accepted."""
         if not ranked or not self.criterion.earns(ranked[0].score, base.score, self._tried(base)):
             return None
         return [_step(ranked[0], base)]
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
-        """Two steps for the best pair, if it earns its place beside the best single candidate.
+        """Two steps for the best pair, if it is accepted against the best single candidate.
 
         Two effects can each gain little alone and much together, and a single one that gains a
         little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
@@ -235,7 +235,7 @@ class StepwiseSelector:
         return None
 
     def _needed(self, trial: Trial, smaller: Trial) -> bool:
-        """True where ``trial`` earns its place, and the smaller model cannot do as well.
+        """True where ``trial`` is accepted, and the smaller model cannot do as well.
 
         Where the validation samples hold what the fitted ones do not show, a model fitted without
         them fails there for want of data only: so it may see them before it is given up.

@@ -69,7 +69,7 @@ def search_effects(problem: Problem, base: Solution) -> Solution:
     """Fit from many more starts than usual: for a cost as rugged as that of stick-slip.
 
     Seeded variations of the guesses are starts as well: several parameters of an effect can be
-    guessed wrong at once.
+    guessed wrong at the same time.
     """
     guesses = np.array(effect_starts(problem, base.as_base))
     starts = np.vstack([guesses, _variations(problem, base, guesses)])

@@ -72,8 +72,8 @@ class Problem:
     ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
     so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain. ``held``
-    parameters stay at their values: their bounds are these. Of effects that are not fitted, they
-    count for nothing.
+    parameters stay at their values: their bounds are these. Those of effects that are not fitted
+    are ignored.
     """
 
     recordings: tuple[Recording, ...]

@@ -1,4 +1,4 @@
-"""The mark by which the program knows again what it wrote, so that it replaces nothing else.
+"""The mark by which the program recognises what it wrote, so that it replaces nothing else.
 
 TOML and HTML carry it at their head, PNG and video in their metadata; a JSON result is known by how
 it begins. CSV carries no mark, for other programs read it: an existing table counts as the user's.

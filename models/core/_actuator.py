@@ -34,7 +34,7 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its standard deviation (None where the recording cannot tell) and unit."""
+    """A value with its standard deviation (None where it is not determined) and unit."""
 
     value: float
     sigma: float | None

@@ -1,4 +1,4 @@
-"""What there is to know of an effect, as plain values."""
+"""All about an effect, as plain values."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from servosight.models.excitation._shapes import Excitation
 
 PERIOD_S = 5.0
 FEWEST_PERIODS = 3
-"""Of a multisine: one to settle, two to tell noise from what repeats."""
+"""Of a multisine: one to settle, two to separate noise from the periodic response."""
 FEWEST_LINES = 4
 SMALL = 0.25
 """The smaller of two triangles, as a share of the larger."""

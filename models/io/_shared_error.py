@@ -17,7 +17,7 @@ NAME = "shared.csv"
 
 
 def read_shared(folder: Path, time_s: Array, scale: float = 1.0) -> Array | None:
-    """The errors [deg], (samples, errors), of a recording's folder; None where it tells none.
+    """The errors [deg], (samples, errors), of a recording's folder; None where it has none.
 
     ``time_s`` (samples,) are the angle's times, ``scale`` the recording's ``unit_scale``.
     InputError where the file's own times are others: it then belongs to another angle.csv.

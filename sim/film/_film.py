@@ -166,6 +166,6 @@ def _encoded(
         while waiting:
             yield waiting.popleft().result()
     finally:
-        stop.set()  # after an error or Ctrl-C no one waits for what is under way
+        stop.set()  # after an error or Ctrl-C no one waits for running work
         pool.shutdown(cancel_futures=True)
         cv2.setNumThreads(threads)

@@ -1,4 +1,4 @@
-"""From a first pass over a video to its layers, where these tell more than the surface."""
+"""From a first pass over a video to its layers, where these are better than the surface."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def layer_estimator(
     runs: Iterable[Sequence[TrackedFrame]], refine: SurfaceEstimator
 ) -> AngleEstimator:
     """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
-    tell the angle better."""
+    determine the angle better."""
     chosen: list[TrackedFrame] = []
     radius = refine.surface.grid.largest_px
     for run in runs:

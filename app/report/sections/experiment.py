@@ -1,4 +1,4 @@
-"""The next experiment: the command that tells apart what this recording does not."""
+"""The next experiment: the command that distinguishes what this recording does not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from servosight.diagnose.experiment import DECIDES, Proposal
 
 
 def section(story: Story) -> Section | None:
-    """None where nothing is left to tell apart, or no command would."""
+    """None where there is nothing to distinguish, or no command would."""
     result = story.result
     if not isinstance(result, Diagnosis) or result.proposal is None:
         return None

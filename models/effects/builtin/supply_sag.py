@@ -1,4 +1,4 @@
-"""Supply voltage that gives way under load."""
+"""Supply voltage that drops under load."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ def add(
 ) -> Fit:
     """The model with one more effect, all parameters fitted to the recordings jointly.
 
-    Raises InputError where the model has that effect already, or nobody knows it.
+    Raises InputError where the model has that effect already, or no such effect exists.
 
     >>> import servosight as ss
     >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
