@@ -165,7 +165,7 @@ def test_a_failed_simulation_is_no_answer(name: str) -> None:
 def test_the_driver_refuses_an_estimator_that_has_stopped() -> None:
     stopped = descent(np.ones(2))
     drive(stopped, rosenbrock, 2_000)
-    with pytest.raises(ValueError, match="stopped before it began"):
+    with pytest.raises(ValueError, match="stopped before its first step"):
         drive(stopped, rosenbrock, 2_000)
 
 
