@@ -5,12 +5,20 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from servosight.diagnose._recording_use import recording_uses
 from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
-from servosight.diagnose._words import Levels, next_experiment, stability_words, verdict_words
+from servosight.diagnose._words import (
+    Levels,
+    doubts,
+    next_experiment,
+    partial_words,
+    stability_words,
+    verdict_words,
+)
 from servosight.diagnose.discrepancy import Law, find_law
-from servosight.diagnose.evidence import Evidence, Stability, firm, gather
+from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -95,7 +103,7 @@ def diagnose(
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
-    ladder = Table(_step(models, criterion, step) for step in selected.steps)
+    ladder = _with_taken([_step(models, criterion, step) for step in selected.steps])
     verdict = _verdict(models, criterion, last)
     effects = _in_order(models, selected)
     resolution = Resolution(noise, criterion)
@@ -105,9 +113,11 @@ def diagnose(
     law = _law(models, criterion, linear, last, noise, progress) if auto else None
     levels = Levels(noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor)
     judged, judged_last = models.tested(linear), models.tested(last)
-    known = gather(models, last, judged_last, floor)
+    left = findings(judged_last, floor, noise)
+    known = gather(models, last, judged_last, left, criterion)
     headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
     summary += stability_words(effects, stable.shares, stable.resamples)
+    summary += partial_words(ladder, known.unexplained, known.repeated)
     return Diagnosis(
         noise_deg=noise,
         tolerance_deg=tolerance,
@@ -120,7 +130,7 @@ def diagnose(
         candidates=candidates,
         where=Table(worst_windows(judged)),
         findings=Table(findings(judged, floor, noise)),
-        remaining=Table(findings(judged_last, floor, noise) if _grown(selected) else ()),
+        remaining=Table(left if _grown(selected) else ()),
         alternatives=tuple(rival.effects for rival in rivals[1:]),
         next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto, known),
         proposal=proposal,
@@ -131,13 +141,15 @@ def diagnose(
             *notes,
             *thinning,
             *models.split.warnings,
-            *_doubts(verdict, ladder[-1], levels),
+            *doubts(verdict, ladder[-1], levels),
         ),
         seconds=time.perf_counter() - began,
         regimes=Table(known.regimes),
         known=models.known,
         stability=stable.shares,
         resamples=stable.resamples,
+        repeated=known.repeated,
+        unexplained=known.unexplained,
     )
 
 
@@ -181,6 +193,11 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         correlation=covariance.correlation,
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
     )
+
+
+def _with_taken(steps: Sequence[LadderStep]) -> Table[LadderStep]:
+    shares = taken([step.held_out_rmse_deg for step in steps])
+    return Table(replace(step, taken=share) for step, share in zip(steps, shares, strict=True))
 
 
 def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Verdict:
@@ -279,14 +296,4 @@ def _next(
     for best in selected.singles[:1]:
         if criterion.earns(best.score, first.score, len(candidates)):
             (candidate,) = set(best.effects) - set(first.effects)
-    return next_experiment(verdict, proposal, candidate, auto, known.leading)
-
-
-def _doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
-    """A warning where the test's error is above the limit, though no more than chance allows."""
-    if verdict is Verdict.UNEXPLAINED or last.explained:
-        return []
-    return [
-        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
-        f"chance allows; record longer to be sure"
-    ]
+    return next_experiment(verdict, proposal, candidate, auto, known.leading, known.unexplained)

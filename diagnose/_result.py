@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from servosight.diagnose._plots import plot_ladder
 from servosight.diagnose._recording_use import RecordingUse
 from servosight.diagnose.discrepancy import Law
-from servosight.diagnose.evidence import Regime
+from servosight.diagnose.evidence import Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.diagnose.selection import PriorKnowledge
@@ -48,6 +48,7 @@ class LadderStep:
     chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
     is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
+    ``taken`` is the share of the first step's squared held-out error that this step took away.
     """
 
     added: str | None
@@ -62,6 +63,7 @@ class LadderStep:
     warnings: tuple[str, ...] = ()
     correlation: Matrix | None = None
     dynamics: Dynamics | None = None
+    taken: float = 0.0
 
     @property
     def change(self) -> str:
@@ -107,6 +109,8 @@ class Diagnosis(Result):
     ``regimes`` are where validation and test data go beyond the fitted ones, with the share of the
     last model's squared error that is there. ``stability`` is the share of the ``resamples``, parts
     of the data, that name each effect: those of ``effects``, and others that are named in some.
+    ``repeated`` says how much of the last model's error repeats where the command does,
+    ``unexplained`` how much is left of it, what that depends on, and what to record next.
     """
 
     TYPE: ClassVar[str] = "diagnosis"
@@ -134,6 +138,8 @@ class Diagnosis(Result):
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
     stability: Mapping[str, float] = field(default_factory=dict)
     resamples: int = 0
+    repeated: Repeated | None = None
+    unexplained: Unexplained | None = None
 
     @property
     def actuator(self) -> Actuator:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose._result import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law
-from servosight.diagnose.evidence import Regime
+from servosight.diagnose.evidence import Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED
 from servosight.models.core import degrees, times
@@ -154,6 +154,17 @@ def _count(share: float, resamples: int) -> int:
     return round(share * resamples)
 
 
+def partial_words(
+    ladder: Sequence[LadderStep], left: Unexplained | None, again: Repeated | None
+) -> str:
+    """What each step took of the squared error, what is left, and how much of it repeats."""
+    if left is None:
+        return ""
+    steps = [f"{step.change} took {100.0 * step.taken:.0f} %" for step in ladder[1:]]
+    took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
+    return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
+
+
 def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
     """What was found for what no effect of the catalogue accounts for."""
     named = f" with {listed(effects)}" if effects else ""
@@ -182,10 +193,12 @@ def next_experiment(
     candidate: str | None,
     auto: bool,
     regime: Regime | None = None,
+    left: Unexplained | None = None,
 ) -> str:
     """What to do next; ``candidate``: the best effect, where it is accepted alone.
 
-    ``regime`` is one beyond the fitted data that holds most of the error.
+    ``regime`` is one beyond the fitted data that holds most of the error, ``left`` what the last
+    model leaves.
     """
     if verdict is Verdict.NO_EFFECT_MISSING:
         return NOTHING_MISSING
@@ -196,7 +209,17 @@ def next_experiment(
     if verdict is Verdict.EXPLAINED:
         return AT_FLOOR
     if auto:
-        return REPEAT
+        return REPEAT if left is None or left.next_step is None else left.next_step
     if candidate is None:
         return TRY_PAIRS
     return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."
+
+
+def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
+    """A warning where the test's error is above the limit, though no more than chance allows."""
+    if verdict is Verdict.UNEXPLAINED or last.explained:
+        return []
+    return [
+        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
+        f"chance allows; record longer to be sure"
+    ]

@@ -4,9 +4,14 @@ from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
 from servosight.diagnose.evidence._inclusion import Inclusion as Inclusion
 from servosight.diagnose.evidence._inclusion import include as include
+from servosight.diagnose.evidence._partial import Unexplained as Unexplained
+from servosight.diagnose.evidence._partial import partial as partial
+from servosight.diagnose.evidence._partial import taken as taken
 from servosight.diagnose.evidence._regimes import Regime as Regime
 from servosight.diagnose.evidence._regimes import RegimePolicy as RegimePolicy
 from servosight.diagnose.evidence._regimes import regimes as regimes
+from servosight.diagnose.evidence._repeats import Repeated as Repeated
+from servosight.diagnose.evidence._repeats import repeated as repeated
 from servosight.diagnose.evidence._resamples import resamples as resamples
 from servosight.diagnose.evidence._stability import Stability as Stability
 from servosight.diagnose.evidence._stability import firm as firm

@@ -1,4 +1,4 @@
-"""All evidence on the last model of a ladder, gathered in one value."""
+"""All evidence on the last model of a ladder, in one value."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from servosight.diagnose.evidence._inclusion import include
+from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._regimes import Regime, regimes
-from servosight.diagnose.residuals import Judged
-from servosight.diagnose.selection import ModelSelection, Trial
+from servosight.diagnose.evidence._repeats import Repeated, repeated
+from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What the last model's error says of the data: ``regimes``, the leading ones first."""
+    """What the last model's error says of the data: ``regimes``, the leading ones first.
+
+    ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
+    of it, None where nothing is.
+    """
 
     regimes: tuple[Regime, ...]
+    repeated: Repeated | None
+    unexplained: Unexplained | None
 
     @property
     def leading(self) -> Regime | None:
@@ -24,11 +32,23 @@ class Evidence:
 
 
 def gather(
-    models: ModelSelection, last: Trial, judged: Sequence[Judged], floor_deg: float
+    models: ModelSelection,
+    last: Trial,
+    judged: Sequence[Judged],
+    remaining: Sequence[Finding],
+    criterion: AcceptanceCriterion,
 ) -> Evidence:
-    """The evidence on ``last``, whose recordings with its predictions are ``judged``."""
+    """The evidence on ``last``: ``judged`` are its predictions, ``remaining`` findings on them."""
+    floor_deg = criterion.floor_deg
     found = regimes(judged, floor_deg)
-    return Evidence(regimes=_with_inclusion(models, last, judged, found))
+    again = repeated(judged)
+    errors = held_out_rms(models.tested(models.first())), held_out_rms(judged)
+    missed = not criterion.at_floor(errors[1], held_out_samples_of(judged))
+    return Evidence(
+        regimes=_with_inclusion(models, last, judged, found),
+        repeated=again,
+        unexplained=partial(errors, floor_deg, remaining, judged, again) if missed else None,
+    )
 
 
 def _with_inclusion(

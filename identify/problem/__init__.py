@@ -3,8 +3,10 @@
 from servosight.identify.problem._held import checked_held as checked_held
 from servosight.identify.problem._jacobian import coordinate_scale as coordinate_scale
 from servosight.identify.problem._jacobian import difference_quotient as difference_quotient
+from servosight.identify.problem._noise import command_periods as command_periods
 from servosight.identify.problem._noise import joint_noise_deg as joint_noise_deg
 from servosight.identify.problem._noise import noise_deg as noise_deg
+from servosight.identify.problem._noise import period_table as period_table
 from servosight.identify.problem._noise import sample_noise_deg as sample_noise_deg
 from servosight.identify.problem._problem import TOLERANCE_SHARE as TOLERANCE_SHARE
 from servosight.identify.problem._problem import Coordinate as Coordinate

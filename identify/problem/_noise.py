@@ -14,6 +14,7 @@ Never below the angle's own resolution / sqrt(12).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -240,8 +241,20 @@ def _repeats(recording: Recording) -> Array:
     """What the periods of a command differ by [deg], (samples of a period, periods - 1).
 
     Helmert's contrasts, so that white noise keeps its variance; empty where the command does not
-    repeat itself, twice at least beside the first period, or samples do not fall on its period.
+    repeat itself, or samples do not fall on its period.
     """
+    for lag in command_periods(recording):
+        table = period_table(recording.angle_deg, lag)
+        periods = len(table)
+        contrasts = np.linalg.qr(np.eye(periods) - 1.0 / periods)[0][:, : periods - 1]
+        found = np.asarray(table.T @ contrasts)
+        if _shift_deg(recording) < _EVEN * np.sqrt(np.mean(found**2)):
+            return found
+    return np.empty((0, 1))
+
+
+def command_periods(recording: Recording) -> Iterator[int]:
+    """Periods of the command [samples], shortest first: twice at least beside the first one."""
     command = recording.command_at(recording.time_s)
     count = command.size
     span = float(np.ptp(command))
@@ -253,13 +266,13 @@ def _repeats(recording: Recording) -> Array:
     unlike = power[count - lags] + power[-1] - power[lags] - 2.0 * overlap[lags]
     for lag in lags[unlike <= _SAME**2 * span**2 * (count - lags)]:
         if np.ptp(command[:lag]) > 0.5 * span:
-            periods = count // lag - 1
-            table = recording.angle_deg[count - periods * lag :].reshape(periods, lag)
-            contrasts = np.linalg.qr(np.eye(periods) - 1.0 / periods)[0][:, : periods - 1]
-            found = np.asarray(table.T @ contrasts)
-            if _shift_deg(recording) < _EVEN * np.sqrt(np.mean(found**2)):
-                return found
-    return np.empty((0, 1))
+            yield int(lag)
+
+
+def period_table(values: Array, lag: int) -> Array:
+    """Values (samples,) by period, (periods, lag): all whole ones but the first, a transient."""
+    periods = values.size // lag - 1
+    return np.asarray(values[values.size - periods * lag :].reshape(periods, lag))
 
 
 def _shift_deg(recording: Recording) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import Diagnosis, Verdict, diagnose
+from servosight.diagnose._words import partial_words
 from servosight.diagnose.evidence import Regime, RegimePolicy, regimes
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.models.core import Array, Recording
@@ -203,3 +204,15 @@ def test_regimes_are_read_back(gentle_and_fast: Diagnosis) -> None:
     assert again.regimes == gentle_and_fast.regimes
     older = {k: v for k, v in gentle_and_fast.to_dict().items() if k != "regimes"}
     assert len(Diagnosis.from_dict(older).regimes) == 0
+
+
+def test_a_diagnosis_says_what_is_left(gentle_and_fast: Diagnosis) -> None:
+    found = gentle_and_fast.unexplained
+    assert found is not None
+    assert found.sentence in gentle_and_fast.summary
+    assert 0.5 < found.share <= 1.0
+    assert gentle_and_fast.ladder[0].taken == 0.0
+    again = Diagnosis.from_dict(gentle_and_fast.to_dict())
+    assert again.unexplained == found
+    assert again.repeated == gentle_and_fast.repeated
+    assert partial_words(gentle_and_fast.ladder, None, None) == ""

@@ -1,0 +1,152 @@
+"""A partial answer: how much is explained, what kind of thing is left, and what to do next."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.diagnose.evidence._repeats import Repeated
+from servosight.diagnose.residuals import Finding, Judged, rms
+
+KINDS = {
+    "angle": "angle",
+    "linkage": "angle",
+    "speed": "speed",
+    "motion": "speed",
+    "direction": "speed",
+    "acceleration": "acceleration",
+    "reversal": "history",
+    "standstill": "history",
+    "amplitude": "amplitude",
+    "time": "time",
+    "frequency": "frequency",
+    "command": "frequency",
+}
+"""What an error depends on, for each test that shows it."""
+WORDS = {
+    "angle": "the angle",
+    "speed": "the speed or its direction",
+    "acceleration": "the acceleration",
+    "history": "the history (reversals, rests)",
+    "amplitude": "the size of the motion",
+    "time": "the time since the start",
+    "frequency": "the frequency",
+    "load": "the load",
+    "gain": "the gain of the loop",
+}
+STEPS = {
+    "angle": "Record slow triangles over the whole range, up and down: what depends on the angle "
+    "alone stays as it is when the speed is halved.",
+    "speed": "Record the same motion at half and at double the speed: friction and drag depend on "
+    "the speed, limits begin at one.",
+    "acceleration": "Record the same motion at half and at double the acceleration, and once with "
+    "another load: inertia, compliance and torque limits show there.",
+    "history": "Record slow triangles at two amplitudes, with a rest of half a second at each "
+    "turn: play, friction and hysteresis show there, and scale differently with the amplitude.",
+    "amplitude": "Repeat the recording at half and at double the amplitude: what does not scale "
+    "with it is friction, play or resolution, what grows faster is a limit.",
+    "time": "Repeat the recording with the servo warm, and log temperature and supply voltage.",
+    "frequency": "Record a slow sweep of the frequency at two small amplitudes: what stays as it "
+    "is at both is linear, such as a resonance or a delay.",
+    "load": "Record the same command without load and with two known loads (relative_load in "
+    "recording.toml).",
+    "gain": "Record the same command at two more gains of the loop (relative_gain in "
+    "recording.toml).",
+}
+"""The next step for what the error depends on most."""
+APART = 1.5
+"""Recordings at different loads or gains differ where their rms errors do by this factor."""
+REPEATS = 0.5
+"""From this share on, what is left is said to repeat."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unexplained:
+    """What the last model leaves.
+
+    ``share`` of the first model's squared error on test data is left above the floor.
+    ``depends_on`` names what that depends on, most of it first: angle, speed, acceleration,
+    history, amplitude, time, frequency, load, gain. ``repeats``: whether most of it repeats where
+    the command does, None where no command was repeated. ``next_step``: what to record next.
+    """
+
+    share: float
+    depends_on: tuple[str, ...]
+    repeats: bool | None
+    sentence: str
+    next_step: str | None
+
+
+def partial(
+    errors_deg: tuple[float, float],
+    floor_deg: float,
+    remaining: Sequence[Finding],
+    judged: Sequence[Judged],
+    repeats: Repeated | None,
+) -> Unexplained:
+    """What is left, from the rms errors of the first and the last model on test data.
+
+    ``remaining`` are the findings on the last model's error, on the recordings ``judged``.
+    """
+    first, last = errors_deg
+    share = max(last**2 - floor_deg**2, 0.0) / max(first**2, 1e-300)
+    kinds = _kinds(remaining, judged)
+    again = None if repeats is None else repeats.share >= REPEATS
+    parts = [f"{100.0 * share:.0f} % of the first model's squared error is left above the floor"]
+    if kinds:
+        parts.append(f"it depends on {_listed([WORDS[kind] for kind in kinds])}")
+    else:
+        parts.append("no test shows what it depends on")
+    if again is not None:
+        parts.append("it repeats with the command" if again else "most of it does not repeat")
+    return Unexplained(
+        share=share,
+        depends_on=kinds,
+        repeats=again,
+        sentence=f"{'; '.join(parts)}.",
+        next_step=STEPS[kinds[0]] if kinds else None,
+    )
+
+
+def taken(errors_deg: Sequence[float]) -> tuple[float, ...]:
+    """Share of the first squared error that each step of a ladder takes; negative where it adds.
+
+    >>> taken([1.0, 0.5, 0.1])
+    (0.0, 0.75, 0.24)
+    """
+    squares = [error**2 for error in errors_deg]
+    whole = max(squares[0], 1e-300)
+    return (0.0, *(round((a - b) / whole, 12) for a, b in itertools.pairwise(squares)))
+
+
+def _kinds(remaining: Sequence[Finding], judged: Sequence[Judged]) -> tuple[str, ...]:
+    """What the error depends on, by the largest share of it that a test shows."""
+    shares: dict[str, float] = {}
+    for finding in remaining:
+        kind = KINDS.get(finding.test)
+        if kind is not None:
+            shares[kind] = max(shares.get(kind, 0.0), finding.share)
+    found = sorted(shares, key=lambda kind: -shares[kind])
+    conditions = [
+        kind
+        for kind, name in (("load", "relative_load"), ("gain", "relative_gain"))
+        if _apart(judged, name)
+    ]
+    return (*conditions, *found)
+
+
+def _apart(judged: Sequence[Judged], name: str) -> bool:
+    """True where recordings at different values of an attribute have different errors."""
+    values = np.array([getattr(one.recording, name) for one in judged])
+    errors = [
+        rms([one.error_deg for one, value in zip(judged, values, strict=True) if value == each])
+        for each in np.unique(values)
+    ]
+    return len(errors) > 1 and max(errors) > APART * min(errors)
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

@@ -1,0 +1,85 @@
+"""What a ladder took, what is left, and what to record next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from servosight.diagnose import Verdict
+from servosight.diagnose._words import next_experiment
+from servosight.diagnose.evidence import Repeated, partial, taken
+from servosight.diagnose.residuals import TEST, Finding, Judged
+from servosight.models.core import Recording
+
+TIME_S = np.arange(0.0, 5.0, 0.01)
+
+
+def finding(test: str, share: float) -> Finding:
+    return Finding(test=test, sentence="", size_deg=0.1, share=share, p=0.001)
+
+
+def judged(error_deg: float = 0.1, load: float = 1.0, gain: float = 1.0) -> Judged:
+    angle = np.sin(TIME_S)
+    recording = Recording("run", TIME_S, angle, TIME_S, angle + error_deg)
+    recording = replace(recording, relative_load=load, relative_gain=gain)
+    return Judged(recording, angle, np.full(TIME_S.size, TEST, dtype=np.int8))
+
+
+def repeats(share: float) -> Repeated:
+    return Repeated(
+        kind="periods",
+        recordings=("run",),
+        count=4,
+        scatter_deg=0.1,
+        repeating_deg=0.2,
+        share=share,
+        sentence="",
+    )
+
+
+def test_what_each_step_takes_adds_up() -> None:
+    shares = taken([2.0, 1.0, 1.2, 0.2])
+    assert shares == pytest.approx((0.0, 0.75, -0.11, 0.35))
+    assert sum(shares) == pytest.approx(1.0 - 0.01)
+
+
+def test_the_share_that_is_left_is_above_the_floor() -> None:
+    found = partial((1.0, 0.5), 0.3, [], [judged()], None)
+    assert found.share == pytest.approx(0.25 - 0.09)
+    assert found.depends_on == ()
+    assert (found.repeats, found.next_step) == (None, None)
+    assert "no test shows" in found.sentence
+
+
+def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:
+    found = partial(
+        (1.0, 0.5),
+        0.03,
+        [finding("reversal", 0.2), finding("angle", 0.6), finding("standstill", 0.3)],
+        [judged()],
+        repeats(0.9),
+    )
+    assert found.depends_on == ("angle", "history")
+    assert found.repeats
+    assert "depends on the angle and the history" in found.sentence
+    assert found.next_step is not None
+    assert "slow triangles over the whole range" in found.next_step
+    said = next_experiment(Verdict.UNEXPLAINED, None, None, auto=True, left=found)
+    assert said == found.next_step
+
+
+def test_tests_that_say_nothing_of_where_are_no_kind() -> None:
+    found = partial((1.0, 0.5), 0.03, [finding("whiteness", 1.0)], [judged()], repeats(0.2))
+    assert found.depends_on == ()
+    assert found.repeats is False
+    assert "most of it does not repeat" in found.sentence
+
+
+@pytest.mark.parametrize("kind", ["load", "gain"])
+def test_recordings_at_other_loads_and_gains_with_other_errors(kind: str) -> None:
+    other = {kind: 2.0}
+    for error, expected in ((0.14, ()), (0.16, (kind,))):
+        both = [judged(0.1), judged(error, **other)]
+        assert partial((1.0, 0.5), 0.03, [], both, None).depends_on == expected

@@ -1,0 +1,68 @@
+"""How much of an error repeats where the command does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.evidence import Repeated, repeated
+from servosight.diagnose.residuals import FIT, Judged
+from servosight.models.core import Array, Recording
+
+TIME_S = np.arange(0.0, 10.0, 0.01)
+
+
+def case(error_deg: Array, command_hz: float, name: str = "run") -> Judged:
+    command = 10.0 * np.sin(2.0 * np.pi * command_hz * TIME_S)
+    recording = Recording(name, TIME_S, command, TIME_S, command + error_deg, hold="linear")
+    return Judged(recording, command, np.full(TIME_S.size, FIT, dtype=np.int8))
+
+
+def noise(seed: int, size_deg: float = 0.1) -> Array:
+    return np.asarray(size_deg * np.random.default_rng(seed).normal(size=TIME_S.size))
+
+
+def found_in(*judged: Judged) -> Repeated:
+    found = repeated(judged)
+    assert found is not None
+    return found
+
+
+def test_periods_part_an_error_into_what_repeats_and_what_does_not() -> None:
+    same = 0.3 * np.cos(2.0 * np.pi * 0.5 * TIME_S)
+    found = found_in(case(same + noise(1), 0.5))
+    assert (found.kind, found.count, found.recordings) == ("periods", 4, ("run",))
+    assert found.scatter_deg == pytest.approx(0.1, rel=0.05)
+    assert found.repeating_deg == pytest.approx(0.3 / np.sqrt(2.0), rel=0.05)
+    assert found.share == pytest.approx(0.045 / 0.055, abs=0.03)
+    assert f"{100.0 * found.share:.0f} % repeats" in found.sentence
+
+
+def test_noise_alone_does_not_repeat() -> None:
+    found = found_in(case(noise(2), 0.5))
+    assert found.share < 0.1
+    assert found.scatter_deg == pytest.approx(0.1, rel=0.05)
+
+
+def test_runs_with_the_same_command_are_compared() -> None:
+    """The command itself is never repeated within a run; the clocks begin elsewhere."""
+    same = 0.3 * np.cos(1.3 * TIME_S)
+    first = case(same + noise(3), 0.04, "first")
+    second = case(same + noise(4), 0.04, "second")
+    moved = second.recording
+    moved = replace(moved, time_s=moved.time_s + 7.0, command_time_s=moved.command_time_s + 7.0)
+    found = found_in(first, replace(second, recording=moved))
+    assert (found.kind, found.count) == ("runs", 2)
+    assert found.recordings == ("first", "second")
+    assert found.scatter_deg == pytest.approx(0.1, rel=0.1)
+    assert found.share == pytest.approx(0.045 / 0.055, abs=0.05)
+
+
+def test_other_commands_gains_and_loads_are_not_compared() -> None:
+    first = case(noise(3), 0.04, "first")
+    assert repeated([first]) is None
+    assert repeated([first, case(noise(4), 0.05, "second")]) is None
+    other = replace(first, recording=replace(first.recording, relative_load=2.0))
+    assert repeated([first, other]) is None
