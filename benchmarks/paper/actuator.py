@@ -112,7 +112,7 @@ def through_the_video() -> str:
     return table(head, rows)
 
 
-def what_a_sine_tells() -> str:
+def what_a_sine_determines() -> str:
     """T fixed at values from an eighth to two and a half times the truth, all else refitted."""
     held = {
         name: with_T_fixed(settled(made(motion, 10.0, 0.0, 0)), TIMES_S)

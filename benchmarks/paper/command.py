@@ -21,7 +21,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "traps": fits.traps,
     "system": system.figures,
     "conversion": actuator.conversion,
-    "sine": actuator.what_a_sine_tells,
+    "sine": actuator.what_a_sine_determines,
     "scatter": actuator.scatter,
     "video": actuator.through_the_video,
 }

@@ -9,7 +9,7 @@ from .peers import PEERS
 from .search_counts import ALGORITHMS, FINISHED, Search, tally
 from .trials import LocalMinima, SearchProblem, linear_fit
 
-HEAD = ("", "arrived", "of", "probability, 95 % interval", "evaluations, median", "most")
+HEAD = ("", "converged", "of", "probability, 95 % interval", "evaluations, median", "most")
 PLAIN = {**ALGORITHMS, **PEERS}
 PLAIN_RUNS = 10
 
@@ -21,8 +21,8 @@ def rows(
     lines = []
     for name, search in searches.items():
         found = tally(search, trial, range(runs), budget)
-        counts = [f"{found.median:,.0f}", f"{max(found.evaluations):,}"] if found.arrived else []
-        lines.append([name, str(found.arrived), str(runs), share(found), *(counts or ["-", "-"])])
+        counts = [f"{found.median:,.0f}", f"{max(found.evaluations):,}"] if found.converged else []
+        lines.append([name, str(found.converged), str(runs), share(found), *(counts or ["-", "-"])])
     return lines
 
 

@@ -24,14 +24,14 @@ FEWER = range(200)
 BUDGET = POPULATION * GENERATIONS
 PRINTED = {"genetic algorithm": "13 %, 78", "particle swarm": "53 %, 25", "combination": "96 %, 15"}
 NAMES = {"genetic algorithm": "ga", "particle swarm": "pso", "combination": "combination"}
-HEAD = ["", "arrived", "of", "probability, 95 % interval", "mean generation"]
+HEAD = ["", "converged", "of", "probability, 95 % interval", "mean generation"]
 
 
 def row(name: str, found: Tally, population: int = POPULATION) -> list[str]:
     """One line of a table."""
     return [
         name,
-        str(found.arrived),
+        str(found.converged),
         str(found.runs),
         share(found),
         f"{found.generations(population):.1f}",

@@ -40,7 +40,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def share(found: Tally) -> str:
     """A probability with its interval, in percent."""
     low, high = (100.0 * edge for edge in found.interval)
-    return f"{100.0 * found.arrived / found.runs:.1f} % ({low:.1f} to {high:.1f})"
+    return f"{100.0 * found.converged / found.runs:.1f} % ({low:.1f} to {high:.1f})"
 
 
 def picture(name: str, size: tuple[float, float], alt: str, paint: Paint) -> str:

@@ -31,7 +31,7 @@ class EvaluationCounter:
     def __init__(self, trial: SearchProblem, budget: int) -> None:
         self.trial, self.budget = trial, budget
         self.spent = 0
-        self.arrived = False
+        self.converged = False
 
     def __call__(self, points: Array) -> Array:
         """Costs (batch,) of ``points`` (batch, coordinates)."""
@@ -42,7 +42,7 @@ class EvaluationCounter:
         below = np.flatnonzero(costs < self.trial.goal)
         if below.size:
             self.spent += int(below[0]) + 1
-            self.arrived = True
+            self.converged = True
             raise BudgetSpent
         self.spent += len(costs)
         if len(costs) < len(points):
@@ -57,7 +57,7 @@ def peer(run: Callable[[SearchProblem, int, EvaluationCounter], None]) -> Search
         counter = EvaluationCounter(trial, budget)
         with contextlib.suppress(BudgetSpent):
             run(trial, seed, counter)
-        return counter.spent if counter.arrived else None
+        return counter.spent if counter.converged else None
 
     return search
 

@@ -29,29 +29,29 @@ Search = Callable[[SearchProblem, int, int], int | None]
 
 @dataclass(frozen=True)
 class Tally:
-    """``evaluations`` of the runs that arrived, of ``runs`` in all."""
+    """``evaluations`` of the runs that converged, of ``runs`` in all."""
 
     runs: int
     evaluations: tuple[int, ...]
 
     @property
-    def arrived(self) -> int:
-        """How many runs arrived."""
+    def converged(self) -> int:
+        """How many runs converged."""
         return len(self.evaluations)
 
     @property
     def interval(self) -> tuple[float, float]:
         """95 % interval of the chance to arrive."""
-        return wilson(self.arrived, self.runs)
+        return wilson(self.converged, self.runs)
 
     def generations(self, population: int = POPULATION) -> float:
-        """Mean generation in which a run arrived; NaN where none did."""
+        """Mean generation in which a run converged; NaN where none did."""
         needed = [math.ceil(count / population) for count in self.evaluations]
         return float(np.mean(needed)) if needed else math.nan
 
     @property
     def median(self) -> float:
-        """Median evaluations of the runs that arrived; NaN where none did."""
+        """Median evaluations of the runs that converged; NaN where none did."""
         return float(np.median(self.evaluations)) if self.evaluations else math.nan
 
 

@@ -21,7 +21,7 @@ from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.scenario import LinearServo, Scenario
 
 WITHIN = 1.01
-"""A fit has arrived within 1 % of the least-squares cost."""
+"""A fit has converged within 1 % of the least-squares cost."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def linear_fit(seed: int = 3) -> SearchProblem:
 
     low = np.array([0.1, np.log(1e-3), np.log(0.05), -20.0])
     high = np.array([3.0, np.log(0.5), np.log(5.0), 20.0])
-    return _arrived(SearchProblem("linear fit", residuals, low, high, 0.0, np.ones(4)), truth)
+    return _converged(SearchProblem("linear fit", residuals, low, high, 0.0, np.ones(4)), truth)
 
 
 @dataclass(frozen=True)
@@ -154,10 +154,10 @@ class LocalMinima:
         start = np.array([c.to_search(truth[c.name]) for c in problem.coordinates])
         scale = coordinate_scale(problem, start)
         blank = SearchProblem("backlash and friction", problem.residuals, low, high, 0.0, scale)
-        return _arrived(blank, start, 1.05)
+        return _converged(blank, start, 1.05)
 
 
-def _arrived(trial: SearchProblem, truth: Array, within: float = WITHIN) -> SearchProblem:
+def _converged(trial: SearchProblem, truth: Array, within: float = WITHIN) -> SearchProblem:
     """The trial with its goal: ``within`` times the cost at the bottom of the truth's own basin."""
     descent = LevenbergMarquardt(truth, trial.low, trial.high, trial.scale)
     best = drive(descent, trial.residuals, 2_000)

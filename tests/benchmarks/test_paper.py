@@ -37,7 +37,7 @@ def test_wilson() -> None:
 
 def test_a_tally_counts_whole_generations() -> None:
     found = Tally(4, (40, 41, 120))
-    assert (found.arrived, found.median, found.generations()) == (3, 41.0, 2.0)
+    assert (found.converged, found.median, found.generations()) == (3, 41.0, 2.0)
     assert math.isnan(Tally(2, ()).generations())
 
 
@@ -56,16 +56,16 @@ def test_table_one() -> None:
     means of 60 by 2.9, 1.7 and 1.1: the order is that of docs/paper.md, and the seeds are fixed.
     """
     found = {name: tally(s, rosenbrock(), range(60), BUDGET) for name, s in ALGORITHMS.items()}
-    print({name: (one.arrived, one.generations()) for name, one in found.items()})
+    print({name: (one.converged, one.generations()) for name, one in found.items()})
     ours = found.pop("combination")
-    assert ours.arrived == ours.runs
+    assert ours.converged == ours.runs
     assert all(ours.generations() < one.generations() for one in found.values())
-    assert all(one.arrived > 48 for one in found.values())
+    assert all(one.converged > 48 for one in found.values())
 
 
 def test_the_combination_escapes_the_minima_of_rastrigin() -> None:
     found = tally(ALGORITHMS["combination"], rastrigin(), range(20), BUDGET)
-    assert found.arrived == found.runs
+    assert found.converged == found.runs
 
 
 def test_four_parameters_take_fewer_simulations_than_cma_es() -> None:
@@ -73,7 +73,7 @@ def test_four_parameters_take_fewer_simulations_than_cma_es() -> None:
     trial = linear_fit()
     found = tally(whole_polished, trial, range(4), 20_000)
     print(sorted(found.evaluations))
-    assert found.arrived == found.runs
+    assert found.converged == found.runs
     assert max(found.evaluations) < CMA_ES
     known = tally(FINISHED["combination, polished"], trial, range(4), 20_000)
     assert known.median < found.median
@@ -84,10 +84,10 @@ def test_backlash_and_friction_from_nothing() -> None:
     trial = LocalMinima().trial()
     found = tally(whole_polished, trial, range(3), BUDGET)
     print(sorted(found.evaluations))
-    assert found.arrived == found.runs
+    assert found.converged == found.runs
     assert max(found.evaluations) < 1_000
-    assert tally(population("pso"), trial, range(1), 400).arrived == 0
-    assert tally(descents, trial, range(1), 20).arrived == 0
+    assert tally(population("pso"), trial, range(1), 400).converged == 0
+    assert tally(descents, trial, range(1), 20).converged == 0
 
 
 @pytest.mark.parametrize("name", OPERATORS)
