@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,16 +14,11 @@ from servosight.models.core import Recording, StageProgress, check_path, silent
 from servosight.models.io import inspect_folder, load_recording
 from servosight.sources._film import track_folder
 
-if TYPE_CHECKING:
-    from servosight.models.io.importers import Imported
-
 Source: TypeAlias = Recording | Path | str
 
 DEG_PER_RAD = math.degrees(1.0)
 DOUBT = 1.5
 """Overshoot and damping change the ratio of the two ranges by about as much."""
-LOGS = (".json", ".mat")
-"""Endings that no recording has, only a log of another program."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,8 @@ class Options:
 
     ``columns`` by quantity (time, command, angle, sigma), such as ``{"angle": "pos:rad"}``;
     ``unit`` of what has none of its own; ``unit_scale`` how many degrees show one unit of an output
-    that is no angle; ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width.
+    that is no angle; ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width;
+    ``part`` is which episode of a data set, from 0.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -40,6 +36,7 @@ class Options:
     unit_scale: float | None = None
     deg_per_us: float | None = None
     neutral_us: float | None = None
+    part: int = 0
 
     @property
     def foreign(self) -> bool:
@@ -59,12 +56,12 @@ def read(
         return source
     path = Path(source)
     check_path(path)
+    if _is_log(path, options):
+        return read_log(path, options)
     if path.is_dir():
         folder = inspect_folder(path)
         if folder.needs_tracking:
             track_folder(folder, progress=progress)
-    elif path.is_file() and (options.foreign or path.suffix.lower() in LOGS):
-        return read_log(path, options).recording
     return load_recording(path, deg_per_us=options.deg_per_us, neutral_us=options.neutral_us)
 
 
@@ -78,15 +75,32 @@ def read_all(
     return [read(source, options, progress) for source in several]
 
 
-def read_log(path: Path, options: Options = Options()) -> Imported:
-    """A log of another program, with notes on how it was read."""
+def read_log(path: Path, options: Options = Options()) -> Recording:
+    """A log of another program; the recording's ``notes`` say how it was read."""
     from servosight.models.io.importers import Request, import_recording, parse_map
 
     columns = parse_map([f"{quantity}={place}" for quantity, place in options.columns.items()])
     request = Request(
-        columns, options.unit, options.unit_scale, options.deg_per_us, options.neutral_us
+        columns,
+        options.unit,
+        options.unit_scale,
+        options.deg_per_us,
+        options.neutral_us,
+        options.part,
     )
     return import_recording(path, request)
+
+
+def _is_log(path: Path, options: Options) -> bool:
+    """True for what only an importer reads: foreign columns, another format than a table."""
+    if not path.exists():
+        return False
+    if options.foreign and not path.is_dir():
+        return True
+    from servosight.models.io.importers import recognised
+
+    found = recognised(path)
+    return found is not None and found.name != "table"
 
 
 def unit_hint(recording: Recording) -> str | None:

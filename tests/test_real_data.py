@@ -31,7 +31,7 @@ def data(*parts: str) -> Path:
 
 def emps_thinned() -> tuple[Recording, dict[str, float]]:
     """Every tenth sample of EMPS, 2,484 of them, and what its file says of the loop."""
-    whole = read_mat(data("emps", "DATA_EMPS.mat"), Request()).recording
+    whole = read_mat(data("emps", "DATA_EMPS.mat"), Request())
     every_tenth = Recording(
         whole.name,
         whole.command_time_s,
@@ -69,9 +69,7 @@ def test_one_set_of_parameters_serves_four_gains() -> None:
 
     Seen: 162.6 to 28.7 mrad, mean absolute error over the four gains; BAM m3 26.7.
     """
-    fitted = [
-        read_bam(data("xl330", f"sin_sin_kp{gain}.json"), Request()).recording for gain in GAINS
-    ]
+    fitted = [read_bam(data("xl330", f"sin_sin_kp{gain}.json"), Request()) for gain in GAINS]
     assert [recording.relative_gain for recording in fitted] == [0.25, 0.5, 1.0, 2.0]
     fit, errors = None, []
     for effects in ((), ("gravity_load",), ("load_dependent_friction", "gravity_load")):

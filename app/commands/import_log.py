@@ -1,10 +1,10 @@
-"""Convert a log of another program: bam's JSON, CSV with other headers, EMPS .mat."""
+"""Convert a log of another program: CSV, JSON, Parquet, .mat, ROS 2 bag, ULog, LeRobot."""
 
 from __future__ import annotations
 
 import argparse
 
-from servosight.app.arguments import add_force, add_pulse, any_path, number
+from servosight.app.arguments import add_force, add_pulse, any_path, number, seed
 from servosight.app.output import console, next_command
 
 
@@ -30,6 +30,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=number,
         help="degrees that one unit of the output is shown as, where the output is not an angle",
     )
+    parser.add_argument(
+        "--part", metavar="N", type=seed, default=0, help="which episode of a data set, from 0"
+    )
     add_pulse(parser)
     add_force(parser)
 
@@ -38,19 +41,21 @@ def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
     from servosight.models.base import InputError, check_folder
     from servosight.models.io import FILES, save_recording
-    from servosight.models.io.importers import Request, import_recording, parse_map
+    from servosight.models.io.importers import parse_map
+    from servosight.sources import Options, read_log
 
     if args.unit_scale == 0.0:
         raise InputError("--unit-scale 0: expected degrees in one unit, so give another number")
     check_folder(args.output, FILES, force=args.force)
-    request = Request(
-        parse_map(args.map), args.unit, args.unit_scale, args.deg_per_us, args.neutral_us
+    parse_map(args.map)  # what is wrong with it is said before anything is read
+    columns = dict(word.split("=", 1) for word in args.map)
+    options = Options(
+        columns, args.unit, args.unit_scale, args.deg_per_us, args.neutral_us, args.part
     )
-    imported = import_recording(args.source, request)
-    recording = imported.recording
+    recording = read_log(args.source, options)
     save_recording(recording, args.output, force=args.force)
     out = console(args)
-    for note in imported.notes:
+    for note in recording.notes:
         out.print(f"note: {note}")
     if "unit_scale" in recording.details:
         scale, unit = recording.details["unit_scale"], recording.details["unit"]

@@ -63,10 +63,11 @@ def usable_views(
 ) -> tuple[list[Recording], list[str]]:
     """Recordings and their horns' (see ``views``) without faults of the bus, and what was left out.
 
-    One sentence for each kind of fault in each recording.
+    One sentence for each kind of fault in each recording, behind those on how a log was read.
     """
     found, notes = [], []
     for recording in views(recordings):
+        notes += [note for note in recording.notes if recording.side == "surface"]
         wrong = wrong_reads(recording, limits)
         kept = without(recording, wrong)
         old = np.zeros(recording.time_s.size, dtype=bool)

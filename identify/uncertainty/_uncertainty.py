@@ -249,9 +249,9 @@ class Uncertainty:
             )
         if self.timed[index]:
             return None, (
-                f"{coordinate.name} cannot be distinguished from camera latency: the offset "
-                f"between command and video is not known; film a light that the command "
-                f"switches, or state offset_sigma_s in recording.toml"
+                f"{coordinate.name} cannot be distinguished from the latency of camera or log: the "
+                f"offset between the time stamps of command and angle is not known; film a "
+                f"light that the command switches, or state offset_sigma_s in recording.toml"
             )
         sigma: float | None = None
         if np.isfinite(self.plain_sigma[index]):

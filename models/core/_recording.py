@@ -55,7 +55,8 @@ class Recording:
     angle. ``relative_gain`` and ``relative_load`` are the gain of the
     position loop and the load on the surface relative to those that a model's parameters refer to.
     ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
-    ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them.
+    ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them. ``notes``
+    are sentences on how a log of another program was read.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Recording:
     side: Side = "surface"
     shared_deg: Array | None = None
     offset_sigma_s: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def from_arrays(
@@ -96,14 +98,16 @@ class Recording:
         from servosight.models.io import recording_from_arrays  # it checks what files hold
 
         return recording_from_arrays(
-            time_s=time_s,
-            angle_deg=angle_deg,
-            command_deg=command_deg,
-            command_time_s=command_time_s,
-            sigma_deg=sigma_deg,
-            hold=hold,
-            exposure_s=exposure_s,
-            name=name,
+            name,
+            {
+                "time_s": time_s,
+                "angle_deg": angle_deg,
+                "command_deg": command_deg,
+                "command_time_s": command_time_s,
+                "sigma_deg": sigma_deg,
+            },
+            hold,
+            exposure_s,
         )
 
     @classmethod
@@ -121,20 +125,18 @@ class Recording:
     ) -> Recording:
         """A recording from columns of a pandas or Polars data frame.
 
-        ``unit`` is that of angle, command and sigma (deg, rad or rev), ``time_unit`` of the time
-        (s, ms or us); without them, a column's ending says it: ``angle_rad``. Raises InputError.
+        ``unit`` (deg, rad or rev) is that of angle, command and sigma where their names have none:
+        ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us or
+        ns). Raises InputError, also for an angle or a command without unit.
         """
         from servosight.models.io import recording_from_frame  # it checks what files hold
 
         return recording_from_frame(
+            name,
             frame,
-            time=time,
-            angle=angle,
-            command=command,
-            sigma=sigma,
-            unit=unit,
-            time_unit=time_unit,
-            name=name,
+            {"time": time, "angle": angle, "command": command, "sigma": sigma},
+            unit,
+            time_unit,
         )
 
     def command_at(self, time_s: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,26 +14,22 @@ from servosight.models.io._series import Series
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io.importers import Column, Raw, Request, assemble, unit_of
 
+_OPTIONAL = ("command_time_s", "sigma_deg")
+
 
 def recording_from_arrays(
-    *,
-    time_s: Any,
-    angle_deg: Any,
-    command_deg: Any,
-    command_time_s: Any = None,
-    sigma_deg: Any = None,
-    hold: Hold = "zero",
-    exposure_s: float = 0.0,
-    name: str = "arrays",
+    name: str, arrays: Mapping[str, Any], hold: Hold, exposure_s: float
 ) -> Recording:
-    """See :meth:`servosight.Recording.from_arrays`."""
+    """What :meth:`servosight.Recording.from_arrays` does; ``arrays`` by its arguments' names."""
     if hold not in ("zero", "linear"):
         raise InputError(f"hold is {hold!r}, expected 'zero' or 'linear'; give one of them")
-    own_clock = command_time_s is not None
-    time, angle = _series(name, "time_s", time_s), _series(name, "angle_deg", angle_deg)
-    command_time = _series(name, "command_time_s", command_time_s) if own_clock else time
-    command = _series(name, "command_deg", command_deg)
-    sigma = None if sigma_deg is None else _series(name, "sigma_deg", sigma_deg)
+    found = {
+        key: _series(name, key, one)
+        for key, one in arrays.items()
+        if one is not None or key not in _OPTIONAL
+    }
+    time, angle, command = found["time_s"], found["angle_deg"], found["command_deg"]
+    command_time, sigma = found.get("command_time_s", time), found.get("sigma_deg")
     for clock, column in ((time, angle), (time, sigma), (command_time, command)):
         if column is not None and column.raw.size != clock.raw.size:
             raise InputError(
@@ -45,21 +42,16 @@ def recording_from_arrays(
 
 
 def recording_from_frame(
+    name: str,
     frame: Any,
-    *,
-    time: str = "time_s",
-    angle: str = "angle_deg",
-    command: str = "command_deg",
-    sigma: str | None = None,
-    unit: str | None = None,
-    time_unit: str | None = None,
-    name: str = "frame",
+    columns: Mapping[str, str | None],
+    unit: str | None,
+    time_unit: str | None,
 ) -> Recording:
-    """See :meth:`servosight.Recording.from_frame`."""
-    names = {"time": time, "angle": angle, "command": command, "sigma": sigma}
+    """What :meth:`servosight.Recording.from_frame` does; ``columns`` by quantity."""
     request = Request(unit=unit)
     raw = {}
-    for quantity, column in names.items():
+    for quantity, column in columns.items():
         if column is None:
             continue
         if column not in list(frame.columns):
@@ -69,7 +61,7 @@ def recording_from_frame(
             )
         given = time_unit if quantity == "time" else None
         series = _series(name, column, frame[column])
-        unit_here = unit_of(quantity, Column(column, given), request)
+        unit_here = unit_of(name, quantity, Column(column, given), request)
         raw[quantity] = Raw(column, unit_here, series.raw, series.rows, "row")
     return assemble(Path(name), raw, request, {})
 

@@ -158,6 +158,7 @@ def recording_of(
         relative_gain=settings.relative_gain,
         relative_load=settings.relative_load,
         offset_sigma_s=settings.offset_sigma_s,
+        notes=settings.import_notes,
         path=path,
         video=video,
         details=dict(settings.details),

@@ -38,6 +38,8 @@ def save_recording(
             table[key] = getattr(recording, key)
     if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
         table["offset_sigma_s"] = recording.offset_sigma_s
+    if recording.notes:
+        table["import_notes"] = list(recording.notes)
     if recording.exposure_s > 0.0:
         table["camera"] = {**table.get("camera", {}), "exposure_s": recording.exposure_s}
     scale = float(table.get("unit_scale", 1.0))

@@ -20,7 +20,7 @@ LONGEST_INTERVAL_S = 0.9
 """A clock in milliseconds that is read as seconds ticks 1 to 40 "seconds" at any camera's rate."""
 SHORTEST_S = 1e-3
 
-SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6}
+SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 """How many of a unit make a second; dividing keeps 8 ms at exactly the float 0.008."""
 DEGREES = {"deg": 1.0, "rad": 180.0 / np.pi, "rev": 360.0}
 """Degrees in one of a unit."""
@@ -67,7 +67,8 @@ def check_time(time: Series) -> None:
         what = "stands still" if values[index] == values[index - 1] else "runs back"
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
-            f"{time.word} before), expected rising time; delete the {time.word} or sort the file"
+            f"{time.word} before), expected rising time; sort the file, or delete the {time.word}; "
+            f"`servosight import` averages samples of one time stamp"
         )
     if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
         raise InputError(

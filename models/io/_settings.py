@@ -74,6 +74,7 @@ class _SettingsKeys:
     relative_gain: Annotated[float, _ratio(1e-3)] = 1.0
     relative_load: Annotated[float, _ratio(0.0)] = 1.0
     found_exposure_s: _Exposure = 0.0
+    import_notes: tuple[str, ...] = ()
     camera: _Shutter = _Shutter()
 
 
@@ -88,6 +89,7 @@ class RecordingSettings:
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
     those of the others that share its physics. ``shutter_given`` is False where the file has
     neither exposure nor readout: the exposure is then the one that the tracker found, if it did.
+    ``import_notes`` say how the log was read that the recording came from.
     """
 
     hold: Hold = "zero"
@@ -101,6 +103,7 @@ class RecordingSettings:
     shutter_given: bool = False
     relative_gain: float = 1.0
     relative_load: float = 1.0
+    import_notes: tuple[str, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)
 
 
@@ -131,6 +134,7 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         shutter_given=given,
         relative_gain=keys.relative_gain,
         relative_load=keys.relative_load,
+        import_notes=keys.import_notes,
         details=table,
     )
 

@@ -136,7 +136,7 @@ def test_several_recordings_join_by_their_squares(record: Any) -> None:
 @pytest.mark.parametrize("log", ["sin_sin_kp100", "sin_sin_kp400", "up_and_down_kp200"])
 def test_a_real_encoder(log: str, real_data: Path) -> None:
     """XL330, 4096 counts a turn: a count's rounding, and not much beyond it."""
-    recording = import_recording(real_data / "xl330" / f"{log}.json", Request()).recording
+    recording = import_recording(real_data / "xl330" / f"{log}.json", Request())
     count = 360 / 4096
     assert resolution_deg(recording.angle_deg) == pytest.approx(count)
     assert count / np.sqrt(12) <= noise_deg(recording) * (1 + 1e-9)

@@ -220,7 +220,7 @@ def test_an_unknown_clock_is_confounded_with_dead_time(record: Any) -> None:
     assert found.actuator.parameters["dead_time.delay"].sigma is None
     (warning,) = found.warnings
     assert warning.startswith("dead_time.delay")
-    assert "camera latency" in warning
+    assert "latency of camera" in warning
     for name in ("k", "T", "xi"):
         assert found.actuator.parameters[name] == known.actuator.parameters[name]
     assert both.actuator.parameters["dead_time.delay"].sigma is not None

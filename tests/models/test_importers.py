@@ -52,7 +52,7 @@ def refused(path: Path, request: Request, *words: str) -> None:
 
 def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
     imported = import_recording(saved(tmp_path / "a.json", bam_log()), Request())
-    recording = imported.recording
+    recording = imported
     assert imported.notes == ()
     assert recording.relative_gain == 0.25  # 100 over the firmware's 400
     assert recording.command_deg[7] == pytest.approx(math.degrees(0.5 * math.sin(0.7)))
@@ -76,9 +76,9 @@ def test_bam_without_torque_is_cut(tmp_path: Path) -> None:
     for entry in log["entries"][80:]:
         entry["torque_enable"] = False
     imported = import_recording(saved(tmp_path / "a.json", log), Request())
-    assert imported.recording.time_s.size == 80
+    assert imported.time_s.size == 80
     assert "20 of 100" in imported.notes[0]
-    assert imported.recording.details["source"]["kept_entries"] == [0, 79]
+    assert imported.details["source"]["kept_entries"] == [0, 79]
 
 
 def broken(index: int, **changes: Any) -> dict[str, Any]:
@@ -90,8 +90,8 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("log", "words"),
     [
-        ([], ("entries", "no table")),
-        ({}, ("entries", "missing")),
+        ([], ("no records", "no columns")),
+        ({}, ("no records", "no columns")),
         (bam_log(entries=[]), ("entries", "empty")),
         (bam_log(entries=[3] * 60), ("entry 0", "object")),
         (bam_log(40), ("40 samples", "at least 50")),
@@ -101,7 +101,6 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
         (broken(7, position=math.nan), ("entry 7", "position", "finite")),
         (broken(7, position=10**400), ("entries", "1329 bits", "at most 64")),
         (broken(7, torque_enable="on"), ("entry 7", "torque_enable", "true or false")),
-        (broken(7, timestamp=0.03), ("entry 7", "timestamp", "stands still")),
         (broken(7, timestamp=0.01), ("entry 7", "timestamp", "runs back")),
         (
             bam_log(entries=[{**e, "torque_enable": False} for e in bam_log()["entries"]]),
@@ -129,17 +128,17 @@ def csv_log(path: Path, header: str = "t;goal;pos") -> Path:
 
 def test_csv_with_other_headers_and_units(tmp_path: Path) -> None:
     columns = parse_map(["time=t:ms", "command=goal:rad", "angle=pos:rad"])
-    recording = import_recording(csv_log(tmp_path / "a.csv"), Request(columns)).recording
+    recording = import_recording(csv_log(tmp_path / "a.csv"), Request(columns))
     assert recording.time_s[1] == 0.008
     assert recording.angle_deg[5] == pytest.approx(math.degrees(math.sin(0.7)))
     by_unit = Request(parse_map(["time=t:ms", "command=goal", "angle=pos"]), unit="rad")
-    again = import_recording(csv_log(tmp_path / "a.csv"), by_unit).recording
+    again = import_recording(csv_log(tmp_path / "a.csv"), by_unit)
     np.testing.assert_array_equal(recording.angle_deg, again.angle_deg)
 
 
 def test_csv_whose_names_tell_their_units(tmp_path: Path) -> None:
     path = csv_log(tmp_path / "a.csv", "time_ms;goal_rad;angle_deg")
-    recording = import_recording(path, Request(parse_map(["command=goal_rad"]))).recording
+    recording = import_recording(path, Request(parse_map(["command=goal_rad"])))
     assert recording.time_s[1] == 0.008
     assert recording.command_deg[5] == pytest.approx(math.degrees(math.sin(1.0)))
     assert recording.angle_deg[5] == pytest.approx(math.sin(0.7))
@@ -149,7 +148,7 @@ def test_csv_with_colons_pulses_and_metres(tmp_path: Path) -> None:
     path = csv_log(tmp_path / "a.csv", "t;cmd:us;x")
     columns = parse_map(["time=t:ms", "command=cmd:us:us", "angle=x:m"])
     request = Request(columns, unit_scale=10.0, deg_per_us=2.0, neutral_us=1.0)
-    recording = import_recording(path, request).recording
+    recording = import_recording(path, request)
     assert recording.command_deg[5] == pytest.approx(2.0 * (math.sin(1.0) - 1.0))
     assert recording.angle_deg[5] == pytest.approx(10.0 * math.sin(0.7))
     save_recording(recording, tmp_path / "rec")
@@ -164,19 +163,19 @@ def test_csv_with_colons_pulses_and_metres(tmp_path: Path) -> None:
         (Request(), ("row 1", "time", "--map time=COLUMN", "t, goal, pos")),
         (Request({"time": Column("T")}), ("row 1", "no column T", "t, goal, pos", "--map")),
         (
-            Request(parse_map(["time=t:h", "command=goal", "angle=pos"])),
+            Request(parse_map(["time=t:h", "command=goal:deg", "angle=pos:deg"])),
             ("column t", "'h'", "s, ms, us"),
         ),
         (
-            Request(parse_map(["time=t:ms", "command=goal", "angle=pos:m"])),
+            Request(parse_map(["time=t:ms", "command=goal:deg", "angle=pos:m"])),
             ("column pos", "'m'", "--unit-scale"),
         ),
         (
-            Request(parse_map(["time=t:ms", "command=goal:us", "angle=pos"])),
+            Request(parse_map(["time=t:ms", "command=goal:us", "angle=pos:deg"])),
             ("column goal", "--deg-per-us"),
         ),
         (
-            Request(parse_map(["time=t:s", "command=goal", "angle=pos"])),
+            Request(parse_map(["time=t:s", "command=goal:deg", "angle=pos:deg"])),
             ("column t", "8 s", "milli"),
         ),
     ],
@@ -204,7 +203,7 @@ def mat_file(path: Path, **changes: Any) -> Path:
 
 
 def test_emps(tmp_path: Path) -> None:
-    recording = import_recording(mat_file(tmp_path / "a.mat"), Request()).recording
+    recording = import_recording(mat_file(tmp_path / "a.mat"), Request())
     assert recording.angle_deg[10] == pytest.approx(100.0 * math.sin(0.09 - 0.1))
     assert recording.details["unit_scale"] == 100.0
     assert recording.details["source"]["kp"] == 160.18
@@ -212,13 +211,13 @@ def test_emps(tmp_path: Path) -> None:
 
 def test_other_mat_files_by_map(tmp_path: Path) -> None:
     path = mat_file(tmp_path / "a.mat", y=np.arange(200.0))
-    recording = import_recording(path, Request(parse_map(["angle=y:deg"]))).recording
+    recording = import_recording(path, Request(parse_map(["angle=y:deg"])))
     assert recording.angle_deg[3] == 3.0
     refused(path, Request(parse_map(["angle=z:deg"])), "no vector z", "qg", "--map")
 
 
 def test_bad_mat_files(tmp_path: Path) -> None:
-    refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 samples", "200")
+    refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 values", "200")
     refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "no vector qm")
     bad = np.sin(np.arange(200.0))
     bad[4] = np.nan
@@ -258,14 +257,14 @@ def test_xl330_logs(real_data: Path, gain: int) -> None:
     for name in ("sin_sin", "up_and_down"):
         imported = import_recording(place / f"{name}_kp{gain}.json", Request())
         assert imported.notes == ()
-        assert imported.recording.duration_s == pytest.approx(6.0, abs=0.02)
-        assert imported.recording.details["source"]["kp"] == gain
+        assert imported.duration_s == pytest.approx(6.0, abs=0.02)
+        assert imported.details["source"]["kp"] == gain
     dropped = import_recording(place / f"lift_and_drop_kp{gain}.json", Request())
-    assert dropped.recording.duration_s == pytest.approx(2.0, abs=0.02)
+    assert dropped.duration_s == pytest.approx(2.0, abs=0.02)
     assert "torque_enable" in dropped.notes[0]
 
 
 def test_emps_benchmark(real_data: Path) -> None:
-    recording = import_recording(real_data / "emps" / "DATA_EMPS.mat", Request()).recording
+    recording = import_recording(real_data / "emps" / "DATA_EMPS.mat", Request())
     assert recording.time_s.size == 24841
     assert recording.moved_range_deg == pytest.approx(24.64, abs=0.01)

@@ -55,7 +55,7 @@ def test_a_log_of_another_program_needs_no_import_first(tmp_path: Path) -> None:
     log = tmp_path / "bam.json"
     log.write_text(json.dumps({"entries": entries}))
     np.testing.assert_allclose(read(log).angle_deg, RECORDING.angle_deg, atol=1e-9)
-    assert read_log(log).recording.time_s.size == T.size
+    assert read_log(log).time_s.size == T.size
 
 
 @pytest.mark.parametrize(

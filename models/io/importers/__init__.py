@@ -1,55 +1,104 @@
 """Logs of other programs, read as recordings: one file a format.
 
-A format is a function ``(path, request) -> Imported``; ``FORMATS`` says which file name it takes.
+A format NAME is a module ``_NAME.py`` with two functions: ``recognises(path, start)`` says whether
+a file that begins with the bytes ``start``, or a folder, is one of its own, and
+``read_NAME(path, request)`` makes a recording of it.
 """
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from servosight.models.core import InputError, check_path
-from servosight.models.io.importers._request import (
-    Column,
-    Imported,
-    Raw,
-    Request,
-    assemble,
-    parse_map,
-    unit_of,
+from servosight.models.core import InputError, Recording, check_path
+from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._request import Column, Request, parse_map
+from servosight.models.io.importers._units import unit_of
+
+_NAMES = (
+    "lerobot",
+    "rosbag",
+    "ulog",
+    "parquet",
+    "mat",
+    "bam",
+    "json_log",
+    "table",
 )
-from servosight.models.io.importers._table import read_table
-
-_READERS = {
-    ".json": "bam",
-    ".mat": "mat",
-}
-"""By the ending of a file's name: NAME is the function ``read_NAME`` in the file ``_NAME.py``."""
-
-FORMATS: dict[str, Callable[[Path, Request], Imported]] = {
-    ending: getattr(import_module(f"servosight.models.io.importers._{name}"), f"read_{name}")
-    for ending, name in _READERS.items()
-}
-"""Readers by the ending of the name; whatever else is read as a table of text."""
+"""In the order in which they are asked; the first that recognises a file reads it."""
+START_BYTES = 1 << 16
 
 
-def import_recording(source: Path, request: Request) -> Imported:
-    """Read a log of another program; InputError says what in it is no recording."""
+@dataclass(frozen=True)
+class Format:
+    """A log format: its name, how it is recognised, and how it is read."""
+
+    name: str
+    recognises: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Request], Recording]
+
+
+def _format(name: str) -> Format:
+    module = import_module(f"servosight.models.io.importers._{name}")
+    return Format(name, module.recognises, getattr(module, f"read_{name}"))
+
+
+FORMATS: tuple[Format, ...] = tuple(map(_format, _NAMES))
+
+
+def recognised(path: Path) -> Format | None:
+    """The format of a file or folder by its content; None where none recognises it."""
+    start = b"" if path.is_dir() else _start(path)
+    return next((one for one in FORMATS if one.recognises(path, start)), None)
+
+
+def import_recording(source: Path, request: Request) -> Recording:
+    """Read a log of another program; InputError says what in it is no recording.
+
+    ``notes`` of the recording say what the user should know about how it was read.
+    """
     check_path(source)
-    if not source.is_file():
+    if not source.exists():
         raise InputError(f"{source}: no such file, expected a log to import; check the name")
-    return FORMATS.get(source.suffix.lower(), read_table)(source, request)
+    found = recognised(source)
+    if found is None:
+        what = "folder" if source.is_dir() else "binary file"
+        raise InputError(
+            f"{source}: is a {what} of no known format, expected a log of one of "
+            f"{', '.join(one.name for one in FORMATS)}; export it as a CSV file"
+        )
+    return found.read(source, request)
+
+
+def _start(path: Path) -> bytes:
+    """The first bytes of a regular file."""
+    try:
+        # Without blocking: to open a pipe that nothing writes to would wait for ever.
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with os.fdopen(handle, "rb") as stream:
+            if stat.S_ISREG(os.fstat(handle).st_mode):
+                return stream.read(START_BYTES)
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}), expected a log to import; check the name "
+            f"and the permissions"
+        ) from None
+    raise InputError(f"{path}: is no file, expected a log to import; name the file itself")
 
 
 __all__ = [
     "FORMATS",
     "Column",
-    "Imported",
+    "Format",
     "Raw",
     "Request",
     "assemble",
     "import_recording",
     "parse_map",
+    "recognised",
     "unit_of",
 ]

@@ -14,8 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import LARGEST_LOG, InputError, plain_name, read_settings
-from servosight.models.io.importers._request import Imported, Raw, Request, assemble
+from servosight.models.core import (
+    LARGEST_LOG,
+    Array,
+    InputError,
+    Recording,
+    plain_name,
+    read_settings,
+)
+from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._columns import powered
+from servosight.models.io.importers._request import Request
 
 DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
 """Firmware position gain as delivered: the relative gain of a log counts from there.
@@ -29,11 +38,13 @@ KEYS = {
 }
 
 
-def read_bam(path: Path, request: Request) -> Imported:
-    """Read a log; what it holds while the motor has no torque is cut off.
+def recognises(path: Path, start: bytes) -> bool:
+    """An object with the key ``entries``."""
+    return start.lstrip().startswith(b"{") and b'"entries"' in start
 
-    Without torque the pendulum falls freely: no model of a servo can follow that.
-    """
+
+def read_bam(path: Path, request: Request) -> Recording:
+    """Read a log; what it holds while the motor has no torque is left out."""
     if request.columns or request.unit or request.unit_scale is not None:
         raise InputError(
             f"{path}: --map, --unit and --unit-scale do not apply to a bam log, whose keys and "
@@ -42,23 +53,12 @@ def read_bam(path: Path, request: Request) -> Imported:
     log = _log(path)
     entries: list[Any] = log["entries"]
     torque = np.array([_torque(path, index, entry) for index, entry in enumerate(entries)], bool)
-    start, stop = _longest_run(torque)
-    notes: tuple[str, ...] = ()
-    if stop - start < len(entries):
-        notes = (
-            f"{path}: torque_enable is false in {int(np.sum(~torque))} of {len(entries)} entries, "
-            f"where the servo does not hold the load; only entries {start} to {stop - 1} are kept",
-        )
-    if start == stop:
-        raise InputError(
-            f"{path}: key torque_enable is true in none of the {len(entries)} entries, expected a "
-            f"servo that is switched on; choose another log"
-        )
-    rows = range(start, stop)
-    raw = {
-        quantity: Raw(key, unit, _numbers(path, entries, key, rows), rows, "entry")
+    rows = range(len(entries))
+    raw: dict[str, Raw] = {
+        quantity: Raw(key, unit, _numbers(path, entries, key, torque), rows, "entry")
         for quantity, (key, unit) in KEYS.items()
     }
+    raw, notes = powered(path, raw, torque, "torque_enable")
     source: dict[str, Any] = {
         "name": plain_name(path.name),
         "format": "bam",
@@ -69,9 +69,10 @@ def read_bam(path: Path, request: Request) -> Imported:
         },
     }
     if notes:
-        source["kept_entries"] = [start, stop - 1]
-    recording = assemble(path, raw, request, {"source": source})
-    return Imported(replace(recording, relative_gain=_relative_gain(log)), notes)
+        kept = raw["time"].rows
+        source["kept_entries"] = [kept[0], kept[-1]]
+    recording = assemble(path, raw, request, {"source": source}, notes)
+    return replace(recording, relative_gain=_relative_gain(log))
 
 
 def _relative_gain(log: dict[str, Any]) -> float:
@@ -113,11 +114,10 @@ def _torque(path: Path, index: int, entry: Any) -> bool:
     return bool(torque)
 
 
-def _numbers(
-    path: Path, entries: Sequence[dict[str, Any]], key: str, rows: range
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    values = np.empty(len(rows))
-    for place, index in enumerate(rows):
+def _numbers(path: Path, entries: Sequence[dict[str, Any]], key: str, torque: Array) -> Array:
+    """A number of each entry; without torque it may be missing, for it is left out."""
+    values = np.full(len(entries), np.nan)
+    for index in np.flatnonzero(torque).tolist():
         value = entries[index].get(key)
         if isinstance(value, bool) or not isinstance(value, int | float):
             shown = "missing" if key not in entries[index] else f"{str(value)[:40]!r}"
@@ -126,17 +126,7 @@ def _numbers(
                 f"delete the entry"
             )
         try:
-            values[place] = value
+            values[index] = value
         except OverflowError:
-            values[place] = np.inf
+            values[index] = np.inf
     return values
-
-
-def _longest_run(flags: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> tuple[int, int]:
-    """Start and end (exclusive) of the longest stretch of True; the first on a tie."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    starts, stops = edges[::2], edges[1::2]
-    if starts.size == 0:
-        return 0, 0
-    best = int(np.argmax(stops - starts))
-    return int(starts[best]), int(stops[best])

@@ -6,94 +6,92 @@ models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position
 
 from __future__ import annotations
 
-import io
-import subprocess
-import sys
+import struct
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, plain_name, read_bytes
-from servosight.models.io.importers import mat_reader
-from servosight.models.io.importers._request import (
-    Column,
-    Imported,
-    Raw,
-    Request,
-    assemble,
-    unit_of,
-)
+from servosight.models.core import Array, InputError, Recording, plain_name
+from servosight.models.io.importers._apart import Extract, Parser
+from servosight.models.io.importers._apart import extract as extract_apart
+from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._columns import listed
+from servosight.models.io.importers._request import Column, Request
+from servosight.models.io.importers._units import unit_of
 
 EMPS = {"time": Column("t", "s"), "command": Column("qg", "m"), "angle": Column("qm", "m")}
 EMPS_SCALE = 100.0
 """Degrees that show one metre: a centimetre of the axis reads as a degree."""
-LARGEST_MAT = 1 << 28
-LONGEST_READ_S = 60.0
+EMPS_PULSES = "pulses_N"
+PARSER = Parser(
+    __name__,
+    "a MATLAB file",
+    fix="expected a whole file of version 7.2 or older, so save it with -v7",
+)
 
 
-def read_mat(path: Path, request: Request) -> Imported:
+def recognises(path: Path, start: bytes) -> bool:
+    """The text that MATLAB begins a file with, or the first header of a file of version 4."""
+    if start.startswith(b"MATLAB ") or len(start) < 20:
+        return start.startswith(b"MATLAB ")
+    kind, rows, columns, imaginary, length = struct.unpack("<5i", start[:20])
+    small = kind in range(52) and imaginary in (0, 1) and 1 < length < 65
+    return small and rows >= 0 and columns >= 0 and start[19 + length : 20 + length] == b"\0"
+
+
+def read_mat(path: Path, request: Request) -> Recording:
     """Read vectors of a MATLAB file (up to version 7.2)."""
-    variables = _variables(path)
+    found = extract_apart(path, PARSER)
     columns = {**EMPS, **request.columns}
-    if request.unit_scale is None and any(columns[name].unit == "m" for name in columns):
+    if request.unit_scale is None and any(column.unit == "m" for column in columns.values()):
         request = replace(request, unit_scale=EMPS_SCALE)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
-        values = _vector(path, variables, quantity, column.name)
-        unit = unit_of(quantity, column, request)
+        values = _vector(path, found, quantity, column.name)
+        unit = unit_of(path, quantity, column, request)
         raw[quantity] = Raw(column.name, unit, values, range(1, values.size + 1), "sample")
-        if values.size != raw["time"].values.size:
-            raise InputError(
-                f"{path}: variable {column.name} has {values.size} samples and "
-                f"{raw['time'].column} has {raw['time'].values.size}, expected the same number; "
-                f"map another one"
-            )
-    scalars = {
-        name: float(value.ravel()[0])
-        for name, value in variables.items()
-        if _is_numeric(value) and value.size == 1 and np.isfinite(value.ravel()[0])
+    source = {"name": plain_name(path.name), "format": "mat", **found.facts}
+    return assemble(path, raw, request, {"source": source}, _notes(path, found))
+
+
+def extract(path: Path, wanted: Sequence[str]) -> Extract:
+    """All vectors, and all single numbers as facts; runs in a process of its own."""
+    from scipy.io import loadmat
+
+    content = {
+        name: value
+        for name, value in loadmat(str(path), appendmat=False).items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
     }
-    source = {"name": plain_name(path.name), "format": "mat", **scalars}
-    return Imported(assemble(path, raw, request, {"source": source}))
+    vectors = {
+        name: value.ravel().astype(np.float64)
+        for name, value in content.items()
+        if value.size > 1 and max(value.shape) == value.size
+    }
+    facts = {
+        name: float(value.ravel()[0])
+        for name, value in content.items()
+        if value.size == 1 and np.isfinite(value.ravel()[0])
+    }
+    return Extract(vectors, tuple(vectors), facts=facts)
 
 
-def _variables(path: Path) -> dict[str, Any]:
-    """Numeric arrays by name, as :mod:`servosight.models.io.importers.mat_reader` finds them."""
-    content = read_bytes(path, "a MATLAB file", LARGEST_MAT)
-    try:
-        reader = subprocess.run(
-            [sys.executable, "-P", "-m", mat_reader.__name__],
-            input=content,
-            capture_output=True,
-            timeout=LONGEST_READ_S,
-        )
-    except subprocess.TimeoutExpired:
-        why = f"it takes more than {LONGEST_READ_S:g} s"
-    else:
-        if reader.returncode == 0:
-            with np.load(io.BytesIO(reader.stdout), allow_pickle=False) as arrays:
-                return {name.removeprefix(mat_reader.PREFIX): arrays[name] for name in arrays}
-        lines = reader.stderr.decode("utf-8", "replace").strip().splitlines()
-        why = lines[-1][:120] if lines and reader.returncode > 0 else "its header is damaged"
-    raise InputError(
-        f"{path}: cannot be read as a MATLAB file ({why}); expected a complete file of version "
-        "7.2 or "
-        f"older, so save it with -v7"
-    )
+def _notes(path: Path, found: Extract) -> list[str]:
+    pulses = found.columns.get(EMPS_PULSES)
+    if pulses is None or not np.any(pulses):
+        return []
+    return [
+        f"{path}: {EMPS_PULSES} is a known disturbance of up to {np.abs(pulses).max():.4g} N; it "
+        f"is not used as an input, so what it moves counts as error of the model"
+    ]
 
 
-def _vector(path: Path, variables: dict[str, Any], quantity: str, name: str) -> Array:
-    value = variables.get(name)
-    if value is None or not _is_numeric(value) or max(value.shape, default=0) != value.size:
-        vectors = [key for key, one in variables.items() if _is_numeric(one) and one.size > 1]
+def _vector(path: Path, found: Extract, quantity: str, name: str) -> Array:
+    if name not in found.columns:
         raise InputError(
-            f"{path}: no vector {name} for the {quantity}, expected one of "
-            f"{', '.join(vectors) or '(none)'}; give --map {quantity}=VARIABLE:UNIT"
+            f"{path}: no vector {name} for the {quantity}, expected one of {listed(found.names)}; "
+            f"give --map {quantity}=VARIABLE:UNIT"
         )
-    return np.asarray(value, dtype=np.float64).ravel()
-
-
-def _is_numeric(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
+    return found.columns[name]

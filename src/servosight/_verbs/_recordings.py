@@ -25,17 +25,20 @@ def read(
     unit_scale: float | None = None,
     deg_per_us: float | None = None,
     neutral_us: float | None = None,
+    part: int = 0,
     progress: StageProgress | None = None,
 ) -> Recording:
     """Read a recording: a folder, a CSV file, or a log of another program.
 
     A folder with a video and no angle is tracked first, which writes ``angle.csv`` into it.
     ``columns`` names the columns of another program's table by quantity (time, command, angle,
-    sigma), with a unit where it is not s or deg: ``{"time": "t:ms", "angle": "pos:rad"}``.
+    sigma), with a unit where its header has none: ``{"time": "t:ms", "angle": "pos:rad"}``.
     ``unit`` is that of angle and command where no column has its own, ``unit_scale`` the degrees
     that show one unit of an output that is no angle. ``deg_per_us`` and ``neutral_us`` convert a
-    command given as pulse width. ``progress(word, done, total)`` is called while a video is
-    tracked. Raises InputError for whatever a recording cannot be.
+    command given as pulse width; ``part`` is which episode of a data set, from 0. What the user
+    should know about how a log was read is in the recording's ``notes``.
+    ``progress(word, done, total)`` is called while a video is tracked. Raises InputError for
+    whatever a recording cannot be.
 
     >>> import servosight as ss
     >>> rows = ["time_s,command_deg,angle_deg"]
@@ -54,6 +57,7 @@ def read(
             unit_scale=unit_scale,
             deg_per_us=deg_per_us,
             neutral_us=neutral_us,
+            part=part,
         ),
         progress or silent,
     )

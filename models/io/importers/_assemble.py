@@ -1,0 +1,154 @@
+"""The quantities of a log, as they stand in it, become a recording in seconds and degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import Array, InputError, Recording, plain_name
+from servosight.models.io._recording import Streams, recording_of
+from servosight.models.io._series import DEGREES, SECONDS, Series
+from servosight.models.io._settings import RecordingSettings
+from servosight.models.io.importers._request import PULSE, Request
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A quantity as it stands in the log: its column, unit, numbers (rows,) and their places."""
+
+    column: str
+    unit: str
+    values: Array
+    rows: Sequence[int]
+    word: str
+
+
+def assemble(
+    path: Path,
+    raw: Mapping[str, Raw],
+    request: Request,
+    details: Mapping[str, Any],
+    notes: Sequence[str] = (),
+) -> Recording:
+    """Convert, check and join the quantities of one log.
+
+    ``raw`` by quantity: time, command, angle, where known sigma, and ``command_time`` where the
+    command has rows of its own. Samples with one time stamp become their mean, commands the last of
+    them. ``notes`` are sentences that the user should read; the recording keeps them.
+    """
+    table: dict[str, Any] = dict(details)
+    foreign = {
+        one.unit
+        for name, one in raw.items()
+        if not name.endswith("time") and one.unit not in (*DEGREES, PULSE)
+    }
+    if foreign and request.unit_scale is not None:
+        table = {"unit": sorted(foreign)[0], "unit_scale": request.unit_scale, **table}
+    series = {
+        name: Series(
+            path, one.column, one.values, _converted(path, name, one, request), one.rows, one.word
+        )
+        for name, one in raw.items()
+    }
+    _check_sizes(path, series)
+    series, merged = _one_a_stamp(series)
+    streams = Streams(
+        series.get("command_time", series["time"]),
+        series["command"],
+        series["time"],
+        series["angle"],
+        series.get("sigma"),
+    )
+    settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
+    recording = recording_of(plain_name(path.stem), streams, settings)
+    return replace(recording, notes=(*notes, *(f"{path}: {note}" for note in merged)))
+
+
+def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
+    for name, one in series.items():
+        clock = series["time"]
+        if name in ("command", "command_time"):
+            clock = series.get("command_time", clock)
+        if one.raw.size != clock.raw.size:
+            raise InputError(
+                f"{path}: column {one.name} has {one.raw.size} values and {clock.name} "
+                f"{clock.raw.size}, expected the same number; map another one"
+            )
+
+
+def _one_a_stamp(series: dict[str, Series]) -> tuple[dict[str, Series], list[str]]:
+    """Samples of one stamp averaged, of commands the last kept; and a sentence where there are."""
+    notes = []
+    found = dict(series)
+    own = "command_time" if "command_time" in series else "time"
+    clocks = {"time": ["time", "angle", "sigma"], own: [own, "command"]}
+    if own == "time":
+        clocks["time"] = ["time", "angle", "sigma", "command"]
+    for clock, names in clocks.items():
+        stamps = series[clock].values
+        begins = np.concatenate([[True], np.diff(stamps) != 0.0])
+        if np.all(begins) or not np.all(np.isfinite(stamps)):
+            continue
+        firsts = np.flatnonzero(begins)
+        counts = np.diff(np.append(firsts, stamps.size))
+        for name in names:
+            if name in series:
+                found[name] = _merged(series[name], name, firsts, counts)
+        if clock == "time":
+            many = int(counts[counts > 1].sum())
+            notes.append(
+                f"{many:,} of {stamps.size:,} samples share their time stamp with others; each "
+                f"group became its mean, the first at {stamps[firsts[np.argmax(counts > 1)]]:.6g} s"
+            )
+    return found, notes
+
+
+def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
+    lasts = firsts + counts - 1
+    kept: list[Array] = []
+    for values in (one.raw, one.values):
+        if name == "angle":
+            kept.append(np.add.reduceat(values, firsts) / counts)
+        elif name == "sigma":
+            kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
+        else:
+            kept.append(values[lasts])
+    return replace(one, raw=kept[0], values=kept[1], rows=[one.rows[int(n)] for n in firsts])
+
+
+def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
+    with np.errstate(over="ignore", invalid="ignore"):
+        if quantity.endswith("time"):
+            if raw.unit not in SECONDS:
+                raise _unknown(path, quantity, raw, tuple(SECONDS))
+            return raw.values / SECONDS[raw.unit]
+        if raw.unit == PULSE and quantity == "command":
+            if request.deg_per_us is None or request.neutral_us is None:
+                raise InputError(
+                    f"{path}: column {raw.column} is a pulse width, expected the servo's scale; "
+                    f"give --deg-per-us and --neutral-us"
+                )
+            return (raw.values - request.neutral_us) * request.deg_per_us
+        if raw.unit in DEGREES:
+            return raw.values * DEGREES[raw.unit]
+        if request.unit_scale is None or raw.unit == PULSE:
+            raise _unknown(path, quantity, raw, tuple(DEGREES))
+        scale = abs(request.unit_scale) if quantity == "sigma" else request.unit_scale
+        return raw.values * scale
+
+
+def _unknown(path: Path, quantity: str, raw: Raw, known: tuple[str, ...]) -> InputError:
+    message = (
+        f"{path}: column {raw.column} has the unit {raw.unit!r}, expected {', '.join(known)}; "
+        f"write --map {quantity}={raw.column}:{known[0]}"
+    )
+    if quantity.endswith("time"):
+        return InputError(f"{message}, or whichever of them it is")
+    return InputError(
+        f"{message} if it is that, or for an output that is no angle give --unit-scale, the "
+        f"degrees that show one {raw.unit}"
+    )

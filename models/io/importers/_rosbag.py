@@ -1,0 +1,115 @@
+"""ROS 2 bags and MCAP files, by rosbags: numbers in messages such as JointState.
+
+A bag is a folder with metadata.yaml, or a single .mcap or .db3 file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import Recording
+from servosight.models.io.importers._apart import Extract, Parser
+from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._streams import read_streams
+
+PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
+_MOST_PLACES = 100
+_DEEPEST = 4
+
+
+def recognises(path: Path, start: bytes) -> bool:
+    """A folder with a bag's metadata, or the bytes that begin an MCAP or an SQLite file."""
+    return start.startswith((b"\x89MCAP0\r\n", b"SQLite format 3\0")) or (
+        path.is_dir() and (path / "metadata.yaml").is_file()
+    )
+
+
+def read_rosbag(path: Path, request: Request) -> Recording:
+    """Read two fields; ``/topic.field``, and by a joint's name as ``/topic.position[elbow]``."""
+    return read_streams(path, PARSER, "rosbag", request)
+
+
+def extract(path: Path, wanted: Sequence[str]) -> Extract:
+    """The wanted fields with their stamps; runs in a process of its own.
+
+    Stamps are those in the messages' headers where every wanted topic has them, else the times at
+    which the messages were recorded: two clocks would shift the angle against the command.
+    """
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+        topics = {name: _topic(name, bag.topics) for name in wanted}
+        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in wanted}
+        connections = [one for one in bag.connections if one.topic in topics.values()]
+        for connection, logged_ns, data in bag.messages(connections) if connections else ():
+            message = bag.deserialize(data, connection.msgtype)
+            numbers = dict(_numbers(message))
+            for name, topic in topics.items():
+                value = numbers.get(name.removeprefix(f"{topic}."))
+                if topic == connection.topic and value is not None:
+                    found[name].append((_stamp_ns(message), logged_ns, value))
+        found = {name: rows for name, rows in found.items() if rows}
+        names = () if len(found) == len(set(wanted)) and wanted else _names(bag)
+    rows = [row for own in found.values() for row in own]
+    by_header = all(row[0] > 0 for row in rows)
+    start_ns = min((row[0 if by_header else 1] for row in rows), default=0)
+    times_s = {
+        name: np.array([(row[0 if by_header else 1] - start_ns) / 1e9 for row in own])
+        for name, own in found.items()
+    }
+    columns = {name: np.array([row[2] for row in own]) for name, own in found.items()}
+    clock = "header.stamp" if by_header else "time of recording"
+    return Extract(columns, tuple(names), times_s, {"clock": clock})
+
+
+def _topic(name: str, topics: Iterable[str]) -> str:
+    """The longest topic that a column's name begins with."""
+    return max((one for one in topics if name.startswith(f"{one}.")), key=len, default="")
+
+
+def _names(bag: Any) -> list[str]:
+    """The numbers in the first message of each topic."""
+    found, seen = [], set()
+    for connection in bag.connections:
+        if connection.topic in seen:
+            continue
+        seen.add(connection.topic)
+        for _, _, data in bag.messages([connection]):
+            try:
+                message = bag.deserialize(data, connection.msgtype)
+            except Exception:  # a type that the bag does not describe
+                break
+            found += [f"{connection.topic}.{name}" for name, _ in _numbers(message)]
+            break
+    return found
+
+
+def _stamp_ns(message: Any) -> int:
+    """The stamp in a message's header [ns]; 0 where there is none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def _numbers(message: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, float]]:
+    """Names and values of the numbers in a message; list places by the joints' names."""
+    labels = [str(one) for one in getattr(message, "name", ()) if isinstance(one, str)]
+    for field in getattr(message, "__dataclass_fields__", ()):
+        value = getattr(message, field)
+        if field in ("header", "name", "__msgtype__"):
+            continue
+        if isinstance(value, bool | int | float | np.number):
+            yield f"{prefix}{field}", float(value)
+        elif isinstance(value, np.ndarray | list):
+            for place, one in enumerate(value[:_MOST_PLACES]):
+                name = labels[place] if len(labels) == len(value) else str(place)
+                if isinstance(one, int | float | np.number):
+                    yield f"{prefix}{field}[{name}]", float(one)
+                elif depth < _DEEPEST:
+                    yield from _numbers(one, f"{prefix}{field}[{name}].", depth + 1)
+        elif depth < _DEEPEST:
+            yield from _numbers(value, f"{prefix}{field}.", depth + 1)

@@ -1,0 +1,55 @@
+"""Logs of messages: each column has the stamps of its own topic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servosight.models.core import InputError, Recording
+from servosight.models.io.importers._apart import Extract, Parser, extract
+from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._columns import listed, source_of
+from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._units import unit_of
+
+
+def read_streams(
+    path: Path, parser: Parser, form: str, request: Request, notes: Sequence[str] = ()
+) -> Recording:
+    """A recording from columns that the request names; time is that of each column's messages."""
+    if "time" in request.columns:
+        raise InputError(
+            f"{path}: --map time does not apply to {parser.kind}, whose messages have stamps; "
+            f"expected command and angle alone, so leave it out"
+        )
+    wanted = [column.name for column in request.columns.values()]
+    found = extract(path, parser, wanted)
+    raw: dict[str, Raw] = {}
+    for quantity in ("command", "angle"):
+        if quantity not in request.columns:
+            raise InputError(
+                f"{path}: no column is known to be the {quantity}; expected --map "
+                f"{quantity}=COLUMN:UNIT with one of {listed(found.names)}"
+            )
+    for quantity, column in request.columns.items():
+        if column.name not in found.columns:
+            raise InputError(
+                f"{path}: no column {column.name}, expected one of {listed(found.names)}; correct "
+                f"--map {quantity}={column.name}"
+            )
+        unit = unit_of(path, quantity, column, request)
+        values = found.columns[column.name]
+        raw[quantity] = Raw(column.name, unit, values, range(values.size), "message")
+        if quantity != "sigma":
+            clock = "time" if quantity == "angle" else "command_time"
+            raw[clock] = _stamps(raw[quantity], found, column.name)
+    details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
+    return assemble(path, raw, request, details, notes)
+
+
+def _stamps(raw: Raw, found: Extract, name: str) -> Raw:
+    return replace(raw, column=f"stamp of {name}", unit="s", values=np.asarray(found.times_s[name]))

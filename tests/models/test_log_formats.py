@@ -1,0 +1,338 @@
+"""Formats of other programs' logs: recognised by content, read, or refused with one sentence."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.models.core import InputError, Recording
+from servosight.models.io import load_recording, save_recording
+from servosight.models.io.importers import Request, import_recording, parse_map, recognised
+from servosight.models.io.importers import _apart as apart
+from servosight.sources import Options, read
+
+COUNT, STEP_S = 200, 0.01
+TIMES = [STEP_S * i for i in range(COUNT)]
+GOAL = [0.3 * math.sin(9.0 * t) for t in TIMES]
+POSITION = [0.3 * math.sin(9.0 * t - 0.2) for t in TIMES]
+
+
+def columns(*words: str) -> Request:
+    return Request(parse_map(words))
+
+
+def is_sound(recording: Recording) -> None:
+    """The numbers above, from whatever file."""
+    np.testing.assert_allclose(np.diff(recording.time_s), STEP_S, atol=1e-6)
+    np.testing.assert_allclose(recording.angle_deg, np.degrees(POSITION), atol=1e-4)
+    seen = recording.command_at(recording.time_s + 1e-4)
+    np.testing.assert_allclose(seen, np.degrees(GOAL), atol=1e-4)
+
+
+def refused(path: Path, request: Request, *words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        import_recording(path, request)
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    for word in (path.name, "expected", *words):
+        assert word in sentence, sentence
+
+
+# --- JSON -----------------------------------------------------------------------------------------
+
+
+def nested() -> list[dict[str, Any]]:
+    rows = zip(TIMES, GOAL, POSITION, strict=True)
+    return [{"t": 1e3 * t, "arm": {"goal": u}, "pos": [0.0, y]} for t, u, y in rows]
+
+
+MAP = columns("time=t:ms", "command=arm.goal:rad", "angle=pos[1]:rad")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(nested()),
+        json.dumps({"servo": "x", "samples": nested()}),
+        "\n".join(map(json.dumps, nested())),
+    ],
+    ids=["list", "object", "lines"],
+)
+def test_json_of_records(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "a.log"
+    path.write_text(text)
+    recording = import_recording(path, MAP)
+    is_sound(recording)
+    assert recording.details["source"]["angle_column"] == "pos[1]"
+
+
+def test_json_of_columns(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({"time_s": TIMES, "command (rad)": GOAL, "angle_rad": POSITION}))
+    is_sound(import_recording(path, Request()))
+    is_sound(read(path))
+
+
+@pytest.mark.parametrize(
+    ("records", "words"),
+    [
+        ([*nested()[:7], {"t": 1}, *nested()[8:]], ("record 7", "arm.goal")),
+        ([*nested()[:7], "x", *nested()[8:]], ("record 7", "no number")),
+        ([], ("no records",)),
+        ([1, 2], ("no records",)),
+    ],
+)
+def test_json_with_a_fault(tmp_path: Path, records: Any, words: tuple[str, ...]) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(records))
+    refused(path, MAP, *words)
+
+
+def test_json_columns_with_a_fault(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    table = {"time_s": TIMES, "command_rad": GOAL, "angle_rad": [*POSITION[:-1], "x"]}
+    path.write_text(json.dumps(table))
+    refused(path, Request(), "value 199", "angle_rad", "'x'")
+    path.write_text(json.dumps(table | {"angle_rad": POSITION[:-1]}))
+    refused(path, Request(), "199 values", "200")
+    path.write_text('[{"t": 1}, {')
+    refused(path, Request(), "is no JSON")
+    path.write_text("[" * 100_000)
+    refused(path, Request(), "JSON")
+
+
+# --- Parquet and LeRobot --------------------------------------------------------------------------
+
+
+def parquet(path: Path, **more: Any) -> Path:
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    stamps = pa.array([round(1e9 * t) for t in TIMES], type=pa.timestamp("ns"))
+    table = {"stamp": stamps, "goal (rad)": GOAL, "state": [[0.0, y] for y in POSITION]}
+    pq.write_table(pa.table(table | more), str(path))
+    return path
+
+
+PARQUET_MAP = columns("time=stamp", "command=goal", "angle=state[1]:rad")
+
+
+def test_parquet(tmp_path: Path) -> None:
+    path = parquet(tmp_path / "a.bin")
+    is_sound(import_recording(path, PARQUET_MAP))
+    refused(path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[1]")
+    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0]")
+
+
+def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:
+    path = parquet(tmp_path / "a.bin", torque_enable=[n < 150 for n in range(COUNT)])
+    recording = import_recording(path, PARQUET_MAP)
+    assert recording.time_s.size == 150
+    assert "torque_enable is false in 50 of 200 rows" in recording.notes[0]
+
+
+def lerobot(folder: Path, episodes: int = 2, per_file: int = 2) -> Path:
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    joint = {"dtype": "float32", "shape": [2], "names": ["pan", "elbow"]}
+    features = {
+        "action": joint,
+        "observation.state": joint | {"names": {"motors": ["pan", "elbow"]}},
+        "observation.images.top": {"dtype": "video", "shape": [480, 640, 3], "names": None},
+        "timestamp": {"dtype": "float32", "shape": [1], "names": None},
+    }
+    (folder / "meta").mkdir(parents=True)
+    info = {"codebase_version": "v3.0", "fps": 100, "features": features}
+    (folder / "meta" / "info.json").write_text(json.dumps(info))
+    rows = [
+        {
+            "action": [0.0, u * (1 + episode)],
+            "observation.state": [0.0, y * (1 + episode)],
+            "timestamp": t,
+            "episode_index": episode,
+        }
+        for episode in range(episodes)
+        for t, u, y in zip(TIMES, GOAL, POSITION, strict=True)
+    ]
+    (folder / "data" / "chunk-000").mkdir(parents=True)
+    for number in range(0, episodes, per_file):
+        part = [row for row in rows if number <= row["episode_index"] < number + per_file]
+        file = folder / "data" / "chunk-000" / f"file-{number:03d}.parquet"
+        pq.write_table(pa.Table.from_pylist(part), str(file))
+    return folder
+
+
+JOINT = columns("command=action[elbow]:rad", "angle=observation.state[1]:rad")
+
+
+@pytest.mark.parametrize("per_file", [1, 2])
+def test_lerobot_data_sets(tmp_path: Path, per_file: int) -> None:
+    folder = lerobot(tmp_path / "set", per_file=per_file)
+    recording = import_recording(folder, JOINT)
+    is_sound(recording)
+    assert "episode 0 of 2" in recording.notes[0]
+    assert "nominal" in recording.notes[0]
+    again = read(
+        folder,
+        Options({"command": "action[1]:rad", "angle": "observation.state[elbow]:rad"}, part=1),
+    )
+    np.testing.assert_allclose(again.angle_deg, 2.0 * recording.angle_deg, rtol=1e-6)
+    refused(folder, JOINT.__class__(JOINT.columns, part=2), "no episode 2", "its 2")
+    refused(folder, columns("command=action[wrist]:rad"), "action[wrist]", "action[pan]")
+    refused(folder, columns("command=action[1]", "angle=observation.state[1]:rad"), "no unit")
+
+
+def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:
+    """Kept by the folder, and said by a fit: the sigma of the dead time is null."""
+    from servosight.identify.fit import identify
+
+    recording = import_recording(lerobot(tmp_path / "set"), JOINT)
+    save_recording(recording, tmp_path / "rec")
+    kept = load_recording(tmp_path / "rec")
+    assert kept.notes == recording.notes
+    assert kept.offset_sigma_s == recording.offset_sigma_s == math.inf
+    fit = identify(kept, ["dead_time"], method="gradient")
+    assert fit.parameters["dead_time.delay"].sigma is None
+    assert any("nominal" in text for text in fit.warnings)
+
+
+# --- logs of messages -----------------------------------------------------------------------------
+
+
+def ulog(path: Path) -> Path:
+    """Two topics by the format's own rules; the second instance of a topic is another servo."""
+
+    def message(kind: str, data: bytes) -> bytes:
+        return struct.pack("<HB", len(data), ord(kind)) + data
+
+    parts = [
+        b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0),
+        message("B", bytes(40)),
+        message("F", b"servo_setpoint:uint64_t timestamp;float[2] position;"),
+        message("F", b"servo_status:uint64_t timestamp;float position;float current;"),
+        message("A", struct.pack("<BH", 0, 0) + b"servo_setpoint"),
+        message("A", struct.pack("<BH", 1, 1) + b"servo_status"),
+    ]
+    for t, u, y in zip(TIMES, GOAL, POSITION, strict=True):
+        stamp = round(1e6 * t)
+        parts.append(message("D", struct.pack("<HQff", 0, stamp, 0.0, u)))
+        parts.append(message("D", struct.pack("<HQff", 1, stamp, y, 0.3)))
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+def test_px4_logs(tmp_path: Path) -> None:
+    pytest.importorskip("pyulog")
+    path = ulog(tmp_path / "flight")
+    words = ("command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad")
+    is_sound(import_recording(path, columns(*words)))
+    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[1]")
+    refused(path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].current")
+    refused(path, columns("time=timestamp", *words), "--map time", "leave it out")
+
+
+def bag(folder: Path, storage: str) -> Path:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    joint, header, stamp = (
+        store.types[name]
+        for name in (
+            "sensor_msgs/msg/JointState",
+            "std_msgs/msg/Header",
+            "builtin_interfaces/msg/Time",
+        )
+    )
+    empty = np.array([], dtype=np.float64)
+    with Writer(folder, version=9, storage_plugin=StoragePlugin[storage]) as writer:
+        topics = {
+            name: writer.add_connection(name, joint.__msgtype__, typestore=store)
+            for name in ("/goal", "/joint_states")
+        }
+        for t, u, y in zip(TIMES, GOAL, POSITION, strict=True):
+            at = 1_700_000_000_000_000_000 + round(1e9 * t)
+            for late, (name, value) in enumerate((("/goal", u), ("/joint_states", y))):
+                message = joint(
+                    header=header(stamp=stamp(sec=at // 10**9, nanosec=at % 10**9), frame_id=""),
+                    name=["pan", "elbow"],
+                    position=np.array([0.0, value]),
+                    velocity=empty,
+                    effort=empty,
+                )
+                data = store.serialize_cdr(message, joint.__msgtype__)
+                writer.write(topics[name], at + 3_000_000 * late, data)
+    return folder
+
+
+@pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])
+def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
+    """The folder, and the one file in it under another name; stamps are those of the headers."""
+    folder = bag(tmp_path / "bag", storage)
+    request = columns(
+        "command=/goal.position[elbow]:rad", "angle=/joint_states.position[elbow]:rad"
+    )
+    recording = import_recording(folder, request)
+    is_sound(recording)
+    assert recording.details["source"]["clock"] == "header.stamp"
+    (file,) = (entry for entry in folder.iterdir() if entry.name != "metadata.yaml")
+    if storage == "MCAP":  # rosbags tells a single file by its ending alone
+        is_sound(import_recording(file, request))
+    refused(folder, columns("command=/goal.position[x]:rad"), "angle", "/goal.position[pan]")
+
+
+# --- recognising ----------------------------------------------------------------------------------
+
+MAKERS: dict[str, Callable[[Path], Path]] = {
+    "parquet": parquet,
+    "ulog": ulog,
+    "lerobot": lerobot,
+    "rosbag": lambda path: bag(path, "MCAP"),
+}
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_formats_are_recognised_whatever_their_name(tmp_path: Path, name: str) -> None:
+    path = MAKERS[name](tmp_path / "a.csv")
+    found = recognised(path)
+    assert found is not None
+    assert found.name == name
+
+
+def test_what_nobody_recognises(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"\0\1\2" * 50)
+    refused(tmp_path / "a.csv", Request(), "binary file of no known format", "CSV")
+    (tmp_path / "empty").mkdir()
+    refused(tmp_path / "empty", Request(), "folder of no known format")
+
+
+@pytest.mark.parametrize("name", ["parquet", "ulog", "lerobot", "rosbag"])
+def test_a_missing_library_is_named(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = MAKERS[name](tmp_path / "a")
+    monkeypatch.setattr(apart, "find_spec", lambda library: None)
+    request = JOINT if name == "lerobot" else PARQUET_MAP
+    if name in ("ulog", "rosbag"):
+        request = columns("command=x:rad", "angle=y:rad")
+    refused(path, request, "pip install 'servosight[logs]'")
+
+
+@pytest.mark.parametrize("name", ["parquet", "ulog", "rosbag"])
+def test_half_a_file_is_refused(tmp_path: Path, name: str) -> None:
+    path = MAKERS[name](tmp_path / "a")
+    file = path if path.is_file() else next(path.glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 20])
+    if path.is_dir():
+        shutil.copy(file, tmp_path / "half.mcap")
+        path = tmp_path / "half.mcap"
+    request = PARQUET_MAP
+    if name in ("ulog", "rosbag"):
+        request = columns("command=x:rad", "angle=y:rad")
+    refused(path, request)
