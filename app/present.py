@@ -157,6 +157,35 @@ def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: st
     out.print()
 
 
+def show_change(out: Console, result: Mapping[str, Any]) -> None:
+    """What differs between two servos: in words, each parameter, what it can mean."""
+    out.print(f"{result['headline']}.")
+    table = _table("parameter", "a", "b", "difference", "+- sigma", "sigmas", "unit")
+    for one in result["parameters"]:
+        before, after = (
+            "-" if one[side] is None else uncertain(one[side], one[f"{side}_sigma"])[0]
+            for side in "ab"
+        )
+        difference = one["difference"]
+        shown, spread = ("-", "-") if difference is None else uncertain(difference, one["sigma"])
+        ratio = "-" if one["sigmas"] is None else f"{one['sigmas']:+.1f}"
+        cells = [before, after, shown, spread, ratio]
+        name = f"{one['name']} *" if one["changed"] else one["name"]
+        table.add_row(name, *(cell.replace("−", "-") for cell in cells), one["unit"])
+    out.print(table)
+    for words in result["sentences"]:
+        out.print(words)
+    for name in "ab":
+        side = result[name]
+        if side["rmse_deg"] is not None:
+            out.print(
+                f"{name} ({', '.join(side['recordings'])}): error {_deg(side['rmse_deg'])}, with "
+                f"the other's model {_deg(side['other_rmse_deg'])}, floor {_deg(side['floor_deg'])}"
+            )
+    for warning in result["warnings"]:
+        out.print(f"note: {warning}")
+
+
 def _change(step: Mapping[str, Any]) -> str:
     """What a step added to the model and took from it."""
     added, removed = step["added"], step.get("removed")

@@ -16,6 +16,7 @@ from servosight.sources._read import Source as Source
 from servosight.sources._read import read as read
 from servosight.sources._read import read_all as read_all
 from servosight.sources._read import read_log as read_log
+from servosight.sources._read import recordings_in as recordings_in
 from servosight.sources._read import unit_hint as unit_hint
 from servosight.sources._surface import TRACK_FILE as TRACK_FILE
 from servosight.sources._surface import Geometry as Geometry

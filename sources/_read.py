@@ -113,3 +113,13 @@ def unit_hint(recording: Recording) -> str | None:
                 f"radians, name its column {column}_rad"
             )
     return None
+
+
+def recordings_in(sources: Source | Sequence[Source]) -> Source | Sequence[Source]:
+    """The recordings of a folder that is none itself but holds some; else what was given."""
+    if not isinstance(sources, Path | str) or not Path(sources).is_dir():
+        return sources
+    place = Path(sources)
+    inside = sorted(child.parent for child in place.glob("*/command.csv"))
+    own = any((place / name).exists() for name in ("command.csv", "recording.toml"))
+    return inside if inside and not own else place

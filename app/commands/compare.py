@@ -1,4 +1,4 @@
-"""Compare a model with recordings and show where it fails."""
+"""Where a model fails on recordings; or what differs between two models or two recordings."""
 
 from __future__ import annotations
 
@@ -11,15 +11,30 @@ from servosight.app.arguments import (
     add_recordings,
     add_report,
     any_path,
+    identifiers,
 )
+from servosight.app.completion import with_effects
 from servosight.app.output import check_outputs, console, made, next_command, write_json
 from servosight.app.progress import progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight compare``."""
-    parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
+    parser.add_argument(
+        "model",
+        metavar="MODEL.toml",
+        type=any_path,
+        help="the model's card; or the first of two cards, or of two recordings, to compare",
+    )
     add_recordings(parser)
+    with_effects(
+        parser.add_argument(
+            "--effects",
+            metavar="ID,ID",
+            type=identifiers,
+            help="of two recordings: the effects to fit to both (default: found by a diagnosis)",
+        )
+    )
     add_json(parser)
     add_report(parser)
     add_plugins(parser)
@@ -35,6 +50,10 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.effects import catalogue
 
     check_outputs(args)
+    other = args.recordings[0]
+    if args.model.is_dir() or args.model.suffix == ".csv" or other.suffix == ".toml":
+        _change(args)
+        return
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
     recordings = load(args.recordings, args)
@@ -56,3 +75,29 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command("diagnose", *args.recordings, "--auto"))
+
+
+def _change(args: argparse.Namespace) -> None:
+    """Two models, or two recordings: fit, compare, print, write the JSON."""
+    import servosight
+    from servosight.app.present import show_change
+    from servosight.models.core import InputError
+
+    if len(args.recordings) != 1:
+        raise InputError(
+            f"compare: {len(args.recordings) + 1} to compare with one another, expected two; put "
+            f"the recordings of each side into a folder"
+        )
+    if args.report is not None:
+        raise InputError("compare: --report shows a model on recordings, expected --json here")
+    with progress("comparing") as show:
+        result = servosight.compare(
+            args.model,
+            args.recordings[0],
+            effects=args.effects,
+            plugins=args.plugin,
+            progress=show,
+        )
+    values = result.to_dict()
+    show_change(console(args), values)
+    write_json(args.json, values)

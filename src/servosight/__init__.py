@@ -38,6 +38,7 @@ _HOMES = {
     "Fit": ("servosight.identify.fit", "Fit"),
     "Comparison": ("servosight.diagnose", "Comparison"),
     "Diagnosis": ("servosight.diagnose", "Diagnosis"),
+    "ServoChange": ("servosight.diagnose.change", "ServoChange"),
     "Track": ("servosight.tracking.core", "Track"),
 }
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604, each is a string

@@ -10,6 +10,7 @@ from servosight._verbs import (
     track,
 )
 from servosight.diagnose import Comparison, Diagnosis
+from servosight.diagnose.change import ServoChange
 from servosight.identify.fit import Fit
 from servosight.models.core import Actuator, InputError, Recording
 from servosight.tracking.core import Track
@@ -23,6 +24,7 @@ __all__ = [
     "Fit",
     "InputError",
     "Recording",
+    "ServoChange",
     "Track",
     "__version__",
     "add",

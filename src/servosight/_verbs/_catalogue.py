@@ -74,5 +74,6 @@ _RESULTS = {
     "comparison": ("servosight.diagnose", "Comparison"),
     "diagnosis": ("servosight.diagnose", "Diagnosis"),
     "track": ("servosight.tracking.core", "Track"),
+    "change": ("servosight.diagnose.change", "ServoChange"),
 }
 """Where the class of each result is, by the ``type`` in its JSON."""

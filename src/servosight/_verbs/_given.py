@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 if TYPE_CHECKING:
     from servosight.diagnose import Comparison, Diagnosis
+    from servosight.diagnose.change import ServoChange
     from servosight.identify.fit import Fit
     from servosight.models.core import Actuator, Recording
     from servosight.models.effects import Effect
 
     Source: TypeAlias = Recording | Path | str
     Sources: TypeAlias = Source | Sequence[Source]
-    Model: TypeAlias = Fit | Diagnosis | Comparison | Actuator | Path | str
+    ModelValue: TypeAlias = Fit | Diagnosis | Comparison | Actuator
+    Model: TypeAlias = ModelValue | Path | str
 
 
 def silent(stage: str, done: int, total: int | None = None) -> None:
@@ -34,3 +36,35 @@ def actuator_of(model: Model, known: Mapping[str, Effect]) -> Actuator:
     if isinstance(model, Path | str):
         return Actuator.load(Path(model), known)
     return model if isinstance(model, Actuator) else model.actuator
+
+
+def is_model(given: Any) -> TypeGuard[Model]:
+    """True for what has an actuator, or is the path of a card: not for recordings."""
+    if isinstance(given, Path | str):
+        place = Path(given)
+        return not place.is_dir() and place.suffix != ".csv"
+    return hasattr(given, "actuator") or hasattr(given, "to_control")
+
+
+def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChange:
+    """What differs between two models; a fit knows its covariance, a card only sigmas."""
+    from servosight.diagnose.change import Side, change_between
+
+    actuators = [actuator_of(one, known) for one in (a, b)]
+    fits = [getattr(one, "covariance", None) for one in (a, b)]
+    first, second = (
+        Side(
+            name=str(one) if isinstance(one, Path | str) else name,
+            effects=actuator.effects,
+            recordings=tuple(actuator.provenance.get("fitted_on", ())),
+        )
+        for name, one, actuator in zip("ab", (a, b), actuators, strict=True)
+    )
+    return change_between(
+        *actuators,
+        catalogue=known,
+        sides=(first, second),
+        covariances=None
+        if fits[0] is None or fits[1] is None
+        else ((fits[0].names, fits[0].values), (fits[1].names, fits[1].values)),
+    )

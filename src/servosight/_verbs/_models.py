@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast, overload
 
-from servosight._verbs._given import actuator_of, catalogue_of, silent
+from servosight._verbs._given import actuator_of, catalogue_of, is_model, models_change, silent
 
 if TYPE_CHECKING:
-    from servosight._verbs._given import Model, Sources
+    from servosight._verbs._given import Model, ModelValue, Source, Sources
     from servosight.diagnose import Comparison, Diagnosis
+    from servosight.diagnose.change import ServoChange
     from servosight.identify.fit import Fit
-    from servosight.models.core import StageProgress
+    from servosight.models.core import Recording, StageProgress
 
 
 def identify(
@@ -48,28 +49,81 @@ def identify(
     return with_information(fit, given, known).remember(given, known)
 
 
+@overload
 def compare(
-    model: Model,
+    model: ModelValue, recordings: ModelValue, *, plugins: Sequence[Path | str] = ()
+) -> ServoChange: ...
+@overload
+def compare(
+    model: Recording | Sequence[Source],
+    recordings: Sources,
+    *,
+    effects: Sequence[str] | None = None,
+    plugins: Sequence[Path | str] = (),
+    progress: StageProgress | None = None,
+) -> ServoChange: ...
+@overload
+def compare(
+    model: ModelValue,
     recordings: Sources,
     *,
     tolerance: float | None = None,
     plugins: Sequence[Path | str] = (),
-) -> Comparison:
-    """Simulate a model on recordings and say where it fails.
+) -> Comparison: ...
+@overload
+def compare(
+    model: Path | str,
+    recordings: Model | Sources,
+    *,
+    tolerance: float | None = None,
+    effects: Sequence[str] | None = None,
+    plugins: Sequence[Path | str] = (),
+    progress: StageProgress | None = None,
+) -> Any: ...
+def compare(
+    model: Model | Sources,
+    recordings: Model | Sources,
+    *,
+    tolerance: float | None = None,
+    effects: Sequence[str] | None = None,
+    plugins: Sequence[Path | str] = (),
+    progress: StageProgress | None = None,
+) -> Comparison | ServoChange:
+    """A model on recordings: where it fails. Two models, or two sets of recordings: what differs.
 
-    ``model`` is a fit, a diagnosis (its last step), an actuator, or the path of a model card. The
-    physical parameters stay as they are; bias and initial state are found on each recording.
+    ``model`` is a fit, a diagnosis (its last step), an actuator, or the path of a model card. On
+    ``recordings`` its physical parameters stay as they are; bias and initial state are found on
+    each.
+
+    With a second model in their place, or with recordings in both places, the result is a
+    ``ServoChange``: which parameters differ, how surely, and what that can mean. To recordings one
+    model is fitted, with ``effects`` or, without them, those that a diagnosis of either finds; a
+    folder of recordings is a set. Raises InputError for anything else.
 
     >>> import servosight as ss
     >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
     >>> fit = ss.identify(recording, method="gradient")
     >>> ss.compare(fit, recording).explained
     False
+    >>> ss.compare(fit, fit).changed
+    ()
     """
     from servosight.diagnose import compare
-    from servosight.sources import read_all
+    from servosight.diagnose.change import change_in_recordings
+    from servosight.models.effects import select
+    from servosight.sources import read_all, recordings_in
 
-    known, given = catalogue_of(plugins), read_all(recordings)
+    known = catalogue_of(plugins)
+    if not is_model(model):
+        both = cast("tuple[Sources, Sources]", (model, recordings))
+        first, second = (read_all(recordings_in(one)) for one in both)
+        chosen = None if effects is None else select(known, effects)
+        return change_in_recordings(
+            first, second, catalogue=known, effects=chosen, progress=progress or silent
+        )
+    if is_model(recordings):
+        return models_change(model, recordings, known)
+    given = read_all(cast("Sources", recordings))
     found = compare(actuator_of(model, known), given, catalogue=known, tolerance=tolerance)
     return found.remember(given, known)
 

@@ -1,0 +1,204 @@
+"""The difference of two models, parameter by parameter, with its significance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from servosight.diagnose.change._words import meaning, sentence, summary_words
+from servosight.models.core import CORE, Actuator, Array, Parameter, Result, Table
+from servosight.models.effects import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChangePolicy:
+    """``chance``: a parameter counts as changed where chance alone would make any of those compared
+    differ so much in at most this share of cases (3 sigma of one; Bonferroni's correction for
+    several). ``confidence``: of the interval that bounds what is not found to have changed.
+    """
+
+    chance: float = 0.0027
+    confidence: float = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterChange:
+    """One parameter in both: ``a`` and ``b`` with their sigmas, ``b`` less ``a`` with its own.
+
+    ``sigmas`` is that difference over its sigma, None where a sigma is unknown; ``changed`` says
+    whether it is significant. Where one model lacks the effect, ``only_in`` is the other ("a" or
+    "b"), and the value here is the neutral one, None where there is none.
+    """
+
+    name: str
+    unit: str
+    a: float | None
+    a_sigma: float | None
+    b: float | None
+    b_sigma: float | None
+    difference: float | None
+    sigma: float | None
+    sigmas: float | None
+    changed: bool
+    only_in: str | None
+    sentence: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """One of the two: its name, effects, recordings, and how well its model fits them."""
+
+    name: str
+    effects: tuple[str, ...]
+    recordings: tuple[str, ...] = ()
+    rmse_deg: float | None = None
+    floor_deg: float | None = None
+    other_rmse_deg: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class ServoChange(Result):
+    """What differs between two models, or between the servos of two sets of recordings.
+
+    ``p`` is the probability of a difference this large by chance if nothing had changed: of
+    ``chi_square`` over the ``freedom`` parameters that both have with a sigma; None without any.
+    ``other_rmse_deg`` of a side is the error of the other's model on its recordings.
+    """
+
+    TYPE: ClassVar[str] = "change"
+
+    headline: str
+    summary: str
+    a: Side
+    b: Side
+    parameters: Table[ParameterChange]
+    chi_square: float | None
+    freedom: int
+    p: float | None
+    sentences: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Names of the parameters that have changed, the surest first."""
+        found = [one for one in self.parameters if one.changed]
+        return tuple(one.name for one in sorted(found, key=lambda one: -abs(one.sigmas or 0.0)))
+
+
+def change_between(
+    a: Actuator,
+    b: Actuator,
+    *,
+    catalogue: Mapping[str, Effect],
+    sides: tuple[Side, Side] | None = None,
+    covariances: tuple[tuple[Sequence[str], Array], tuple[Sequence[str], Array]] | None = None,
+    warnings: Sequence[str] = (),
+    policy: ChangePolicy = ChangePolicy(),
+) -> ServoChange:
+    """``b`` against ``a``; their ``bias``, which belongs to the mounting, is left out.
+
+    ``covariances`` are names and values of those of the shared parameters; without them the
+    parameters of a model are taken for independent.
+
+    >>> from servosight.models.core import Estimate
+    >>> values = {"k": 1.0, "T": 0.02, "xi": 0.6, "bias": 0.0}
+    >>> old, new = (Actuator({n: Estimate(v * f, 0.01 * v, "") for n, v in values.items()})
+    ...             for f in (1.0, 1.1))
+    >>> change_between(old, new, catalogue={}).changed
+    ('k', 'T', 'xi')
+    """
+    shared = _parameters(a, b, catalogue)
+    limit = float(-ndtri(policy.chance / (2.0 * max(len(shared), 1))))
+    reach = float(-ndtri((1.0 - policy.confidence) / 2.0))
+    rows = [_row(name, q, a, b, limit, reach) for name, q in shared.items()]
+    chi_square, freedom = _chi_square(rows, covariances)
+    p = float(chdtrc(freedom, chi_square)) if freedom else None
+    first, second = sides or (Side(name="a", effects=a.effects), Side(name="b", effects=b.effects))
+    changed = sorted((one for one in rows if one.changed), key=lambda one: -abs(one.sigmas or 0.0))
+    same = [one.name for one in rows if not one.changed and one.sigmas is not None]
+    headline, summary = summary_words([one.sentence for one in changed], same, p)
+    means = [meaning(one.name, one.a, one.b, catalogue) for one in changed]
+    return ServoChange(
+        headline=headline,
+        summary=summary,
+        a=first,
+        b=second,
+        parameters=Table(rows),
+        chi_square=chi_square if freedom else None,
+        freedom=freedom,
+        p=p,
+        sentences=(
+            *(one.sentence for one in changed),
+            *dict.fromkeys(means),
+        ),
+        warnings=tuple(warnings),
+    )
+
+
+def _parameters(a: Actuator, b: Actuator, catalogue: Mapping[str, Effect]) -> dict[str, Parameter]:
+    """Those of the core and of all effects of either."""
+    found = {parameter.name: parameter for parameter in CORE}
+    for effect in dict.fromkeys((*a.effects, *b.effects)):
+        found |= {f"{effect}.{q.name}": q for q in catalogue[effect].parameters}
+    return found
+
+
+def _row(
+    name: str, parameter: Parameter, a: Actuator, b: Actuator, limit: float, reach: float
+) -> ParameterChange:
+    one, other = a.parameters.get(name), b.parameters.get(name)
+    neutral = parameter.neutral if parameter.neutral not in (None, np.inf) else None
+    values = [neutral if side is None else side.value for side in (one, other)]
+    spreads = [0.0 if side is None else side.sigma for side in (one, other)]
+    difference = sigma = ratio = None
+    if values[0] is not None and values[1] is not None:
+        difference = values[1] - values[0]
+        if spreads[0] is not None and spreads[1] is not None:
+            sigma = float(np.hypot(spreads[0], spreads[1]))
+            ratio = difference / sigma if sigma > 0.0 else (0.0 if difference == 0.0 else None)
+    only_in = "b" if one is None else "a" if other is None else None
+    changed = ratio is not None and abs(ratio) >= limit
+    bound = None if sigma is None or difference is None else abs(difference) + reach * sigma
+    return ParameterChange(
+        name=name,
+        unit=parameter.unit,
+        a=values[0],
+        a_sigma=None if one is None else one.sigma,
+        b=values[1],
+        b_sigma=None if other is None else other.sigma,
+        difference=difference,
+        sigma=sigma,
+        sigmas=ratio,
+        changed=changed,
+        only_in=only_in,
+        sentence=sentence(name, parameter.unit, (one, other), ratio, changed, bound),
+    )
+
+
+def _chi_square(
+    rows: Sequence[ParameterChange],
+    covariances: tuple[tuple[Sequence[str], Array], tuple[Sequence[str], Array]] | None,
+) -> tuple[float, int]:
+    """d' C^-1 d over the parameters that both have with a sigma above 0, and their number."""
+    able = [
+        one for one in rows if one.only_in is None and one.sigma is not None and one.sigma > 0.0
+    ]
+    if not able:
+        return 0.0, 0
+    covariance = np.diag([float(one.sigma or 0.0) ** 2 for one in able])
+    if covariances is not None:
+        covariance = np.sum([_among(able, *one) for one in covariances], axis=0)
+    difference = np.array([one.difference for one in able], dtype=np.float64)
+    scale = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(scale, scale)
+    scaled = difference / scale
+    return float(scaled @ np.linalg.pinv(correlation, 1e-10) @ scaled), len(able)
+
+
+def _among(rows: Sequence[ParameterChange], names: Sequence[str], values: Array) -> Array:
+    at = [list(names).index(one.name) for one in rows]
+    return np.asarray(values[np.ix_(at, at)])

@@ -1,0 +1,84 @@
+"""The change of a servo between two sets of recordings: one model fitted to each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from servosight.diagnose._compare import compare
+from servosight.diagnose._diagnose import diagnose
+from servosight.diagnose.change._change import (
+    ChangePolicy,
+    ServoChange,
+    Side,
+    change_between,
+)
+from servosight.diagnose.residuals import EXPLAINED
+from servosight.identify.fit import Fit, identify
+from servosight.models.core import Recording, StageProgress, degrees, silent
+from servosight.models.effects import Effect, select
+
+
+def change_in_recordings(
+    a: Sequence[Recording],
+    b: Sequence[Recording],
+    *,
+    catalogue: Mapping[str, Effect],
+    effects: Sequence[str] | None = None,
+    policy: ChangePolicy | None = None,
+    progress: StageProgress = silent,
+) -> ServoChange:
+    """Fit the same model to ``a`` and to ``b``, each set jointly, and compare the parameters.
+
+    ``effects`` are those of the model; None finds them by a diagnosis of either set: all that were
+    found in one of them. What a model lacks shows as a change of what it has: so a warning says
+    where an error stays above the floor. InputError for an unknown effect.
+    """
+    if effects is None:
+        found = [diagnose(one, catalogue=catalogue, auto=True, progress=progress) for one in (a, b)]
+        effects = [name for one in found for name in one.effects]
+    chosen = _without_contained(select(catalogue, effects), catalogue)
+    progress("fitting both", 0, 1)
+    fits = [identify(one, chosen, catalogue=catalogue, method="gradient") for one in (a, b)]
+    crossed = [
+        compare(fit.actuator, other, catalogue=catalogue).rmse_deg
+        for fit, other in zip(fits, (b, a), strict=True)
+    ]
+    first, second = (
+        Side(
+            name=name,
+            effects=fit.effects,
+            recordings=fit.recordings,
+            rmse_deg=fit.rmse_deg,
+            floor_deg=fit.floor_deg,
+            other_rmse_deg=error,
+        )
+        for name, fit, error in zip("ab", fits, reversed(crossed), strict=True)
+    )
+    return change_between(
+        fits[0].actuator,
+        fits[1].actuator,
+        catalogue=catalogue,
+        sides=(first, second),
+        covariances=tuple((fit.covariance.names, fit.covariance.values) for fit in fits),  # type: ignore[arg-type]
+        warnings=_warnings(fits),
+        policy=policy or ChangePolicy(),
+    )
+
+
+def _without_contained(effects: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
+    """Without the special cases of others among them."""
+    special = {name for effect in effects for name in catalogue[effect].contains}
+    return [name for name in effects if name not in special]
+
+
+def _warnings(fits: Sequence[Fit]) -> list[str]:
+    found = []
+    for side, fit in zip("ab", fits, strict=True):
+        if fit.rmse_deg > EXPLAINED * fit.floor_deg:
+            found.append(
+                f"the model misses something in {side}: its error is {degrees(fit.rmse_deg)}, the "
+                f"floor {degrees(fit.floor_deg)}; a change of what it lacks shows as a change of "
+                f"what it has"
+            )
+        found += [f"{side}: {warning}" for warning in fit.warnings]
+    return found

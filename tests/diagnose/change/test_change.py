@@ -1,0 +1,171 @@
+"""What differs between two models, or two sets of recordings of the twin: how much, how surely."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import servosight as ss
+from servosight.app.main import main
+from servosight.diagnose.change import ChangePolicy, change_between
+from servosight.models.core import Actuator, Estimate
+from servosight.models.effects import catalogue
+from servosight.scenarios.scenario import Scenario
+
+EFFECTS = ("coulomb_friction", "backlash")
+
+
+def servo(**changes: tuple[float, float | None]) -> Actuator:
+    values: dict[str, tuple[float, float | None]] = {
+        "k": (1.0, 0.001),
+        "T": (0.02, 1e-4),
+        "xi": (0.6, 0.01),
+        "bias": (0.0, 0.1),
+        "backlash.gap": (0.31, 0.03),
+    }
+    values |= {name.replace("__", "."): one for name, one in changes.items()}
+    effects = tuple({name.partition(".")[0]: 0 for name in values if "." in name})
+    return Actuator({n: Estimate(v, s, "") for n, (v, s) in values.items()}, effects)
+
+
+def between(a: Actuator, b: Actuator, **options: Any) -> ss.ServoChange:
+    return change_between(a, b, catalogue=catalogue(), **options)
+
+
+def test_a_play_that_grew_is_told() -> None:
+    found = between(servo(), servo(backlash__gap=(0.84, 0.04)))
+    assert found.changed == ("backlash.gap",)
+    assert found.headline == "backlash.gap grew from 0.310 to 0.840 deg (11 sigma)"
+    assert found.summary.endswith("; unchanged: k, T, xi.")
+    assert found.sentences[1] == f"backlash: {catalogue()['backlash'].cause}"
+    (row,) = (one for one in found.parameters if one.changed)
+    assert (row.difference, row.sigma) == (pytest.approx(0.53), pytest.approx(0.05))
+    assert row.sigmas == pytest.approx(10.6)
+    assert found.p is not None
+    assert found.p < 1e-15
+    assert found.freedom == 4
+
+
+def test_the_same_model_has_not_changed() -> None:
+    found = between(servo(), servo())
+    assert (found.changed, found.headline) == ((), "No difference was found")
+    assert (found.chi_square, found.p) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("sigmas", "changed"), [(3.39, False), (3.41, True)])
+def test_the_limit_allows_for_how_many_are_compared(sigmas: float, changed: bool) -> None:
+    """Of four 0.0027 / 4 each: 3.40 sigma (tables of the normal distribution)."""
+    found = between(servo(), servo(xi=(0.6 + sigmas * 0.01 * np.sqrt(2.0), 0.01)))
+    assert (found.changed == ("xi",)) is changed
+    strict = ChangePolicy(chance=1e-6)
+    assert not between(servo(), servo(xi=(0.65, 0.01)), policy=strict).changed
+
+
+def test_what_has_not_changed_is_bounded() -> None:
+    """95 %: the difference of nothing, and 1.96 of its sigma of 0.014."""
+    (row,) = (one for one in between(servo(), servo()).parameters if one.name == "xi")
+    assert row.sentence == "xi is unchanged within 0.028"
+    wide = ChangePolicy(confidence=0.6827)
+    (row,) = (one for one in between(servo(), servo(), policy=wide).parameters if one.name == "xi")
+    assert row.sentence == "xi is unchanged within 0.014"
+
+
+def test_an_effect_in_one_of_them_alone() -> None:
+    found = between(servo(), servo(coulomb_friction__level=(0.2, 0.01)))
+    (row,) = (one for one in found.parameters if one.name == "coulomb_friction.level")
+    assert (row.only_in, row.a, row.changed) == ("b", 0.0, True)
+    assert "is in the model of b alone: 0.200" in row.sentence
+    assert found.freedom == 4  # what both have
+
+
+def test_an_unknown_sigma_decides_nothing() -> None:
+    found = between(servo(), servo(backlash__gap=(0.84, None)))
+    assert not found.changed
+    assert "backlash.gap cannot be compared" in {
+        one.sentence.split(":")[0] for one in found.parameters
+    }
+    assert found.freedom == 3
+
+
+def test_correlated_sigmas_count_together() -> None:
+    """Two parameters that moved by one sigma against their correlation: far more than chance."""
+    names, covariance = ("k", "T", "xi", "backlash.gap"), np.diag([1e-6, 1e-8, 1e-4, 9e-4])
+    covariance[1, 2] = covariance[2, 1] = -0.99 * 1e-6
+    moved = servo(T=(0.02 + 2e-4, 1e-4), xi=(0.62, 0.01))
+    alone = between(servo(), moved)
+    both = ((names, covariance), (names, covariance))
+    together = between(servo(), moved, covariances=both)
+    assert alone.p is not None
+    assert together.p is not None
+    assert alone.p > 0.1
+    assert together.p < 1e-10
+
+
+def recorded(gap: float, seed: int) -> ss.Recording:
+    """Of the twin, eight seconds at 120 Hz: with the standard friction, and a play."""
+    values = {"backlash": {"gap": gap}, "coulomb_friction": {"level": 0.4}}
+    made = ss.simulate(replace(Scenario(), duration_s=8.0, effects=values), seed=seed)
+    return replace(made, name=f"run {seed}")
+
+
+@pytest.fixture(scope="module")
+def worn() -> ss.ServoChange:
+    return ss.compare([recorded(0.3, 1)], [recorded(0.8, 2)], effects=EFFECTS)
+
+
+def test_wear_of_the_twin(worn: ss.ServoChange) -> None:
+    """A play of 0.3 deg that grew to 0.8; all else is as it was."""
+    assert worn.changed == ("backlash.gap",)
+    (row,) = (one for one in worn.parameters if one.name == "backlash.gap")
+    assert row.difference == pytest.approx(0.5, abs=4.0 * (row.sigma or 0.0))
+    for side in (worn.a, worn.b):
+        assert side.rmse_deg is not None
+        assert side.floor_deg is not None
+        assert side.other_rmse_deg is not None
+        assert side.rmse_deg < 1.1 * side.floor_deg < side.other_rmse_deg
+    assert not worn.warnings
+
+
+def test_two_runs_of_one_servo() -> None:
+    found = ss.compare([recorded(0.3, 1)], [recorded(0.3, 3)], effects=EFFECTS)
+    assert found.changed == ()
+    assert found.p is not None
+    assert found.p > 1e-3
+
+
+def test_a_model_that_lacks_something_is_warned_of() -> None:
+    found = ss.compare([recorded(0.3, 1)], [recorded(0.8, 2)], effects=["coulomb_friction"])
+    assert any("the model misses something in b" in words for words in found.warnings)
+
+
+def test_it_is_saved_and_read_back(worn: ss.ServoChange, tmp_path: Path) -> None:
+    worn.save(tmp_path / "change.json")
+    assert ss.load(tmp_path / "change.json") == worn
+
+
+def test_the_command_line_compares_cards_and_recordings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    servo().save("old.toml")
+    servo(backlash__gap=(0.84, 0.04)).save("new.toml")
+    assert main(["compare", "old.toml", "new.toml", "--json", "-"]) == 0
+    shown = capsys.readouterr()
+    values = json.loads(shown.out)
+    assert values["type"] == "change"
+    assert values["a"]["name"] == "old.toml"
+    assert "backlash.gap grew from 0.310 to 0.840 deg (11 sigma)" in shown.err
+    for name, gap, seed in (("before/1", 0.3, 1), ("before/2", 0.3, 4), ("after", 0.8, 2)):
+        recorded(gap, seed).save(name)
+    words = ["compare", "before", "after", "--effects", ",".join(EFFECTS), "--json", "-"]
+    assert main(words) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert values["a"]["recordings"] == ["1", "2"]
+    assert [one["name"] for one in values["parameters"] if one["changed"]] == ["backlash.gap"]
+    assert main(["compare", "before/1", "before/2", "after"]) == 2
+    assert "expected two" in capsys.readouterr().err
