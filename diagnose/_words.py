@@ -104,7 +104,7 @@ def verdict_words(
         error = f"Over all test data the rms error of the {base} is {degrees(first)}"
         error = f"With {listed(added)} added to the {base}, {fell}" if added else error
         return (
-            "The error is where no fitted data are",
+            "The error is outside the fitted data",
             f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
@@ -160,7 +160,7 @@ def partial_words(
     """What each step took of the squared error, what is left, and how much of it repeats."""
     if left is None:
         return ""
-    steps = [f"{step.change} took {100.0 * step.taken:.0f} %" for step in ladder[1:]]
+    steps = [f"{step.change} removed {100.0 * step.taken:.0f} %" for step in ladder[1:]]
     took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
     return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
 

@@ -66,6 +66,6 @@ def _words(name: str, first: float, last: float) -> str:
     if last <= 0.9 * first:
         return f"{tried} falls from {degrees(first)} to {degrees(last)} rms only."
     return (
-        f"{tried} stays at {degrees(last)} rms (before: {degrees(first)}): more than other "
-        f"parameters is missing."
+        f"{tried} stays at {degrees(last)} rms (before: {degrees(first)}): other parameters "
+        f"are not enough, an effect is missing."
     )

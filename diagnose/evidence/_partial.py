@@ -38,19 +38,19 @@ WORDS = {
     "gain": "the gain of the loop",
 }
 STEPS = {
-    "angle": "Record slow triangles over the whole range, up and down: what depends on the angle "
-    "alone stays as it is when the speed is halved.",
+    "angle": "Record slow triangles over the whole range, up and down: an error that depends "
+    "on the angle alone does not change when the speed is halved.",
     "speed": "Record the same motion at half and at double the speed: friction and drag depend on "
-    "the speed, limits begin at one.",
+    "the speed, a limit acts only above a certain speed.",
     "acceleration": "Record the same motion at half and at double the acceleration, and once with "
     "another load: inertia, compliance and torque limits show there.",
     "history": "Record slow triangles at two amplitudes, with a rest of half a second at each "
     "turn: play, friction and hysteresis show there, and scale differently with the amplitude.",
-    "amplitude": "Repeat the recording at half and at double the amplitude: what does not scale "
-    "with it is friction, play or resolution, what grows faster is a limit.",
+    "amplitude": "Repeat the recording at half and at double the amplitude: an error that does "
+    "not scale with it indicates friction, play or resolution; one that grows faster, a limit.",
     "time": "Repeat the recording with the servo warm, and log temperature and supply voltage.",
-    "frequency": "Record a slow sweep of the frequency at two small amplitudes: what stays as it "
-    "is at both is linear, such as a resonance or a delay.",
+    "frequency": "Record a slow sweep of the frequency at two small amplitudes: an error that "
+    "is the same at both is linear, such as a resonance or a delay.",
     "load": "Record the same command without load and with two known loads (relative_load in "
     "recording.toml).",
     "gain": "Record the same command at two more gains of the loop (relative_gain in "
@@ -95,7 +95,7 @@ def partial(
     share = max(last**2 - floor_deg**2, 0.0) / max(first**2, 1e-300)
     kinds = _kinds(remaining, judged)
     again = None if repeats is None else repeats.share >= REPEATS
-    parts = [f"{100.0 * share:.0f} % of the first model's squared error is left above the floor"]
+    parts = [f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"]
     if kinds:
         parts.append(f"it depends on {_listed([WORDS[kind] for kind in kinds])}")
     else:

@@ -231,11 +231,11 @@ def _remedy(one: Judged) -> str:
     name = one.recording.name
     if one.fitted.any():
         return (
-            f"Record {name} for longer, or again: its fitted seconds hold no motion such as that "
-            f"of the seconds on which the model fails."
+            f"Record {name} for longer, or again: its fitted part contains no motion like "
+            f"that on which the model fails."
         )
     return (
-        f"Name {name} among the recordings that are fitted, and test on another run: its motion "
+        f"Name {name} among the fitted recordings, and test on another run: its motion "
         f"goes beyond the fitted data."
     )
 

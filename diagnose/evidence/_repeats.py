@@ -72,8 +72,8 @@ def _words(
     )
     return (
         f"Of the squared error over {times}, {100.0 * share:.0f} % repeats, {degrees(repeating)} "
-        f"rms; what differs from time to time is {degrees(scatter)} rms, and no model of the "
-        f"command alone can be better than that."
+        f"rms; the part that differs between repetitions is {degrees(scatter)} rms, and no model "
+        f"of the command alone can be better than that."
     )
 
 

@@ -210,7 +210,7 @@ class ModelSelection:
     def judge(self, fit: Solution) -> Trial:
         """Simulate the recordings that fit or validate at the fitted point.
 
-        A fit that came to its end above that of a model which it contains is done again from there.
+        A fit that came to its end above that of a model which it contains is repeated from there.
         """
         fit = self._no_worse(fit)
         carried = [

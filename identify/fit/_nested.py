@@ -54,5 +54,5 @@ def _note(fit: Solution, smaller: Solution) -> str:
     named = ", ".join(smaller.problem.effects) or "no effect"
     return (
         f"a first fit ended with {fit.rmse_deg:.4g} deg, worse than the {smaller.rmse_deg:.4g} deg "
-        f"of the model with {named}, which it contains; it was done again from there"
+        f"of the model with {named}, which it contains; it was repeated from there"
     )

@@ -1,4 +1,4 @@
-"""A fit that ends worse than a model which it contains is done again from that one."""
+"""A fit that ends worse than a model which it contains is repeated from that one."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_the_sentence_says_how_much_where_and_the_way_out() -> None:
     words = named(found)["speed"].sentence
     assert "speed above 34.5 deg/s; the fitted data reach 31.4 deg/s" in words
     assert words.endswith("fit this recording too")
-    assert "Name fast among the recordings" in found[0].remedy
+    assert "Name fast among the fitted recordings" in found[0].remedy
 
 
 def test_a_wider_run_is_beyond_in_angle_on_both_sides_and_in_swing() -> None:
@@ -182,7 +182,7 @@ def gentle_and_fast() -> Diagnosis:
 def test_a_diagnosis_says_first_that_the_test_goes_beyond(gentle_and_fast: Diagnosis) -> None:
     found = gentle_and_fast
     assert found.verdict is Verdict.UNEXPLAINED
-    assert found.headline == "The error is where no fitted data are"
+    assert found.headline == "The error is outside the fitted data"
     assert found.regimes[0].leading
     assert found.summary.startswith(found.regimes[0].sentence)
     assert "no known effect accounts" not in found.summary
