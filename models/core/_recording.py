@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -36,6 +36,14 @@ class Stream:
     sigma_deg: Array | None = None
 
 
+@dataclass(frozen=True)
+class Signals:
+    """What else was logged of a run: ``time_s`` (rows,), ``values`` (rows,) by name and unit."""
+
+    time_s: Array
+    values: Mapping[str, Array]
+
+
 @dataclass(frozen=True, repr=False)
 class Recording:
     """Command and angle of one run.
@@ -56,7 +64,7 @@ class Recording:
     position loop and the load on the surface relative to those that a model's parameters refer to.
     ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
     ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them. ``notes``
-    are sentences on how a log of another program was read.
+    are sentences on how a log of another program was read, ``signals`` what else the log holds.
     """
 
     name: str
@@ -77,6 +85,7 @@ class Recording:
     shared_deg: Array | None = None
     offset_sigma_s: float = 0.0
     notes: tuple[str, ...] = ()
+    signals: Signals | None = None
 
     @classmethod
     def from_arrays(

@@ -94,6 +94,7 @@ def read_sheet(path: Path) -> Sheet:
     if was != ",":
         rows = [row.replace(",", ".") for row in rows]
     _check_header(path, numbers[0], header)
+    _check_names(path, numbers[0], header, rows[1:], delimiter)
     for number, row in zip(numbers, rows, strict=True):
         if row.count(delimiter) != len(header) - 1:
             raise InputError(
@@ -127,17 +128,36 @@ def _unquoted(path: Path, number: int, row: str, delimiter: str) -> str:
 
 
 def _check_header(path: Path, number: int, header: tuple[str, ...]) -> None:
+    if all(_is_number(name) for name in header):
+        raise InputError(
+            f"{path}, row {number}: the first row holds numbers, expected a header; write the "
+            f"names of the {len(header)} columns above the numbers, such as "
+            f"time_s,command_deg,angle_deg"
+        )
     for place, name in enumerate(header):
         if name and name in header[:place]:
             raise InputError(
                 f"{path}, row {number}: column {name} appears twice, expected each name once; "
                 f"rename or remove one"
             )
-    if all(_is_number(name) for name in header):
+
+
+def _check_names(
+    path: Path, number: int, header: tuple[str, ...], rows: Sequence[str], delimiter: str
+) -> None:
+    """Refuse a header with one name less than all rows have fields."""
+    if not rows or any(row.count(delimiter) != len(header) for row in rows):
+        return
+    if all(not row.rpartition(delimiter)[2].strip() for row in rows):
         raise InputError(
-            f"{path}, row {number}: the first row holds numbers, expected a header such as "
-            f"time_s,command_deg,angle_deg; write the names above the numbers"
+            f"{path}, row {number}: every row but the header ends with a separator, expected a "
+            f"name for each field; end the header with one, too"
         )
+    raise InputError(
+        f"{path}, row {number}: the header has {len(header)} names and every row {len(header) + 1} "
+        f"fields, expected a name for each; where the rows begin with an index, write its name in "
+        f"front of the header, as in index,{','.join(header[:2])}"
+    )
 
 
 def _is_number(text: str) -> bool:

@@ -11,6 +11,7 @@ from servosight.models.core import (
     Array,
     InputError,
     Recording,
+    Signals,
     Stream,
     check_path,
     plain_name,
@@ -131,7 +132,11 @@ def load_recording(
         horn = _streams(command, read_sheet(horn_file), scale)
     name = plain_name(place.resolve().name if place.is_dir() else place.stem)
     read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
-    return replace(read, shared_deg=shared_error.read_shared(place, read.time_s, scale))
+    return replace(
+        read,
+        shared_deg=shared_error.read_shared(place, read.time_s, scale),
+        signals=_signals(place / "signals.csv"),
+    )
 
 
 def recording_of(
@@ -164,6 +169,20 @@ def recording_of(
         details=dict(settings.details),
         horn=None if horn is None else _stream(horn),
     )
+
+
+def _signals(path: Path) -> Signals | None:
+    """All columns of a recording's signals.csv, where it has one."""
+    if not path.is_file():
+        return None
+    sheet = read_sheet(path)
+    time = _time(sheet)
+    names = [name for name in sheet.header if name != time.name]
+    every = [series_of(sheet, name, *[sheet.columns([name])[:, 0]] * 2) for name in names]
+    for one in (time, *every):
+        check.check_finite(one)
+    check.check_time(time)
+    return Signals(time.values, {one.name: one.values for one in every})
 
 
 def _stream(s: Streams) -> Stream:

@@ -13,7 +13,7 @@ from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import table_text
 from servosight.models.io._settings import FORMAT
 
-FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", shared_error.NAME)
+FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", "signals.csv", shared_error.NAME)
 """What ``save_recording`` writes."""
 
 
@@ -34,7 +34,7 @@ def save_recording(
     table.pop("command_hold", None)
     table["hold"] = recording.hold
     for key in ("relative_gain", "relative_load"):
-        if getattr(recording, key) != 1.0 or key in table:
+        if getattr(recording, key) != 1.0 or key in table or "reference" in table:
             table[key] = getattr(recording, key)
     if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
         table["offset_sigma_s"] = recording.offset_sigma_s
@@ -55,6 +55,10 @@ def save_recording(
                 continue
             sigma = None if stream.sigma_deg is None else stream.sigma_deg / abs(scale)
             write_angle(fresh / file, stream.time_s, stream.angle_deg / scale, sigma)
+        if recording.signals is not None:
+            names, values = zip(*recording.signals.values.items(), strict=True)
+            columns = (recording.signals.time_s, *values)
+            write_text(fresh / "signals.csv", table_text(("time_s", *names), columns))
         shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
 
 

@@ -43,6 +43,41 @@ def _ratio(lowest: float) -> Meta:
     return within(lowest, LARGEST_RATIO, what, "write half of that as 0.5")
 
 
+_SUPPLY = within(0.0, 1e4, "volts", "write 12 V as 12.0")
+_CURRENT = within(0.0, 1e4, "amperes", "write 1.75 A as 1.75")
+_LOAD = within(0.0, 1e6, "kilograms", "write 490 g as 0.49")
+_ARM = within(0.0, 1e4, "metres", "write 10 cm as 0.1")
+_GAIN = within(1e-9, 1e12, "in any unit, the same in [reference]", "write the register's value")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The keys of [setup] and of [reference], each only where it is known.
+
+    Supply voltage, limit of the current, mass on the arm and its distance from the axis, and the
+    gain of the position loop in the firmware's own unit.
+    """
+
+    supply_v: Annotated[float, _SUPPLY] | None = None
+    current_limit_a: Annotated[float, _CURRENT] | None = None
+    load_kg: Annotated[float, _LOAD] | None = None
+    arm_m: Annotated[float, _ARM] | None = None
+    loop_gain: Annotated[float, _GAIN] | None = None
+
+    def gain_relative_to(self, reference: Setup) -> float:
+        """The gain of the position loop over the reference's; 1 where one is not known."""
+        return _ratio_of(self.loop_gain, reference.loop_gain)
+
+    def load_relative_to(self, reference: Setup) -> float:
+        """The load's torque over the reference's; an arm that is not known is the same."""
+        masses, arms = (self.load_kg, reference.load_kg), (self.arm_m, reference.arm_m)
+        return _ratio_of(*masses) * _ratio_of(*arms)
+
+
+def _ratio_of(value: float | None, reference: float | None) -> float:
+    return 1.0 if value is None or not reference else value / reference
+
+
 @dataclass(frozen=True)
 class _Shutter:
     """The keys of [camera] that change how numbers are read."""
@@ -76,6 +111,8 @@ class _SettingsKeys:
     found_exposure_s: _Exposure = 0.0
     import_notes: tuple[str, ...] = ()
     camera: _Shutter = _Shutter()
+    setup: Setup = Setup()
+    reference: Setup = Setup()
 
 
 @dataclass(frozen=True)
@@ -132,11 +169,23 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         exposure_s=keys.camera.exposure_s if given else keys.found_exposure_s,
         readout_s=keys.camera.readout_s,
         shutter_given=given,
-        relative_gain=keys.relative_gain,
-        relative_load=keys.relative_load,
+        relative_gain=_relative(path, table, keys, "relative_gain"),
+        relative_load=_relative(path, table, keys, "relative_load"),
         import_notes=keys.import_notes,
         details=table,
     )
+
+
+def _relative(path: Path, table: dict[str, Any], keys: _SettingsKeys, name: str) -> float:
+    """The key itself, else what [setup] is relative to [reference]."""
+    if name in table:
+        return float(getattr(keys, name))
+    find = Setup.gain_relative_to if name == "relative_gain" else Setup.load_relative_to
+    ratio = find(keys.setup, keys.reference)
+    lowest = 1e-3 if name == "relative_gain" else 0.0
+    expected = f"{lowest:g} to {LARGEST_RATIO:g} times that in [reference]"
+    require(lowest <= ratio <= LARGEST_RATIO, path, "setup", f"{ratio:.4g} times", expected)
+    return ratio
 
 
 def _hold(path: Path, table: dict[str, Any], keys: _SettingsKeys) -> Hold:

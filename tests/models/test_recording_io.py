@@ -190,7 +190,7 @@ def test_video_without_angle_asks_for_tracking(tmp_path: Path) -> None:
 
 SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "missing column": (table("time_s,command_deg,angle"), ("row 1", "angle_deg", "--map")),
-    "no header": (table()[1:], ("row 1", "header", "time_s,command_deg,angle_deg")),
+    "no header": (["0,0,0", *table()[1:]], ("row 1", "names of the 3 columns")),
     "text": (with_row(7, "0.05,left,3"), ("row 7", "command_deg", "'left'", "number", "correct")),
     "empty cell": (with_row(7, "0.05,,3"), ("row 7", "command_deg", "empty", "number")),
     "underscore": (with_row(7, "0.05,1_0,3"), ("row 7", "command_deg", "number")),
@@ -205,6 +205,14 @@ SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "two units": (
         ["time_s,command_deg,angle_deg,angle_rad", *(f"{r},1" for r in table()[1:])],
         ("angle_deg and angle_rad", "remove"),
+    ),
+    "no index name": (
+        [table()[0], *(f"{n},{row}" for n, row in enumerate(table()[1:]))],
+        ("row 1", "3 names", "4 fields", "index,time_s,command_deg"),
+    ),
+    "separators at the end": (
+        [table()[0], *(f"{row}," for row in table()[1:])],
+        ("row 1", "ends with a separator", "end the header"),
     ),
     "narrow row": (with_row(11, "0.09,1"), ("row 11", "2 fields", "3", "correct")),
     "wide row": (with_row(11, "0.09,1,2,3"), ("row 11", "4 fields", "3", "correct")),
@@ -538,3 +546,42 @@ def test_keys_are_set_and_the_authors_words_stay(tmp_path: Path) -> None:
         "offset_sigma_s": float("inf"),
         "format": 1,
     }
+
+
+# --- what is known of the set-up ------------------------------------------------------------
+
+SETUP = (
+    "[setup]\nsupply_v = 7.4\nload_kg = 0.5\narm_m = 0.1\nloop_gain = 100\n"
+    "[reference]\nload_kg = 0.25\narm_m = 0.2\nloop_gain = 400\n"
+)
+
+
+def test_gain_and_load_follow_from_the_setup(tmp_path: Path) -> None:
+    """They are relative to the reference, and stay so when the recording is written again."""
+    recording = load_recording(folder(tmp_path, toml=SETUP))
+    assert (recording.relative_gain, recording.relative_load) == (0.25, 1.0)
+    save_recording(recording, tmp_path / "again")
+    again = load_recording(tmp_path / "again")
+    assert (again.relative_gain, again.relative_load) == (0.25, 1.0)
+    assert again.details["setup"] == recording.details["setup"]
+
+
+@pytest.mark.parametrize(
+    ("toml", "gain"),
+    [(f"relative_gain = 2.0\n{SETUP}", 2.0), ("[setup]\nloop_gain = 100\n", 1.0)],
+)
+def test_a_stated_gain_or_a_lone_setup(tmp_path: Path, toml: str, gain: float) -> None:
+    assert load_recording(folder(tmp_path, toml=toml)).relative_gain == gain
+
+
+@pytest.mark.parametrize(
+    ("toml", "words"),
+    [
+        ("[setup]\nsupply_v = -1\n", ("setup.supply_v", "-1", "volts")),
+        ('[setup]\nload_kg = "x"\n', ("setup.load_kg", "kilograms", "0.49")),
+        ("[setup]\nsuply_v = 7\n", ("setup.suply_v", "setup.supply_v")),
+        ("[setup]\nloop_gain = 1\n[reference]\nloop_gain = 1e6\n", ("setup", "1e-06", "0.001")),
+    ],
+)
+def test_a_wrong_setup_is_refused(tmp_path: Path, toml: str, words: tuple[str, ...]) -> None:
+    refused(folder(tmp_path, toml=toml), "recording.toml", *words)

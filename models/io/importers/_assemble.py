@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, plain_name
+from servosight.models.core import Array, InputError, Recording, Signals, plain_name
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import DEGREES, SECONDS, Series
+from servosight.models.io._series import DEGREES, SECONDS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers._request import PULSE, Request
+from servosight.models.io.importers._request import PULSE, SIGNALS, Request
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def assemble(
     foreign = {
         one.unit
         for name, one in raw.items()
-        if not name.endswith("time") and one.unit not in (*DEGREES, PULSE)
+        if name in ("command", "angle", "sigma") and one.unit not in (*DEGREES, PULSE)
     }
     if foreign and request.unit_scale is not None:
         table = {"unit": sorted(foreign)[0], "unit_scale": request.unit_scale, **table}
@@ -65,7 +65,29 @@ def assemble(
     )
     settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
     recording = recording_of(plain_name(path.stem), streams, settings)
-    return replace(recording, notes=(*notes, *(f"{path}: {note}" for note in merged)))
+    signals = {
+        f"{name}_{raw[name].unit.replace('/', '_per_')}": series[name]
+        for name in SIGNALS
+        if name in series
+    }
+    every = (*notes, *(f"{path}: {note}" for note in merged), *_unused(path, series))
+    if not signals:
+        return replace(recording, notes=every)
+    for one in signals.values():
+        check_finite(one)
+    kept = Signals(series["time"].values, {name: one.values for name, one in signals.items()})
+    return replace(recording, notes=every, signals=kept)
+
+
+def _unused(path: Path, series: Mapping[str, Series]) -> list[str]:
+    """A sentence where a known disturbance acts, which no model has as an input."""
+    one = series.get("disturbance")
+    if one is None or not np.any(one.values):
+        return []
+    return [
+        f"{path}: {one.name} is a known disturbance, which is kept in signals.csv and not used as "
+        f"an input, so what it moves counts as error of the model"
+    ]
 
 
 def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
@@ -85,9 +107,10 @@ def _one_a_stamp(series: dict[str, Series]) -> tuple[dict[str, Series], list[str
     notes = []
     found = dict(series)
     own = "command_time" if "command_time" in series else "time"
-    clocks = {"time": ["time", "angle", "sigma"], own: [own, "command"]}
+    measured = ["time", "angle", "sigma", *SIGNALS]
+    clocks = {"time": measured, own: [own, "command"]}
     if own == "time":
-        clocks["time"] = ["time", "angle", "sigma", "command"]
+        clocks["time"] = [*measured, "command"]
     for clock, names in clocks.items():
         stamps = series[clock].values
         begins = np.concatenate([[True], np.diff(stamps) != 0.0])
@@ -111,7 +134,7 @@ def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
     lasts = firsts + counts - 1
     kept: list[Array] = []
     for values in (one.raw, one.values):
-        if name == "angle":
+        if name == "angle" or name in SIGNALS:
             kept.append(np.add.reduceat(values, firsts) / counts)
         elif name == "sigma":
             kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
@@ -126,6 +149,8 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
             if raw.unit not in SECONDS:
                 raise _unknown(path, quantity, raw, tuple(SECONDS))
             return raw.values / SECONDS[raw.unit]
+        if quantity in SIGNALS:
+            return raw.values
         if raw.unit == PULSE and quantity == "command":
             if request.deg_per_us is None or request.neutral_us is None:
                 raise InputError(

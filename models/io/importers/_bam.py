@@ -31,6 +31,8 @@ DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}
 
 ROBOTIS e-Manual, XL330-M288, Position P Gain (84); Feetech STS memory table, address 21.
 """
+_LARGEST_SETTING = 1e4
+"""No voltage, mass, length or gain of such a bench comes near this."""
 KEYS = {
     "time": ("timestamp", "s"),
     "command": ("goal_position", "rad"),
@@ -71,8 +73,19 @@ def read_bam(path: Path, request: Request) -> Recording:
     if notes:
         kept = raw["time"].rows
         source["kept_entries"] = [kept[0], kept[-1]]
-    recording = assemble(path, raw, request, {"source": source}, notes)
+    details = {"source": source, "setup": _setup(log)}
+    recording = assemble(path, raw, request, details, notes)
     return replace(recording, relative_gain=_relative_gain(log))
+
+
+def _setup(log: dict[str, Any]) -> dict[str, float]:
+    """What the bench and the firmware were set to, by the keys of recording.toml."""
+    keys = {"vin": "supply_v", "mass": "load_kg", "length": "arm_m", "kp": "loop_gain"}
+    return {
+        name: float(log[key])
+        for key, name in keys.items()
+        if isinstance(log.get(key), int | float) and 0.0 < log[key] < _LARGEST_SETTING
+    }
 
 
 def _relative_gain(log: dict[str, Any]) -> float:

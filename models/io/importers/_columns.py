@@ -12,7 +12,7 @@ import numpy as np
 from servosight.models.core import Array, InputError, Mask, plain_name
 from servosight.models.io._series import DEGREES, SECONDS
 from servosight.models.io.importers._assemble import Raw
-from servosight.models.io.importers._request import PULSE, QUANTITIES, Column, Request
+from servosight.models.io.importers._request import PULSE, QUANTITIES, SIGNALS, Column, Request
 from servosight.models.io.importers._units import split_unit, unit_of
 
 _LONGEST_LIST = 300
@@ -39,7 +39,8 @@ class Columns:
 
 def chosen_columns(table: Columns, request: Request) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing. A sigma need not be there."""
-    found = {quantity: _column(table, quantity, request) for quantity in QUANTITIES}
+    asked = (*QUANTITIES, *(name for name in SIGNALS if name in request.columns))
+    found = {quantity: _column(table, quantity, request) for quantity in asked}
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 

@@ -24,7 +24,8 @@ from servosight.models.io.importers._units import unit_of
 EMPS = {"time": Column("t", "s"), "command": Column("qg", "m"), "angle": Column("qm", "m")}
 EMPS_SCALE = 100.0
 """Degrees that show one metre: a centimetre of the axis reads as a degree."""
-EMPS_PULSES = "pulses_N"
+EMPS_PULSES = Column("pulses_N", "N")
+"""The force on the axis in the second of the benchmark's files."""
 PARSER = Parser(
     __name__,
     "a MATLAB file",
@@ -45,6 +46,8 @@ def read_mat(path: Path, request: Request) -> Recording:
     """Read vectors of a MATLAB file (up to version 7.2)."""
     found = extract_apart(path, PARSER)
     columns = {**EMPS, **request.columns}
+    if EMPS_PULSES.name in found.columns:
+        columns = {"disturbance": EMPS_PULSES, **columns}
     if request.unit_scale is None and any(column.unit == "m" for column in columns.values()):
         request = replace(request, unit_scale=EMPS_SCALE)
     raw: dict[str, Raw] = {}
@@ -53,7 +56,7 @@ def read_mat(path: Path, request: Request) -> Recording:
         unit = unit_of(path, quantity, column, request)
         raw[quantity] = Raw(column.name, unit, values, range(1, values.size + 1), "sample")
     source = {"name": plain_name(path.name), "format": "mat", **found.facts}
-    return assemble(path, raw, request, {"source": source}, _notes(path, found))
+    return assemble(path, raw, request, {"source": source})
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
@@ -76,16 +79,6 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
         if value.size == 1 and np.isfinite(value.ravel()[0])
     }
     return Extract(vectors, tuple(vectors), facts=facts)
-
-
-def _notes(path: Path, found: Extract) -> list[str]:
-    pulses = found.columns.get(EMPS_PULSES)
-    if pulses is None or not np.any(pulses):
-        return []
-    return [
-        f"{path}: {EMPS_PULSES} is a known disturbance of up to {np.abs(pulses).max():.4g} N; it "
-        f"is not used as an input, so what it moves counts as error of the model"
-    ]
 
 
 def _vector(path: Path, found: Extract, quantity: str, name: str) -> Array:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from servosight.models.core import InputError
 
 QUANTITIES = ("time", "command", "angle", "sigma")
+SIGNALS = ("disturbance", "supply", "current", "torque")
+"""What else a log may hold: kept beside the angle, by no model used."""
 PULSE = "us"
 """The unit of a command that is a pulse width."""
 
@@ -24,8 +26,9 @@ class Column:
 class Request:
     """The user's words about a log.
 
-    ``columns`` by quantity (time, command, angle, sigma); ``unit`` holds for what has no unit of
-    its own; ``unit_scale`` is how many degrees show one unit of an output that is no angle;
+    ``columns`` by quantity (time, command, angle, sigma, or one of :data:`SIGNALS`); ``unit`` holds
+    for what has no unit of its own; ``unit_scale`` is how many degrees show one unit of an output
+    that is no angle;
     ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width; ``part`` is which
     episode of a data set, from 0.
     """
@@ -46,10 +49,11 @@ def parse_map(words: Sequence[str]) -> dict[str, Column]:
         name, colon, unit = place.rpartition(":")
         if not colon:
             name, unit = place, ""
-        if not equals or not name or quantity not in QUANTITIES:
+        if not equals or not name or quantity not in (*QUANTITIES, *SIGNALS):
             raise InputError(
-                f"--map {word}: expected one of {', '.join(QUANTITIES)}, = and a column, with its "
-                f"unit where its header has none; write it like --map angle=pos:rad"
+                f"--map {word}: expected one of {', '.join((*QUANTITIES, *SIGNALS))}, = and "
+                f"a column, with its unit where its header has none; write it like --map "
+                f"angle=pos:rad"
             )
         if quantity in columns:
             raise InputError(f"--map {word}: {quantity} is mapped twice, expected once; remove one")

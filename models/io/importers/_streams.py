@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import InputError, Recording
+from servosight.models.core import Array, InputError, Recording
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import listed, source_of
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._request import SIGNALS, Request
 from servosight.models.io.importers._units import unit_of
 
 
@@ -44,11 +44,20 @@ def read_streams(
         unit = unit_of(path, quantity, column, request)
         values = found.columns[column.name]
         raw[quantity] = Raw(column.name, unit, values, range(values.size), "message")
-        if quantity != "sigma":
+        if quantity in ("command", "angle"):
             clock = "time" if quantity == "angle" else "command_time"
             raw[clock] = _stamps(raw[quantity], found, column.name)
+    for name in SIGNALS:
+        if name in raw:
+            raw[name] = _latest(raw[name], found.times_s[raw[name].column], raw["time"])
     details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
     return assemble(path, raw, request, details, notes)
+
+
+def _latest(raw: Raw, times_s: Array, clock: Raw) -> Raw:
+    """The latest value at each of the angle's stamps; before the first one that one."""
+    latest = np.searchsorted(times_s, clock.values, side="right") - 1
+    return replace(raw, values=raw.values[np.maximum(latest, 0)], rows=clock.rows)
 
 
 def _stamps(raw: Raw, found: Extract, name: str) -> Raw:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from servosight.models.core import InputError
 from servosight.models.io._series import DEGREES, SECONDS
-from servosight.models.io.importers._request import PULSE, Column, Request
+from servosight.models.io.importers._request import PULSE, SIGNALS, Column, Request
 
 _SPELLINGS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
@@ -68,6 +68,11 @@ def unit_of(path: Path | str, quantity: str, column: Column, request: Request) -
         return unit
     if quantity == "time":
         return "s"
+    if quantity in SIGNALS:
+        raise InputError(
+            f"{path}: column {column.name} for the {quantity} has no unit, expected one such as N, "
+            f"Nm, A or V; write it behind the column, as in {quantity}={column.name}:N"
+        )
     if request.unit is not None:
         return spelled(request.unit)
     raise InputError(
