@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from fuzz.logs import write_logs
 from fuzz.mutations import BYTES, NUMBERS, SETTINGS, TABLE, TEXT, Mutation, mutated
 
 PLUGIN = '''"""A term of one's own."""
@@ -95,6 +96,10 @@ outline_px = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
 """
 
 
+MESSAGES = "--map command=goal.data:deg --map angle=angle.data:deg"
+JOINTS = "--map command=action[1]:deg --map angle=state[1]:deg"
+
+
 @dataclass(frozen=True)
 class Target:
     """A file to damage, how, and the commands that read it; ``weight`` is how often."""
@@ -125,6 +130,12 @@ TARGETS = (
     Target("camera.toml", SETTINGS, ("track clip.mkv --camera camera.toml -o new.csv",), 6),
     Target("bam.json", TEXT, ("import bam.json -o new",), 8),
     Target("log.mat", BYTES, ("import log.mat -o new",), 1),
+    Target("log.json", TEXT, ("import log.json -o new",), 4),
+    Target("log.parquet", BYTES, ("import log.parquet -o new",), 1),
+    Target("log.ulg", BYTES, (f"import log.ulg -o new {MESSAGES}",), 1),
+    Target("log.mcap", BYTES, (f"import log.mcap -o new {MESSAGES}",), 1),
+    Target("set/meta/info.json", TEXT, (f"import set -o new {JOINTS}",), 1),
+    Target("set/data/a.parquet", BYTES, (f"import set -o new {JOINTS}",), 1),
     Target("clip.mkv", BYTES, ("track clip.mkv -o new.csv",), 4),
     Target("film/frames.csv", TABLE, ("track film",), 1),
     Target("plugin.py", TEXT, ("effects --plugin plugin.py",), 8),
@@ -158,7 +169,20 @@ OPTIONS = {
 }
 PLACES = (
     *("log.csv", "rec", "model.toml", "scenario.toml", "camera.toml", "command.csv", "plugin.py"),
-    *("bam.json", "clip.mkv", "nothing", "new.out", ".", "", "a\0b", "x" * 300, "y/" * 2500, "-"),
+    *(
+        "bam.json",
+        "log.json",
+        "set",
+        "clip.mkv",
+        "nothing",
+        "new.out",
+        ".",
+        "",
+        "a\0b",
+        "x" * 300,
+        "y/" * 2500,
+        "-",
+    ),
     *(
         "/dev/null",
         "/proc/self/mem",
@@ -232,6 +256,7 @@ def write_inputs(folder: Path) -> None:
         words = ["identify", str(folder / "log.csv"), "--method", "gradient"]
         assert main([*words, "-o", str(folder / "model.toml")]) == 0
     _write_mat(folder / "log.mat", both)
+    write_logs(folder, both)
     _write_film(folder / "clip.mkv")
     (folder / "film").mkdir()
     (folder / "film" / "video.mkv").write_bytes((folder / "clip.mkv").read_bytes())
