@@ -53,15 +53,15 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
 class CachedSelection(ModelSelection):
     """Keeps each fit for later requests of the same fit."""
 
-    known: dict[tuple[Any, ...], Trial] = field(default_factory=dict, compare=False)
+    made: dict[tuple[Any, ...], Trial] = field(default_factory=dict, compare=False)
     kept: list[tuple[Any, ...]] = field(default_factory=list, compare=False)
 
     def _once(self, make: Callable[..., Trial], *asked: Any) -> Trial:
         key = (make.__name__, *(id(one) if isinstance(one, Trial) else one for one in asked))
-        if key not in self.known:
-            self.known[key] = make(*asked)
+        if key not in self.made:
+            self.made[key] = make(*asked)
             self.kept.append(asked)  # their identities are keys: none may be freed
-        return self.known[key]
+        return self.made[key]
 
     def sketched(self, base: Trial, name: str) -> Trial:
         """See ModelSelection."""
