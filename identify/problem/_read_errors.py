@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.problem._noise import resolution_deg
+from servosight.identify.problem._setups import setup_doubts
 from servosight.models.core import Array, Mask, Recording, views
 
 
@@ -63,9 +64,10 @@ def usable_views(
 ) -> tuple[list[Recording], list[str]]:
     """Recordings and their horns' (see ``views``) without faults of the bus, and what was left out.
 
-    One sentence for each kind of fault in each recording, behind those on how a log was read.
+    One sentence for each kind of fault in each recording, behind those on how a log was read; and
+    where the recordings differ in what they are fitted as if they had in common.
     """
-    found, notes = [], []
+    found, notes = [], setup_doubts(recordings)
     for recording in views(recordings):
         notes += [note for note in recording.notes if recording.side == "surface"]
         wrong = wrong_reads(recording, limits)
@@ -153,13 +155,14 @@ def old_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
     """
     time_s, angle = recording.time_s, recording.angle_deg
     old = np.zeros(angle.size, dtype=bool)
-    same = np.concatenate([[False], np.diff(angle) == 0.0])
+    change = np.diff(angle, prepend=np.inf)
+    edges = np.diff(np.concatenate([[False], change == 0.0, [False]]).astype(np.int8))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     least = limits.moving_steps * max(resolution_deg(angle), 1e-9)
-    for first in np.flatnonzero(same & ~np.roll(same, 1)):
-        length = int(np.argmin(np.append(same[first:], False)))
-        next_, last = first + length, first + length + _BESIDE + 1
-        if first < _BESIDE + 1 or last > angle.size or length > limits.longest:
-            continue
+    fits = (starts > _BESIDE) & (ends + _BESIDE < angle.size) & (ends - starts <= limits.longest)
+    moving = np.abs(change[starts - 1]) >= least  # most runs are at rest
+    for first, next_ in zip(starts[fits & moving], ends[fits & moving], strict=True):
+        last = next_ + _BESIDE + 1
         beside = slice(first - 1 - _BESIDE, first), slice(next_, last)
         moves = np.concatenate([np.diff(angle[part]) for part in beside])
         took = np.concatenate([np.diff(time_s[part]) for part in beside])

@@ -130,6 +130,32 @@ def test_a_servo_that_sticks_loses_nothing() -> None:
     assert not np.any(wrong_reads(log(sticking)))
 
 
+def test_a_long_recording_takes_a_time_in_proportion() -> None:
+    """A million samples of an encoder, half of them at rest: none is lost."""
+    time_s = 1e-3 * np.arange(1_000_000)
+    angle = STEP_DEG * np.round(20.0 * np.maximum(np.sin(time_s), 0.0) / STEP_DEG)
+    whole = Recording("long", time_s, np.sin(time_s), time_s, angle)
+    (found,), _ = usable_views([whole])
+    assert found is whole
+
+
+@pytest.mark.parametrize(
+    ("key", "ratio", "words"),
+    [
+        ("loop_gain", "relative_gain", "different loop gains (100, 400)"),
+        ("load_kg", "relative_load", "different loads in kg (100, 400)"),
+        ("arm_m", "relative_load", "different arms in m (100, 400)"),
+    ],
+)
+def test_set_ups_that_differ_are_told(key: str, ratio: str, words: str) -> None:
+    one, other = (replace(log(), details={"setup": {key: value}}) for value in (100.0, 400.0))
+    (note,) = usable_views([one, other])[1]
+    assert words in note
+    assert f"give {ratio}" in note
+    assert usable_views([one, replace(other, **{ratio: 4.0})])[1] == []  # type: ignore[arg-type]
+    assert usable_views([one, one, log()])[1] == []
+
+
 EFFECTS = [
     *("backlash", "coulomb_friction", "stribeck_friction", "dead_zone", "cogging", "rate_limit"),
     *("flexible_shaft", "gravity_load"),
@@ -164,11 +190,11 @@ def test_clean_recordings_lose_nothing(record: Any, effect: str) -> None:
 
 def test_a_glitched_log_gives_what_its_clean_twin_does(record: Any) -> None:
     """k, T, xi within a tenth of a sigma of the clean recording's; warnings say what was done."""
-    sound = record(8.0, 1)
-    wrong = glitched(sound, {150: 45.0, 333: -22.5, 700: 180.0})
+    sound = record(5.0, 1)
+    wrong = glitched(sound, {150: 45.0, 333: -22.5, 500: 180.0})
     clean = identify([sound], catalogue=catalogue(), method="gradient")
     found = identify([wrong], catalogue=catalogue(), method="gradient")
-    assert any("3 of 960 samples are read errors" in text for text in found.warnings)
+    assert any("3 of 600 samples are read errors" in text for text in found.warnings)
     assert found.samples == clean.samples - 3
     assert found.rmse_deg == pytest.approx(clean.rmse_deg, rel=0.01)
     for name in ("k", "T", "xi"):
