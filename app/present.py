@@ -40,6 +40,7 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
+    show_blind(out, result.get("detectable", ()))
     if result["verdict"] != "no_effect_missing":
         show_where(out, result["where"], f"where the {first} fails")
     if result.get("regimes"):
@@ -108,6 +109,14 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> No
             ", ".join(one["confounded_with"]),
         )
     out.print(table)
+
+
+def show_blind(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
+    """The effects that these recordings could not have shown, whatever their size."""
+    unseen = [one["effect"] for one in detectable if one["value"] is None]
+    if unseen:
+        out.print(f"These recordings could not have shown: {', '.join(unseen)}")
+        out.print()
 
 
 def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> None:

@@ -9,14 +9,7 @@ from dataclasses import replace
 
 from servosight.diagnose._recording_use import recording_uses
 from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
-from servosight.diagnose._words import (
-    Levels,
-    doubts,
-    next_experiment,
-    partial_words,
-    stability_words,
-    verdict_words,
-)
+from servosight.diagnose._words import Levels, doubts, next_experiment, told
 from servosight.diagnose.discrepancy import Law, find_law
 from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken
 from servosight.diagnose.experiment import Proposal, propose
@@ -115,9 +108,7 @@ def diagnose(
     judged, judged_last = models.tested(linear), models.tested(last)
     left = findings(judged_last, floor, noise)
     known = gather(models, last, judged_last, left, criterion)
-    headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
-    summary += stability_words(effects, stable.shares, stable.resamples)
-    summary += partial_words(ladder, known.unexplained, known.repeated)
+    headline, summary = told(verdict, ladder, candidates, law, levels, known, stable)
     return Diagnosis(
         noise_deg=noise,
         tolerance_deg=tolerance,
@@ -150,6 +141,7 @@ def diagnose(
         resamples=stable.resamples,
         repeated=known.repeated,
         unexplained=known.unexplained,
+        detectable=Table(known.detectable),
     )
 
 

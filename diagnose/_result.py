@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from servosight.diagnose._plots import plot_ladder
 from servosight.diagnose._recording_use import RecordingUse
 from servosight.diagnose.discrepancy import Law
-from servosight.diagnose.evidence import Regime, Repeated, Unexplained
+from servosight.diagnose.evidence import Detectable, Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.diagnose.selection import PriorKnowledge
@@ -111,6 +111,7 @@ class Diagnosis(Result):
     of the data, that name each effect: those of ``effects``, and others that are named in some.
     ``repeated`` says how much of the last model's error repeats where the command does,
     ``unexplained`` how much is left of it, what that depends on, and what to record next.
+    ``detectable`` has the smallest size of each effect that the fitted data would have shown.
     """
 
     TYPE: ClassVar[str] = "diagnosis"
@@ -140,6 +141,7 @@ class Diagnosis(Result):
     resamples: int = 0
     repeated: Repeated | None = None
     unexplained: Unexplained | None = None
+    detectable: Table[Detectable] = field(default_factory=Table)
 
     @property
     def actuator(self) -> Actuator:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose._result import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law
-from servosight.diagnose.evidence import Regime, Repeated, Unexplained
+from servosight.diagnose.evidence import Evidence, Regime, Repeated, Stability, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED
 from servosight.models.core import degrees, times
@@ -69,6 +69,22 @@ def named_model(effects: Sequence[str]) -> str:
     ('linear model', 'model with dead zone')
     """
     return f"model with {listed(effects)}" if effects else "linear model"
+
+
+def told(
+    verdict: Verdict,
+    ladder: Sequence[LadderStep],
+    candidates: Sequence[Candidate],
+    law: Law | None,
+    levels: Levels,
+    known: Evidence,
+    stable: Stability,
+) -> tuple[str, str]:
+    """Headline and summary: the verdict, how stable its names are, and what is left."""
+    headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
+    firm = stability_words(ladder[-1].effects, stable.shares, stable.resamples)
+    left = partial_words(ladder, known.unexplained, known.repeated)
+    return headline + uncertain_words(ladder, stable.uncertain), summary + firm + left
 
 
 def verdict_words(
@@ -148,6 +164,16 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
     ]
     named = f" Of {resamples} parts of the data, {', '.join(firm)}." if firm else ""
     return named + (f" Not called missing: {', '.join(rare)}." if rare else "")
+
+
+def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:
+    """What the headline adds for effects that were chosen and taken out as too seldom named."""
+    gone = [
+        name
+        for name in uncertain
+        if name not in ladder[-1].effects and any(name in step.effects for step in ladder)
+    ]
+    return f"; uncertain: {listed(gone)}" if gone else ""
 
 
 def _count(share: float, resamples: int) -> int:

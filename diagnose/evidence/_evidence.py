@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from servosight.diagnose.evidence._detectable import Detectable, detectable
 from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._regimes import Regime, regimes
@@ -18,12 +19,13 @@ class Evidence:
     """What the last model's error says of the data: ``regimes``, the leading ones first.
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
-    of it, None where nothing is.
+    of it, None where nothing is; ``detectable``: from which size on each effect would have shown.
     """
 
     regimes: tuple[Regime, ...]
     repeated: Repeated | None
     unexplained: Unexplained | None
+    detectable: tuple[Detectable, ...]
 
     @property
     def leading(self) -> Regime | None:
@@ -48,6 +50,7 @@ def gather(
         regimes=_with_inclusion(models, last, judged, found),
         repeated=again,
         unexplained=partial(errors, floor_deg, remaining, judged, again) if missed else None,
+        detectable=detectable(models, models.first(), criterion),
     )
 
 

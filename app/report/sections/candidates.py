@@ -51,6 +51,8 @@ def section(story: Story) -> Section | None:
             "alternatives": [listed(effects) for effects in result.alternatives],
             "chosen": listed(result.effects or (result.candidates[0].effect,)),
             "groups": [listed(group) for group in groups(result.candidates)],
+            "unseen": listed([one.effect for one in result.detectable if one.value is None]),
+            "sizes": [one.sentence for one in result.detectable if one.value is not None],
             "any_helps": strongest > LEAST_EVIDENCE,
         },
     )

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose._words import stability_words
+from servosight.diagnose import LadderStep
+from servosight.diagnose._words import stability_words, uncertain_words
 from servosight.diagnose.evidence import (
     Stability,
     resamples,
@@ -194,3 +195,22 @@ def test_the_words_say_how_often() -> None:
         " Of 10 parts of the data, 9 name backlash. Not called missing: cogging (3 of 10)."
     )
     assert stability_words([], {}, 0) == ""
+
+
+def test_the_headline_names_what_was_taken_out() -> None:
+    def step(*effects: str) -> LadderStep:
+        return LadderStep(
+            added=None,
+            removed=None,
+            effects=effects,
+            train_rmse_deg=0.1,
+            validation_rmse_deg=0.1,
+            held_out_rmse_deg=0.1,
+            explained=False,
+            parameters={},
+            own=(),
+        )
+
+    ladder = [step(), step("backlash", "cogging"), step("backlash")]
+    assert uncertain_words(ladder, ["cogging", "dead_zone"]) == "; uncertain: cogging"
+    assert uncertain_words(ladder, []) == ""

@@ -1,0 +1,81 @@
+"""From which size on these recordings would have shown an effect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.evidence import Detectable, detectable, smallest
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
+
+CRITERION = AcceptanceCriterion(0.035, 0.01)
+TIME_S = np.arange(0.0, 6.0, 0.02)
+
+
+def shown(
+    recording: Recording, criterion: AcceptanceCriterion = CRITERION
+) -> dict[str, Detectable]:
+    models = ModelSelection(Split.of([recording]), catalogue())
+    return {one.effect: one for one in detectable(models, models.linear(), criterion)}
+
+
+def linear(command_deg: Array) -> Recording:
+    """A servo that follows with a lag of 0.1 s, and noise."""
+    lagged = np.empty_like(command_deg)
+    lagged[0] = command_deg[0]
+    for place in range(1, command_deg.size):
+        lagged[place] = lagged[place - 1] + 0.2 * (command_deg[place - 1] - lagged[place - 1])
+    noise = 0.03 * np.random.default_rng(0).normal(size=TIME_S.size)
+    return Recording("run", TIME_S, command_deg, TIME_S, lagged + noise)
+
+
+@pytest.fixture(scope="module")
+def from_play(twin: Any) -> dict[str, Detectable]:
+    return shown(twin("backlash")[0])
+
+
+def test_a_rich_command_shows_every_effect_from_the_size_of_the_floor_on(
+    from_play: dict[str, Detectable],
+) -> None:
+    """Seen: 0.05 deg of play, 0.03 deg of friction, at a floor of 0.035 deg."""
+    assert from_play.keys() == set(catalogue())
+    assert all(one.value is not None for one in from_play.values())
+    for name in ("backlash", "coulomb_friction", "dead_zone"):
+        value = from_play[name].value
+        assert value is not None
+        assert 0.5 * CRITERION.floor_deg < value < 5.0 * CRITERION.floor_deg
+    assert "backlash would have shown from 0.0" in from_play["backlash"].sentence
+    assert (from_play["rate_limit"].below, from_play["backlash"].below) == (True, False)
+    assert "below" in from_play["rate_limit"].sentence
+
+
+def test_a_higher_floor_hides_more(twin: Any, from_play: dict[str, Detectable]) -> None:
+    blurred = shown(twin("backlash")[0], AcceptanceCriterion(0.35, 0.1))
+    sizes = [(blurred[name].value, from_play[name].value) for name in ("backlash", "dead_zone")]
+    for high, low in sizes:
+        assert high is not None
+        assert low is not None
+        assert high > 3.0 * low
+
+
+def test_a_single_step_shows_no_friction() -> None:
+    """Friction then moves the end of the motion, which k and bias take up."""
+    found = shown(linear(np.where(TIME_S < 1.0, 0.0, 5.0)))
+    one = found["coulomb_friction"]
+    assert one.value is None
+    assert one.sentence.startswith("coulomb friction could not have shown: the motion, which never")
+    assert found["rate_limit"].value is not None
+    assert found["asymmetric_gain"].value is None
+
+
+def test_the_smallest_size_is_read_between_those_that_were_simulated() -> None:
+    sizes = np.array([0.1, 1.0, 10.0])
+    changes = np.array([0.001, 0.01, 0.1])
+    assert smallest(sizes, changes, 0.03) == pytest.approx(3.0)
+    assert smallest(sizes, changes, 0.0005) == 0.1
+    assert smallest(sizes, changes, 0.2) is None
+    assert smallest(sizes, np.array([0.0, 0.0, 1.0]), 0.1) == 10.0
