@@ -89,7 +89,7 @@ def refusal(path: Path) -> str:
 
 
 def write_json(place: Path | None, value: Any) -> None:
-    """Write JSON to a file, whole or not at all, or to standard output where ``place`` is ``-``."""
+    """Write JSON to a file, completely or not at all; to standard output for ``-``."""
     if place is None:
         return
     text = json_text(value)

@@ -157,7 +157,7 @@ def show_regimes(out: Console, regimes: Sequence[Mapping[str, Any]]) -> None:
 
 
 def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: str) -> None:
-    """The largest findings, one a line, each with the rms that it speaks of."""
+    """The largest findings, one a line, each with the rms that it describes."""
     out.print(title)
     for one in findings[:FINDINGS]:
         out.print(f"  {_deg(one['size_deg'], 2):>10}  {one['sentence']}")

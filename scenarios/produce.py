@@ -55,7 +55,7 @@ def simulated(scenario: Scenario) -> SimulatedRecording:
 def produce(
     scenario: Scenario, folder: Path, progress: FrameProgress | None = None, *, force: bool = False
 ) -> Trajectory:
-    """Run ``scenario`` and write ``folder`` whole or not at all; returns the true trajectory.
+    """Run ``scenario`` and write ``folder`` completely or not at all; returns the true trajectory.
 
     With a video there is no angle.csv: it is tracked first. ``progress`` receives the frames done
     and the number of all frames. Raises InputError where ``folder`` is not empty, unless it was

@@ -50,7 +50,7 @@ class Geometry:
         return cls(track.frames, video.stat().st_size, track.pivot_px, outline, left_out)
 
     def save(self, folder: Path, written: Mapping[str, str] | None = None) -> None:
-        """Write track.toml into a recording's folder, whole or not at all.
+        """Write track.toml into a recording's folder, completely or not at all.
 
         ``written`` are the files beside it that the tracker writes, by name, with their SHA-256.
         """

@@ -47,7 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Simulate, film and write, whole or not at all."""
+    """Simulate, film and write, completely or not at all."""
     from servosight.scenarios.produce import produce
     from servosight.scenarios.scenario import Scenario, parse_settings, with_effects
 

@@ -24,7 +24,7 @@ def write_report(
     at: datetime | None = None,
     command: str | None = None,
 ) -> None:
-    """Write a self-contained page, whole or not at all; InputError where it cannot be written.
+    """Write a self-contained page, completely or not at all; InputError where it cannot be written.
 
     ``recordings`` are those of the result, or their paths: fitted, validation, test (default: those
     it remembers, or where they were). ``catalogue`` has the result's effects (default: those it was

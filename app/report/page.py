@@ -106,7 +106,7 @@ def _environment() -> jinja2.Environment:
 
 
 def coded(text: str) -> Markup:
-    """What stands between backquotes, as code."""
+    """Text between backquotes, as code."""
     code = Markup("<code>{}</code>")
     parts = [code.format(part) if i % 2 else part for i, part in enumerate(text.split("`"))]
     return Markup("").join(parts)

@@ -34,7 +34,7 @@ class NamedModel:
 
 @dataclass(frozen=True)
 class Story:
-    """The model that fails, the one that came of it (None: none), and what both are held to."""
+    """The first model, the selected one (None: none), and noise and floor for both."""
 
     result: Diagnosis | Comparison
     recordings: tuple[Recording, ...]

@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all."""
+"""Files and folders that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from servosight.models.base._temporary import discard, temporary_file, temporary
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` as UTF-8 with plain line ends, whole or not at all."""
+    """Write ``text`` as UTF-8 with plain line ends, completely or not at all."""
     write_bytes(path, text.encode("utf-8"))
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write ``data`` whole or not at all; InputError where the place cannot be written."""
+    """Write ``data`` completely or not at all; InputError where the place cannot be written."""
     check_path(path)
     target = Path(os.path.realpath(path))  # a link keeps pointing at what it points at
     try:

@@ -62,7 +62,7 @@ class Actuator:
         return self.parameters[name].value
 
     def save(self, path: Path | str) -> None:
-        """Write the card as TOML, whole or not at all."""
+        """Write the card as TOML, completely or not at all."""
         path = Path(path)
         card: dict[str, Any] = {
             "format": FORMAT,

@@ -161,7 +161,7 @@ class Recording:
         return command_at(self.command_time_s, self.command_deg, time_s, self.hold)
 
     def save(self, folder: Path | str) -> None:
-        """Write a recording's folder, whole or not at all; InputError where it is not empty."""
+        """Write a recording's folder, completely or not at all; InputError if it is not empty."""
         from servosight.models.io import save_recording
 
         save_recording(self, Path(folder))

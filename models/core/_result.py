@@ -88,7 +88,7 @@ class Result:
         return typed(table, cls)
 
     def save(self, path: Path | str) -> None:
-        """Write JSON, whole or not at all; ``servosight.load`` reads it back."""
+        """Write JSON, completely or not at all; ``servosight.load`` reads it back."""
         write_text(Path(path), json_text(self.to_dict()))
 
     @classmethod

@@ -124,7 +124,7 @@ def check_names(name: str, function: Function) -> None:
 
 
 def near_neutral(parameters: Sequence[Parameter]) -> list[float]:
-    """Values so close to the neutral ones that the effect as good as vanishes."""
+    """Values so close to the neutral ones that the effect nearly vanishes."""
     values = []
     for parameter in parameters:
         low, high, neutral = parameter.low, parameter.high, parameter.neutral

@@ -1,4 +1,4 @@
-"""Recordings and settings in and out of files, written whole or not at all."""
+"""Recordings and settings in and out of files, written completely or not at all."""
 
 from servosight.models.io._csv import Sheet as Sheet
 from servosight.models.io._csv import read_sheet as read_sheet

@@ -1,4 +1,4 @@
-"""Recordings out: a folder that is written whole or not at all."""
+"""Recordings out: a folder that is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def save_recording(
     extra: Mapping[str, Any] | None = None,
     force: bool = False,
 ) -> None:
-    """Write a recording's folder, whole or not at all; ``extra`` are more keys of recording.toml.
+    """Write a recording's folder, completely or not at all; ``extra``: further keys of its TOML.
 
     A folder that is not empty is replaced only with ``force``, and only if it holds nothing but a
     recording's files. Reading it gives the same numbers to the last bit (with a ``unit_scale`` in
@@ -63,7 +63,7 @@ def save_recording(
 
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:
-    """Write ``time_s,angle_deg[,sigma_deg]`` (samples,), whole or not at all."""
+    """Write ``time_s,angle_deg[,sigma_deg]`` (samples,), completely or not at all."""
     write_text(path, angle_text(time_s, angle_deg, sigma_deg))
 
 

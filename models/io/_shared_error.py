@@ -44,7 +44,7 @@ def read_shared(folder: Path, time_s: Array, scale: float = 1.0) -> Array | None
 
 
 def write_shared(folder: Path, time_s: Array, shared_deg: Array | None, scale: float = 1.0) -> None:
-    """Write the errors, whole or not at all; without any, an older file goes."""
+    """Write the errors, completely or not at all; without any, an older file goes."""
     path = folder / NAME
     if shared_deg is None or shared_deg.shape[1] == 0:
         path.unlink(missing_ok=True)

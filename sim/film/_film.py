@@ -49,7 +49,7 @@ def render_video(
     settings: VideoSettings | None = None,
     progress: FrameProgress | None = None,
 ) -> FrameTable:
-    """Film ``trajectory`` into ``path``, a Matroska file, whole or not at all.
+    """Film ``trajectory`` into ``path``, a Matroska file, completely or not at all.
 
     Presentation times are the starts of exposure to the microsecond. ``seed`` draws the sensor, its
     noise and how the camera shakes; ``progress`` receives (frames done, frames in all). The light

@@ -126,7 +126,7 @@ def _read(file: Path) -> Image:
 
 
 def write_picture(file: Path, image: Image) -> None:
-    """Write a grey picture as PNG, whole or not at all."""
+    """Write a grey picture as PNG, completely or not at all."""
     from servosight.models.core import marked_png, write_bytes
 
     write_bytes(file, marked_png(bytes(cv2.imencode(".png", image)[1])))

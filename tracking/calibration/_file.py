@@ -28,7 +28,7 @@ LARGEST = 1e9
 
 
 def write_camera(path: Path, calibration: Calibration) -> None:
-    """Write camera.toml, whole or not at all."""
+    """Write camera.toml, completely or not at all."""
     import tomli_w
 
     table: dict[str, Any] = {

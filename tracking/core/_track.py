@@ -109,7 +109,7 @@ class Track(Result):
         """Write the measured frames as ``time_s,angle_deg,sigma_deg`` to a ``.csv``, else JSON.
 
         A CSV is a recording's angle.csv; JSON holds everything, and ``servosight.load`` reads it
-        back. Written whole or not at all. Frames that were not measured are left out of a CSV.
+        back. Written completely or not at all. Frames that were not measured are left out of a CSV.
         """
         from servosight.models.io import write_angle
 

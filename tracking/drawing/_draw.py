@@ -99,7 +99,7 @@ def write_overlay(
 ) -> None:
     """Draw the tracks of one video into an H.264 video with the same presentation times.
 
-    Streamed, and written whole or not at all. Raises ``InputError`` for another ending than .mp4,
+    Streamed, and written completely or not at all. InputError for another ending than .mp4,
     .mkv or .mov.
     """
     import av

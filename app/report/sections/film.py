@@ -1,4 +1,4 @@
-"""The worst seconds of the video in slow motion, with the models' ghosts over the measured part."""
+"""The worst seconds of the video in slow motion, with the models drawn over the measured part."""
 
 from __future__ import annotations
 

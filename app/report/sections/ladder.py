@@ -21,7 +21,7 @@ LEAST_STEP = 1.2
 
 
 def section(story: Story) -> Section | None:
-    """None where no ladder was climbed: the error of one model is in the verdict already."""
+    """None where there are no steps: the error of one model is in the verdict already."""
     result = story.result
     if not isinstance(result, Diagnosis) or len(result.ladder) < 2:
         return None

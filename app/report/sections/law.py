@@ -1,4 +1,4 @@
-"""The torque that no catalogued effect accounts for, and the law that was found for it."""
+"""The torque that no catalogued effect explains, and the law that was found for it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ACROSS: Mapping[str, tuple[str, Callable[[MissingTorque], Array]]] = {
 
 
 def section(story: Story) -> Section | None:
-    """None where the ladder left nothing that a law explains."""
+    """None where no law was found."""
     result = story.result
     if not isinstance(result, Diagnosis) or result.law is None:
         return None

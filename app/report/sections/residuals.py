@@ -1,4 +1,4 @@
-"""Is what a model leaves only noise: correlation of its error with itself and with the command."""
+"""Whether the remaining error is only noise: its correlation with itself and the command."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ def _rubbing(motion: BasisMotion, period: float) -> Array:
     return np.array([np.ones_like(turn), np.sin(turn), np.cos(turn)]) * motion.sign
 
 
-def _leaning(motion: BasisMotion) -> Array:
+def _angle_shapes(motion: BasisMotion) -> Array:
     angle = motion.angle_deg
     return np.array([np.ones_like(angle), angle, angle**2]) * motion.sign
 
@@ -245,7 +245,7 @@ SLOPE = BasisTerm(
     ),
     "depends on the direction of motion, with a size that depends on the angle",
     alone,
-    _leaning,
+    _angle_shapes,
     as_found,
 )
 

@@ -248,12 +248,12 @@ ANGLE_WAVE = BasisTerm(
 # Speed
 
 
-def lean_term(theta: float, w: float, square: float) -> float:
+def speed_square_term(theta: float, w: float, square: float) -> float:
     """Torque [deg] with the square of the speed, to the same side in both directions."""
     return square * w * w
 
 
-def bent_term(theta: float, w: float, slope: float, square: float) -> float:
+def angle_damping_term(theta: float, w: float, slope: float, square: float) -> float:
     """Torque [deg] of a damper that changes with the angle."""
     return (slope * theta + square * theta * theta) * w
 
@@ -263,7 +263,7 @@ SPEED_SQUARE = BasisTerm(
         "speed_square",
         "load = square w^2",
         (coefficient("square", "deg/(deg/s)^2", "torque over squared speed", -1e-2, 1e-2),),
-        term=lean_term,
+        term=speed_square_term,
     ),
     "depends on the square of the speed and acts to one side in both directions",
     alone,
@@ -278,7 +278,7 @@ ANGLE_DAMPING = BasisTerm(
             coefficient("slope", "s/deg", "damping over angle", -0.1, 0.1),
             coefficient("square", "s/deg^2", "damping over squared angle", -0.01, 0.01),
         ),
-        term=bent_term,
+        term=angle_damping_term,
     ),
     "is proportional to the speed, with a factor that depends on the angle",
     alone,
