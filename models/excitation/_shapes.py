@@ -30,7 +30,7 @@ class Excitation:
         return command_at(self.time_s, self.command_deg, time_s)
 
     def save(self, path: Path) -> None:
-        """Write ``time_s,command_deg`` to a microsecond and microdegree, completely or not at all."""
+        """Write ``time_s,command_deg`` to a microsecond and microdegree; all of it or nothing."""
         columns = (np.round(self.time_s, 6), np.round(self.command_deg, 6))
         write_text(path, table_text(("time_s", "command_deg"), columns))
 
