@@ -268,3 +268,79 @@ def test_emps_benchmark(real_data: Path) -> None:
     recording = import_recording(real_data / "emps" / "DATA_EMPS.mat", Request())
     assert recording.time_s.size == 24841
     assert recording.moved_range_deg == pytest.approx(24.64, abs=0.01)
+
+
+# --- units of headers, stamps, torque -------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["t [ms];goal (rad);pos (rad)", "t/ms;goal_rad;pos/rad", "t (msec);goal [Radians];pos [rad]"],
+)
+def test_units_in_headers_are_used(tmp_path: Path, header: str) -> None:
+    """The map names the bare column; what the map says goes before the header."""
+    path = csv_log(tmp_path / "a.csv", header)
+    columns = parse_map(["time=t", "command=goal", "angle=pos"])
+    recording = import_recording(path, Request(columns, unit="deg"))
+    assert recording.time_s[1] == 0.008
+    assert recording.angle_deg[5] == pytest.approx(math.degrees(math.sin(0.7)))
+    assert recording.command_deg[5] == pytest.approx(math.degrees(math.sin(1.0)))
+    mapped = import_recording(path, Request(columns | {"angle": Column("pos", "deg")}))
+    assert mapped.angle_deg[5] == pytest.approx(math.sin(0.7))
+
+
+def test_columns_with_the_quantities_names_need_no_map(tmp_path: Path) -> None:
+    path = csv_log(tmp_path / "a.csv", "Time (ms);Command (deg);Angle (deg)")
+    assert import_recording(path, Request()).time_s[1] == 0.008
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("t_ms;goal_rad;pos", ("column pos for the angle has no unit", "angle=pos:rad", "--unit")),
+        ("t_ms;goal_rad;pos (counts)", ("column pos (counts)", "'counts'", "--unit-scale")),
+        ("t (h);goal_rad;pos_rad", ("column t (h)", "'h'", "s, ms, us, ns")),
+        ("t;goal_rad;pos_rad", ("column t", "8 s", "milli")),
+    ],
+)
+def test_units_are_asked_for(tmp_path: Path, header: str, words: tuple[str, ...]) -> None:
+    request = Request(parse_map(["time=t", "command=goal", "angle=pos"]))
+    refused(csv_log(tmp_path / "a.csv", header), request, *words)
+
+
+def test_samples_of_one_stamp_become_their_mean(tmp_path: Path) -> None:
+    """Three samples in each tick of the clock; the command is the last of them."""
+    rows = [f"{0.01 * (i // 3):.2f},{i},{2 * i}" for i in range(180)]
+    (tmp_path / "a.csv").write_text("\n".join(["time_s,command_deg,angle_deg", *rows]))
+    recording = import_recording(tmp_path / "a.csv", Request())
+    assert recording.angle_deg.tolist() == [6.0 * i + 2.0 for i in range(60)]
+    assert recording.command_deg.tolist() == [3.0 * i + 2.0 for i in range(60)]
+    assert "180 of 180 samples share their time stamp" in recording.notes[0]
+    with pytest.raises(InputError, match=r"stands still.*servosight import"):
+        load_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(("on", "off"), [("1", "0"), ("True", "False")])
+def test_a_table_without_torque_at_the_end_is_cut(tmp_path: Path, on: str, off: str) -> None:
+    rows = [f"{0.01 * i:.2f},{i % 7},{i % 5},{on if i < 70 else off}" for i in range(100)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time_s,command_deg,angle_deg,torque_enable", *rows]))
+    recording = import_recording(path, Request())
+    assert recording.time_s.size == 70
+    assert "false in 30 of 100 rows" in recording.notes[0]
+    save_recording(recording, tmp_path / "rec")
+    assert load_recording(tmp_path / "rec").notes == recording.notes
+
+
+def test_the_map_of_the_command_is_that_of_read(tmp_path: Path) -> None:
+    import servosight as ss
+    from servosight.app.main import main
+
+    path = csv_log(tmp_path / "a.csv")
+    words = ["--map", "time=t:ms", "--map", "command=goal:rad", "--map", "angle=pos:rad"]
+    assert main(["import", str(path), *words, "-o", str(tmp_path / "rec")]) == 0
+    read = ss.read(path, columns={"time": "t:ms", "command": "goal:rad", "angle": "pos:rad"})
+    imported = ss.read(tmp_path / "rec")
+    np.testing.assert_array_equal(read.angle_deg, imported.angle_deg)
+    np.testing.assert_array_equal(read.command_deg, imported.command_deg)
+    np.testing.assert_array_equal(read.time_s, imported.time_s)
