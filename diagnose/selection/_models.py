@@ -16,6 +16,7 @@ from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection._trial import Trial
 from servosight.identify.fit import (
+    POLISH_BUDGET,
     OwnValues,
     Solution,
     contains,
@@ -137,7 +138,9 @@ class ModelSelection:
     def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
         """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
         fit = None if sketch is None else sketch.fit
-        return self.judge(fit_effects(self.with_effect(base, name), base.fit, fit, TRIAL_BUDGET))
+        return self.judge(
+            fit_effects(self.with_effect(base, name), base.fit, fit, TRIAL_BUDGET), TRIAL_BUDGET
+        )
 
     def finished(self, trial: Trial) -> Trial:
         """A trial whose budget was spent, fitted to the end."""
@@ -179,10 +182,10 @@ class ModelSelection:
         )
         return Trial(problem.effects, fit, self._seen(fit))
 
-    def reduced(self, base: Trial, without: str) -> Trial:
+    def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
         start = self.without(base, without).fit
-        return self.judge(polish(start.problem, [start.outcome.point]))
+        return self.judge(polish(start.problem, [start.outcome.point], budget), budget)
 
     def swapped(self, base: Trial, name: str, other: str) -> Trial:
         """``base`` with one effect in another's place, fitted anew from the rest's values."""
@@ -207,27 +210,27 @@ class ModelSelection:
         floor_deg = criterion.policy.explained * criterion.floor_deg
         return self.whole(trial).fit.rmse_deg <= floor_deg
 
-    def judge(self, fit: Solution) -> Trial:
+    def judge(self, fit: Solution, budget: int = POLISH_BUDGET) -> Trial:
         """Simulate the recordings that fit or validate at the fitted point.
 
         A fit that came to its end above that of a model which it contains is repeated from there.
         """
-        fit = self._no_worse(fit)
+        fit = self._no_worse(fit, budget)
         carried = [
             Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
         ]
         trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
         known = self.trials.get(trial.effects)
-        if known is None or trial.fit.outcome.cost < known.fit.outcome.cost:
+        if known is None or trial.fit.outcome.cost <= known.fit.outcome.cost:
             self.trials[trial.effects] = trial
         return trial
 
-    def _no_worse(self, fit: Solution) -> Solution:
+    def _no_worse(self, fit: Solution, budget: int) -> Solution:
         smaller = [one.fit for one in self.trials.values() if contains(fit, one.fit)]
         if fit.out_of_budget or not smaller:
             return fit
-        return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost))
+        return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost), budget)
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""

@@ -18,6 +18,20 @@ from servosight.diagnose.residuals import EXPLAINED
 
 T = TypeVar("T")
 
+ORDINARY = (
+    "gravity_load",
+    "load_dependent_friction",
+    "torque_saturation",
+    "supply_sag",
+    "stribeck_friction",
+    "coulomb_friction",
+    "dead_time",
+    "backlash",
+    "rate_limit",
+    "speed_limit",
+)
+"""What an ordinary geared servo has; in this order each has what it needs to show before it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SelectionPolicy:
@@ -39,6 +53,12 @@ class SelectionPolicy:
     ``visible`` times the tolerance as an rms, and may raise the validation rmse by the factor
     ``worse`` at most. Pairs are tried where the rmse exceeds ``far`` times the floor and a model
     accounts for less than ``most`` of the squared error. ``max_steps`` ends the selection.
+
+    Beyond ``far`` times the floor other sets of effects are searched, too, and the one of the
+    lowest price is taken each of whose effects earns its place: the logarithm of the validation
+    rmse, ``effect_price`` an effect, ``rare_price`` one that is not in ``ordinary``, and
+    ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
+    floor, these sets are searched before any step.
     """
 
     min_gain: float = 0.05
@@ -56,6 +76,11 @@ class SelectionPolicy:
     most: float = 0.9
     max_steps: int = 6
     learnt: float = 0.01
+    effect_price: float = 0.1
+    rare_price: float = 0.3
+    parameter_price: float = 0.01
+    hopeless: float = 25.0
+    ordinary: tuple[str, ...] = ORDINARY
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +216,25 @@ class AcceptanceCriterion:
             and gone >= (self.policy.visible * self.tolerance_deg) ** 2
             and score.validation_rmse_deg <= self.policy.worse * simple.validation_rmse_deg
         )
+
+    def price(self, score: Score) -> float:
+        """What a model costs among many: log validation rmse [deg], its effects and parameters.
+
+        Below the floor no error is better than another.
+        """
+        error_deg = max(score.validation_rmse_deg, self.floor_deg, 1e-300)
+        ordinary = sum(name in self.policy.ordinary for name in score.effects)
+        effects = self.policy.effect_price * ordinary
+        effects += self.policy.rare_price * (len(score.effects) - ordinary)
+        return float(np.log(error_deg)) + effects + self.policy.parameter_price * score.parameters
+
+    def wants_search(self, score: Score) -> bool:
+        """True where the step by step path has ended far from the floor."""
+        return score.validation_rmse_deg > self.policy.far * self.floor_deg
+
+    def hopeless(self, single: Score) -> bool:
+        """True where the best single effect is so far from the floor that no second will do."""
+        return single.validation_rmse_deg > self.policy.hopeless * self.floor_deg
 
     def leaves_much(self, score: Score, linear: Score) -> bool:
         """True where a model leaves so much that its first effect may be the wrong one."""

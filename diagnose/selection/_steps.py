@@ -17,6 +17,9 @@ class SearchEffort:
     ``swapped`` others are fitted. Pairs: each of the best ``finalists`` single candidates with the
     ``partners`` that promise most behind it, and the ``pairs`` that promise most behind the model;
     ``finalists`` of them are fitted.
+
+    Where the steps end far from the floor, a model with all ordinary effects is reduced, and the
+    ``beam`` cheapest models of all are extended.
     """
 
     sketched: int = 2
@@ -26,6 +29,7 @@ class SearchEffort:
     partners: int = 3
     pairs: int = 12
     finalists: int = 6
+    beam: int = 2
 
 
 @dataclass(frozen=True)
@@ -43,3 +47,15 @@ class Selected:
 
     steps: tuple[Step, ...]
     singles: tuple[Trial, ...]
+
+
+def step_to(trial: Trial, base: Trial) -> Step:
+    """The step from ``base`` to ``trial``, with what the new effect took the place of."""
+    gone = set(base.effects) - set(trial.effects)
+    return Step(trial, new_in(trial, base), next(iter(gone), None))
+
+
+def new_in(trial: Trial, base: Trial) -> str:
+    """The one effect that ``trial`` has and ``base`` lacks."""
+    (name,) = set(trial.effects) - set(base.effects)
+    return name

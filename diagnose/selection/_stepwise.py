@@ -11,8 +11,11 @@ from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
-from servosight.diagnose.selection._steps import SearchEffort, Selected, Step
+from servosight.diagnose.selection._progress import BestSoFar
+from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection._visited import Visited
+from servosight.diagnose.selection._wide import searched_widely
 from servosight.models.core import StageProgress, silent
 
 
@@ -29,6 +32,11 @@ class StepwiseSelector:
     progress: StageProgress = silent
     effort: SearchEffort = field(default_factory=SearchEffort)
 
+    @property
+    def _show(self) -> StageProgress:
+        """The progress, with the best answer so far."""
+        return BestSoFar(Visited(self.models, self.criterion), self.progress)
+
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""
         fitted = self.effort.fitted
@@ -39,9 +47,15 @@ class StepwiseSelector:
         return Selected((Step(first),), tuple(self._searched(trials, first)))
 
     def select(self) -> Selected:
-        """From the first model up: the linear one, or what the user knows."""
+        """From the first model up: the linear one, or what the user knows.
+
+        Far from the floor more sets of effects are searched than these steps meet.
+        """
         first = self.first_step()
         linear = first.steps[0].trial
+        hopeless = first.singles and self.criterion.hopeless(first.singles[0].score)
+        if hopeless and len(found := self._searched_widely(list(first.steps))) > 1:
+            return Selected(tuple(found), first.singles)
         steps = self._extended(list(first.steps), first.singles)
         if len(steps) == 1 and self.models.known.start_effects:
             steps += self._settled(linear)
@@ -51,7 +65,16 @@ class StepwiseSelector:
             pair = self._pair(linear, first.singles)
             if pair and self.criterion.beats(pair[-1].trial.score, last.score):
                 steps = self._extended([*first.steps, *pair, *self._settled(pair[-1].trial)])
-        return Selected(tuple(steps), first.singles)
+        return Selected(tuple(self._searched_widely(steps)), first.singles)
+
+    def _searched_widely(self, steps: list[Step]) -> list[Step]:
+        """The steps; where they end far from the floor, those to the best of a wider search."""
+        last = steps[-1].trial
+        open_ = self.criterion.wants_search(last.score)
+        if not open_ or self.models.explained_whole(last, self.criterion):
+            return steps
+        visited = Visited(self.models, self.criterion)
+        return searched_widely(steps, visited, self.effort, self._show)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""
@@ -96,20 +119,20 @@ class StepwiseSelector:
         """
         sketches = []
         for i, name in enumerate(names):
-            self.progress(f"{label}: trying {name}", i, len(names))
+            self._show(f"{label}: trying {name}", i, len(names))
             sketches.append(self.models.sketched(base, name))
         sketches = self.criterion.ranked(sketches, _score)
         foreseen = names[: fitted // 2]
-        return sorted(sketches, key=lambda sketch: _new(sketch, base) not in foreseen)
+        return sorted(sketches, key=lambda sketch: new_in(sketch, base) not in foreseen)
 
     def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
         """The sketches, fitted."""
         trials = []
         for i, sketch in enumerate(sketches):
-            name = _new(sketch, base)
-            self.progress(f"{label}: fitting {name}", i, len(sketches))
+            name = new_in(sketch, base)
+            self._show(f"{label}: fitting {name}", i, len(sketches))
             trials.append(self.models.extended(base, name, sketch))
-        self.progress(f"{label}: tried all", len(sketches), len(sketches))
+        self._show(f"{label}: tried all", len(sketches), len(sketches))
         return trials
 
     def _led(self, trials: Sequence[Trial], leaders: int) -> list[Trial]:
@@ -122,12 +145,12 @@ class StepwiseSelector:
         """Best first; where the first does not reach the floor it is fitted from many starts."""
         ranked = self._led(trials, self.effort.leaders)
         if ranked and not self.criterion.settled(ranked[0].score):
-            ranked[0] = self.models.searched(base, ranked[0], _new(ranked[0], base))
+            ranked[0] = self.models.searched(base, ranked[0], new_in(ranked[0], base))
         return self.criterion.ordered(
             ranked,
             _score,
-            lambda trial: self.models.catalogue[_new(trial, base)].contains,
-            lambda trial: _new(trial, base),
+            lambda trial: self.models.catalogue[new_in(trial, base)].contains,
+            lambda trial: new_in(trial, base),
         )
 
     def _leaves_much(self, trial: Trial, linear: Trial) -> bool:
@@ -140,7 +163,7 @@ class StepwiseSelector:
         """A step for the best single candidate if it is accepted."""
         if not ranked or not self.criterion.earns(ranked[0].score, base.score, self._tried(base)):
             return None
-        return [_step(ranked[0], base)]
+        return [step_to(ranked[0], base)]
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """Two steps for the best pair, if it is accepted against the best single candidate.
@@ -148,28 +171,28 @@ class StepwiseSelector:
         Two effects can each gain little alone and much together, and a single one that gains a
         little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
         """
-        by_name = {_new(trial, base): trial for trial in ranked}
+        by_name = {new_in(trial, base): trial for trial in ranked}
         pairs = self._promising_pairs(base, by_name)
         if not pairs:
             return None
         sketches: list[tuple[Trial, Trial]] = []
         for i, (first, second) in enumerate(pairs):
-            self.progress(f"trying {first} with {second}", i, len(pairs))
+            self._show(f"trying {first} with {second}", i, len(pairs))
             alone = by_name[first]
             sketches.append((self.models.sketched(alone, second), alone))
         sketches = self.criterion.ranked(sketches, _score_of_pair)
         trials = [
-            (self.models.extended(alone, _new(both, alone), both), alone)
+            (self.models.extended(alone, new_in(both, alone), both), alone)
             for both, alone in sketches[: self.effort.finalists]
         ]
-        self.progress("tried pairs", len(pairs), len(pairs))
+        self._show("tried pairs", len(pairs), len(pairs))
         trials = self.criterion.ranked(trials, _score_of_pair)[: self.effort.leaders]
         trials = [(self.models.finished(both), alone) for both, alone in trials]
         trial, alone = self.criterion.ranked(trials, _score_of_pair)[0]
         rivals = [base.score, alone.score, ranked[0].score]
         if not self.criterion.earns_as_pair(trial.score, rivals, self._tried(base)):
             return None
-        return [_step(alone, base), _step(trial, alone)]
+        return [step_to(alone, base), step_to(trial, alone)]
 
     def _promising_pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
         """Pairs worth a sketch; the first of each has been fitted alone."""
@@ -201,7 +224,7 @@ class StepwiseSelector:
             return
         removable = self.models.known.removable(trial.effects)
         for name in removable if len(trial.effects) > 1 else ():
-            self.progress(f"trying without {name}", 0, 1)
+            self._show(f"trying without {name}", 0, 1)
             smaller = self.models.reduced(trial, name)
             if not self._needed(trial, smaller):
                 yield Step(smaller, removed=name)
@@ -211,7 +234,7 @@ class StepwiseSelector:
             swaps = self._led(
                 self._tried_behind(left, f"in place of {name}", self.effort.swapped), 1
             )
-            other = _new(swaps[0], left) if swaps else name
+            other = new_in(swaps[0], left) if swaps else name
             if other != name and self._better(swaps[0], trial, smaller):
                 yield Step(swaps[0], other, name)
                 simpler = self._simpler(swaps[0])
@@ -253,15 +276,3 @@ def _effects(step: Step) -> frozenset[str]:
 
 def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:
     return pair[0].score
-
-
-def _step(trial: Trial, base: Trial) -> Step:
-    """The step from ``base`` to ``trial``, with what the new effect took the place of."""
-    gone = set(base.effects) - set(trial.effects)
-    return Step(trial, _new(trial, base), next(iter(gone), None))
-
-
-def _new(trial: Trial, base: Trial) -> str:
-    """The one effect that ``trial`` has and ``base`` lacks."""
-    (name,) = set(trial.effects) - set(base.effects)
-    return name

@@ -20,5 +20,6 @@ from servosight.identify.fit._own import own_values as own_values
 from servosight.identify.fit._own import predicted_angle as predicted_angle
 from servosight.identify.fit._result import Fit as Fit
 from servosight.identify.fit._result import parameter_table as parameter_table
+from servosight.identify.fit._solution import POLISH_BUDGET as POLISH_BUDGET
 from servosight.identify.fit._solution import Solution as Solution
 from servosight.identify.fit._solution import polish as polish

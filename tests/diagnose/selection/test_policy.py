@@ -11,6 +11,7 @@ import pytest
 from scipy.stats import chi2
 
 from servosight.diagnose.selection import AcceptanceCriterion, Score, SelectionPolicy
+from servosight.models.effects import catalogue
 
 FLOOR, TOLERANCE = 0.1, 0.06
 CRITERION = AcceptanceCriterion(FLOOR, TOLERANCE)
@@ -55,6 +56,11 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "most": 0.9,
         "max_steps": 6,
         "learnt": 0.01,
+        "effect_price": 0.1,
+        "rare_price": 0.3,
+        "parameter_price": 0.01,
+        "hopeless": 25.0,
+        "ordinary": POLICY.ordinary,
     }
 
 
@@ -297,6 +303,40 @@ def test_pairs_are_wanted_where_nothing_was_found_alone() -> None:
 
 
 # Look-alikes
+
+
+@pytest.mark.parametrize(("name", "price"), [("gravity_load", 0.1), ("cogging", 0.3)])
+def test_price(name: str, price: float) -> None:
+    """A tenth of the logarithm of the error for each effect; three for what few servos have."""
+    one, two = score(0.5, "backlash"), ("backlash", name)
+    limit = 0.5 * math.exp(-price)
+    assert CRITERION.price(score(limit - JUST, *two)) < CRITERION.price(one)
+    assert CRITERION.price(score(limit + JUST, *two)) > CRITERION.price(one)
+    # Below the floor there is nothing left to pay for.
+    assert CRITERION.price(score(0.5 * FLOOR)) == CRITERION.price(score(FLOOR))
+
+
+def test_ordinary_effects_are_in_the_catalogue() -> None:
+    assert set(POLICY.ordinary) < set(catalogue())
+
+
+def test_a_parameter_has_a_price() -> None:
+    """Of two models as good, the one with fewer parameters: a hundredth of the logarithm."""
+    four, five = score(0.5, "a", parameters=4), 0.5 * math.exp(-0.01)
+    assert CRITERION.price(score(five - JUST, "b", parameters=5)) < CRITERION.price(four)
+    assert CRITERION.price(score(five + JUST, "b", parameters=5)) > CRITERION.price(four)
+
+
+def test_a_wider_search_is_made_beyond_three_times_the_floor() -> None:
+    assert CRITERION.wants_search(score(0.3 + JUST))
+    assert not CRITERION.wants_search(score(0.3 - JUST))
+    assert not CRITERION.wants_search(score(0.9, "a", validation_rmse_deg=0.3 - JUST))
+
+
+def test_hopeless() -> None:
+    """25 times the floor with the best single effect."""
+    assert CRITERION.hopeless(score(2.5 + JUST, "a"))
+    assert not CRITERION.hopeless(score(2.5 - JUST, "a"))
 
 
 def test_tie() -> None:

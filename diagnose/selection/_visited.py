@@ -1,0 +1,82 @@
+"""The models that a search has fitted, and which of them is the best at the lowest price."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from servosight.diagnose.selection._models import TRIAL_BUDGET, ModelSelection
+from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._trial import Trial
+
+
+@dataclass(frozen=True)
+class Visited:
+    """All trials of a selection, ranked by price whatever way led to them.
+
+    ``ways`` are the reductions that were tried: from which effects and cost, by which one.
+    """
+
+    models: ModelSelection
+    criterion: AcceptanceCriterion
+    ways: set[tuple[tuple[str, ...], str, float]] = field(default_factory=set, compare=False)
+
+    def price(self, trial: Trial) -> float:
+        """The lower the better: validation error and number of effects."""
+        return self.criterion.price(trial.score)
+
+    def ranked(self) -> list[Trial]:
+        """Lowest price first, of those that what the user knows allows."""
+        allows = self.models.known.allows
+        allowed = [trial for trial in self.models.trials.values() if allows(trial.effects)]
+        return sorted(allowed, key=self.price)
+
+    def best(self) -> Trial:
+        """The model of the lowest price, fitted to the end, each of whose effects earns its place.
+
+        Without effects it is the linear model. Those that the user requires need not earn it.
+        """
+        refused: set[tuple[str, ...]] = set()
+        while True:
+            first = next(one for one in self.ranked() if one.effects not in refused)
+            if not first.fit.out_of_budget:
+                if all(self._earned(first, name) for name in self.removable(first)):
+                    return first
+                refused.add(first.effects)
+            elif not self._finished(first):
+                refused.add(first.effects)
+
+    def _finished(self, trial: Trial) -> bool:
+        """True where the fit of ``trial`` comes to an end; that is what is visited from then on."""
+        return not self.models.finished(trial).fit.out_of_budget
+
+    def _earned(self, trial: Trial, name: str) -> bool:
+        """True where ``trial`` is better by one of its effects than fitted anew without it."""
+        smaller = self.models.finished(self.without(trial, name))
+        return self.criterion.earns(trial.score, smaller.score, 1)
+
+    def without(self, trial: Trial, name: str) -> Trial:
+        """The best known model with one effect less than ``trial``, fitted from it as well.
+
+        Such a model may have been fitted before and have ended in a worse minimum.
+        """
+        effects = tuple(own for own in trial.effects if own != name)
+        way = (trial.effects, name, trial.fit.outcome.cost)
+        if way not in self.ways:
+            self.ways.add(way)
+            self.models.reduced(trial, name, TRIAL_BUDGET)
+        return self.models.trials[effects]
+
+    def removable(self, trial: Trial) -> tuple[str, ...]:
+        """The effects that the user does not require."""
+        return self.models.known.removable(trial.effects)
+
+    def path(self, first: Trial, trial: Trial) -> list[Trial]:
+        """Models from ``first`` to ``trial``, each with one effect more, the cheapest.
+
+        ``trial`` has the effects of ``first``.
+        """
+        steps = [trial]
+        while len(further := set(steps[-1].effects) - set(first.effects)) > 1:
+            base = steps[-1]
+            steps.append(min((self.without(base, n) for n in sorted(further)), key=self.price))
+        return [first, *reversed(steps)] if trial.effects != first.effects else [first]

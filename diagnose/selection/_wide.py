@@ -1,0 +1,31 @@
+"""The search among whole sets of effects, where steps end far from the floor."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+from servosight.diagnose.selection._backward import BackwardSearch
+from servosight.diagnose.selection._beam import BeamSearch
+from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
+from servosight.diagnose.selection._visited import Visited
+from servosight.models.core import StageProgress
+
+
+def searched_widely(
+    steps: Sequence[Step], visited: Visited, effort: SearchEffort, progress: StageProgress
+) -> list[Step]:
+    """Steps to the best model of a rich model's reduction and a beam, or ``steps`` if none is.
+
+    It is looked for among all models that were ever fitted: no removal or swap can end above the
+    best model seen.
+    """
+    first, last = steps[0].trial, steps[-1].trial
+    BackwardSearch(visited.models, visited, progress).search(first)
+    BeamSearch(visited.models, visited, effort, progress).search()
+    best = visited.best()
+    cheaper = visited.price(best) < visited.price(last)
+    if not cheaper or not set(first.effects) <= set(best.effects):
+        return list(steps)
+    path = visited.path(first, best)
+    return [steps[0], *itertools.starmap(step_to, zip(path[1:], path, strict=False))]

@@ -1,0 +1,97 @@
+"""A search that is not greedy: from a rich model down, from the cheapest models up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    ModelSelection,
+    SearchEffort,
+    Selected,
+    SelectionPolicy,
+    Split,
+    StepwiseSelector,
+)
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+from servosight.models.excitation import standard
+from servosight.models.plant import Plant, Stimulus
+
+HIDDEN = {
+    "torque_saturation.limit": 8.0,
+    "load_dependent_friction.ratio": 0.4,
+    "gravity_load.sine": 6.0,
+}
+FLOOR_DEG = 0.03
+KNOWN = ("dead_zone", "torque_saturation", "load_dependent_friction", "gravity_load")
+
+
+def _recording() -> Recording:
+    """A geared servo that turns an arm: three effects at once."""
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    settings = {"k": 1.0, "T": 0.03, "xi": 0.6, "bias": 0.0, "initial_angle": 0.0, **HIDDEN}
+    for name, value in settings.items():
+        row[plant.index(name)] = value
+    drive = standard(6.0, 60.0, seed=3)
+    time_s = 0.004 + np.arange(300) / 50.0
+    stimulus = Stimulus(drive.time_s, drive.command_deg, False, time_s, np.ones(1))
+    noise = np.random.default_rng(4).normal(0.0, FLOOR_DEG, time_s.size)
+    angle = plant.simulate(row, stimulus, 1e-4) + noise
+    return Recording("arm", drive.time_s, drive.command_deg, time_s, angle)
+
+
+@pytest.fixture(scope="module")
+def searched() -> tuple[StepwiseSelector, Selected, list[str]]:
+    """The selection with steps left out from the start, and what it showed on the way."""
+    effects = {name: effect for name, effect in catalogue().items() if name in KNOWN}
+    models = ModelSelection(Split.of([_recording()]), effects)
+    policy = SelectionPolicy(far=0.5, hopeless=0.0)
+    shown: list[str] = []
+    selector = StepwiseSelector(
+        models,
+        AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG, policy),
+        lambda stage, done, total=None: shown.append(stage),
+        SearchEffort(fitted=2, leaders=1),
+    )
+    return selector, selector.select(), shown
+
+
+def first_deg(selected: Selected) -> float:
+    return selected.steps[0].trial.score.validation_rmse_deg
+
+
+def test_from_a_rich_model_down_to_what_is_there(
+    searched: tuple[StepwiseSelector, Selected, list[str]],
+) -> None:
+    selector, selected, shown = searched
+    last = selected.steps[-1].trial
+    assert {name.split(".")[0] for name in HIDDEN} == set(last.effects)
+    values = last.fit.problem.values(last.fit.outcome.point)
+    for name, true in HIDDEN.items():
+        assert values[name] == pytest.approx(true, rel=0.1)
+    assert selector.criterion.done(last.score)
+    assert any(stage.startswith("rich model") for stage in shown)
+    assert shown[0].endswith(f"; best so far: the linear model, {first_deg(selected):.3g} deg")
+    assert "best so far: torque saturation + " in shown[-1]
+
+
+def test_the_path_adds_one_effect_a_step(
+    searched: tuple[StepwiseSelector, Selected, list[str]],
+) -> None:
+    _, selected, _ = searched
+    assert selected.steps[0].trial.effects == ()
+    for before, after in zip(selected.steps, selected.steps[1:], strict=False):
+        assert after.removed is None
+        assert set(after.trial.effects) == {*before.trial.effects, after.added}
+
+
+def test_no_model_that_was_seen_is_better_than_the_answer(
+    searched: tuple[StepwiseSelector, Selected, list[str]],
+) -> None:
+    selector, selected, _ = searched
+    price = selector.criterion.price
+    answer = price(selected.steps[-1].trial.score)
+    assert answer <= min(price(one.score) for one in selector.models.trials.values()) + 5e-4
