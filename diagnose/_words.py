@@ -124,7 +124,10 @@ def verdict_words(
             f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
-        return "Not explained by any known effect, but by a law", _lawful(law, effects, levels)
+        return (
+            f"Not explained by any known effect; a law closes {_closed(law)} of the gap",
+            _lawful(law, effects, levels),
+        )
     if added:
         return (
             "Not fully explained",
@@ -191,6 +194,11 @@ def partial_words(
     return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
 
 
+def _closed(law: Law) -> str:
+    """Share of the squared error above the floor that a law takes, at most all of it."""
+    return f"{100.0 * min(law.closed, 1.0):.0f} %"
+
+
 def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
     """What was found for what no effect of the catalogue accounts for."""
     named = f" with {listed(effects)}" if effects else ""
@@ -199,7 +207,7 @@ def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
         f"Something remains that no known effect accounts for: a torque that {terms}. With "
         f"this law the error of the model{named} on test data falls from "
         f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
-        f"{100.0 * min(law.closed, 1.0):.0f} % of the gap to the floor of "
+        f"{_closed(law)} of the gap to the floor of "
         f"{degrees(levels.floor_deg)}."
     )
 
