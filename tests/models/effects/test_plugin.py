@@ -15,7 +15,7 @@ from servosight.models.effects import catalogue
 from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
 
-PAGE = Path(__file__).parents[2] / "docs" / "plugin.md"
+PAGE = Path(__file__).parents[3] / "docs" / "plugin.md"
 
 
 def test_the_page_holds_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
