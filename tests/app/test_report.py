@@ -29,6 +29,7 @@ from servosight.diagnose import (
     predictions,
 )
 from servosight.diagnose._words import Levels, verdict_words
+from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal, Separation
 from servosight.models.core import InputError, Recording, Table, degrees, rounded, times, uncertain
 from servosight.models.effects import catalogue
@@ -186,6 +187,7 @@ def test_a_diagnosis_tells_the_whole_story(
         )
     ]
     assert order == sorted(order)
+    assert "regimes" not in page.ids  # the blocks that are tested lie within the fitted data
     assert "picture" not in page.ids  # no video
     assert len(text) < 1_500_000
 
@@ -391,3 +393,35 @@ def test_numbers_read_well() -> None:
     assert uncertain(2.00214, 0.0022) == ("2.0021", "0.0022")
     assert uncertain(153.2, 12.0) == ("153", "12")
     assert uncertain(0.5, None) == ("0.5000", "not known")
+
+
+def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    beyond = Regime(
+        quantity="speed",
+        unit="deg/s",
+        fitted_low=0.0,
+        fitted_high=50.0,
+        beyond="above",
+        limit=55.0,
+        reached=218.0,
+        share_samples=0.62,
+        share_error=0.94,
+        rmse_deg=1.08,
+        recording="fast",
+        use="test",
+        leading=True,
+        sentence="94 % of the squared error on fast lies at a speed above 55.0 deg/s",
+        remedy="",
+    )
+    sizes = {one.effect: one for one in found.detectable}
+    unseen = [replace(sizes["cogging"], value=None), sizes["backlash"]]
+    shown = replace(found, regimes=Table([beyond]), detectable=Table(unseen))
+    _, page = written(tmp_path / "beyond.html", shown, [recording])
+    assert "regimes" in page.ids
+    assert "Beyond the fitted data" in page.text
+    assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08°" in page.text
+    assert f"{beyond.sentence}." in page.text
+    assert "could not have shown, whatever its size: cogging" in page.text
+    assert "backlash would have shown from" in page.text

@@ -12,9 +12,9 @@ def section(story: Story) -> Section | None:
     result = story.result
     if not isinstance(result, Diagnosis) or not result.regimes:
         return None
-    leading = [one for one in result.regimes if one.leading]
+    leading = next((one for one in result.regimes if one.leading), None)
     return Section(
         "regimes",
         "Beyond the fitted data",
-        {"rows": result.regimes, "leading": [one.words for one in leading]},
+        {"rows": result.regimes, "leading": None if leading is None else leading.words},
     )
