@@ -11,7 +11,7 @@ from servosight.app.commands import COMMANDS
 from servosight.models.base import InputError, did_you_mean
 
 
-class Parser(argparse.ArgumentParser):
+class CommandParser(argparse.ArgumentParser):
     """A parser that says in one sentence what is wrong, and never exits for it."""
 
     def error(self, message: str) -> NoReturn:
@@ -21,7 +21,7 @@ class Parser(argparse.ArgumentParser):
 
 def parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    top = Parser(
+    top = CommandParser(
         prog="servosight",
         description="Identify the model of a servo from its video, and find what the model lacks.",
         epilog="A first look: servosight demo -o out/demo",

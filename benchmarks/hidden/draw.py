@@ -60,7 +60,7 @@ ROWS: Mapping[str, TableRow] = {
 
 
 @dataclass(frozen=True)
-class Setup:
+class TrialSetup:
     """Everything of a trial but its noise; ``wish`` in 0 to 1 places it within the row's range."""
 
     row: str
@@ -99,7 +99,7 @@ class Setup:
         )
 
 
-def propose(row_name: str, seed: int, attempt: int) -> Setup:
+def propose(row_name: str, seed: int, attempt: int) -> TrialSetup:
     """The ``attempt``-th draw of a trial. Effects take turns with the seed, the rest is random."""
     row = ROWS[row_name]
     rng = np.random.default_rng([seed, list(ROWS).index(row_name), attempt])
@@ -121,7 +121,7 @@ def propose(row_name: str, seed: int, attempt: int) -> Setup:
     rate_hz = float(rng.choice(RATES_HZ))
     if row.coarse and seed % 2:
         rate_hz = 30.0
-    return Setup(
+    return TrialSetup(
         row_name,
         seed,
         attempt,
@@ -135,7 +135,7 @@ def propose(row_name: str, seed: int, attempt: int) -> Setup:
     )
 
 
-def noise_for(setup: Setup, weakest_deg: float) -> float | None:
+def noise_for(setup: TrialSetup, weakest_deg: float) -> float | None:
     """The noise [deg] that gives a strength within the row's range; None where no noise does.
 
     ``weakest_deg`` is the misfit of the best model that lacks one of the hidden effects.

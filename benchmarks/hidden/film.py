@@ -8,12 +8,12 @@ from pathlib import Path
 import servosight as ss
 from servosight.models.core import Recording
 
-from .draw import Setup
+from .draw import TrialSetup
 
 VIDEO = "film.mkv"
 
 
-def film(setup: Setup) -> Recording:
+def film(setup: TrialSetup) -> Recording:
     """Angle and sigma that the tracker measures in the trial's video, given only the exposure time.
 
     The first frame of the film is at time 0 of the command. Frames that did not measure the angle

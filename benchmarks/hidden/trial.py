@@ -14,7 +14,7 @@ from servosight.identify.problem import Problem, linear_start
 from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import catalogue
 
-from .draw import ROWS, Setup, noise_for, propose
+from .draw import ROWS, TrialSetup, noise_for, propose
 from .film import film
 
 SEPARABLE = 10.0
@@ -169,7 +169,7 @@ def _ordered(effects: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in catalogue() if name in wanted)
 
 
-def _answer(found: Diagnosis, setup: Setup) -> dict[str, Any]:
+def _answer(found: Diagnosis, setup: TrialSetup) -> dict[str, Any]:
     """What the diagnosis said, beside the true parameters."""
     last = found.ladder[-1]
     top = found.candidates[0]

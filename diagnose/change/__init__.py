@@ -1,8 +1,8 @@
 """Two servos, or one at two times: what differs, how surely, and what it means."""
 
 from servosight.diagnose.change._change import ChangePolicy as ChangePolicy
+from servosight.diagnose.change._change import ComparedServo as ComparedServo
 from servosight.diagnose.change._change import ParameterChange as ParameterChange
 from servosight.diagnose.change._change import ServoChange as ServoChange
-from servosight.diagnose.change._change import Side as Side
 from servosight.diagnose.change._change import change_between as change_between
 from servosight.diagnose.change._recordings import change_in_recordings as change_in_recordings

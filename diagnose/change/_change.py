@@ -49,7 +49,7 @@ class ParameterChange:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Side:
+class ComparedServo:
     """One of the two: its name, effects, recordings, and how well its model fits them."""
 
     name: str
@@ -73,8 +73,8 @@ class ServoChange(Result):
 
     headline: str
     summary: str
-    a: Side
-    b: Side
+    a: ComparedServo
+    b: ComparedServo
     parameters: Table[ParameterChange]
     chi_square: float | None
     freedom: int
@@ -94,7 +94,7 @@ def change_between(
     b: Actuator,
     *,
     catalogue: Mapping[str, Effect],
-    sides: tuple[Side, Side] | None = None,
+    sides: tuple[ComparedServo, ComparedServo] | None = None,
     covariances: tuple[tuple[Sequence[str], Array], tuple[Sequence[str], Array]] | None = None,
     warnings: Sequence[str] = (),
     policy: ChangePolicy = ChangePolicy(),
@@ -117,7 +117,10 @@ def change_between(
     rows = [_row(name, q, a, b, limit, reach) for name, q in shared.items()]
     chi_square, freedom = _chi_square(rows, covariances)
     p = float(chdtrc(freedom, chi_square)) if freedom else None
-    first, second = sides or (Side(name="a", effects=a.effects), Side(name="b", effects=b.effects))
+    first, second = sides or (
+        ComparedServo(name="a", effects=a.effects),
+        ComparedServo(name="b", effects=b.effects),
+    )
     changed = sorted((one for one in rows if one.changed), key=lambda one: -abs(one.sigmas or 0.0))
     same = [one.name for one in rows if not one.changed and one.sigmas is not None]
     headline, summary = summary_words([one.sentence for one in changed], same, p)

@@ -8,8 +8,8 @@ from servosight.diagnose._compare import compare
 from servosight.diagnose._diagnose import diagnose
 from servosight.diagnose.change._change import (
     ChangePolicy,
+    ComparedServo,
     ServoChange,
-    Side,
     change_between,
 )
 from servosight.diagnose.residuals import EXPLAINED
@@ -44,7 +44,7 @@ def change_in_recordings(
         for fit, other in zip(fits, (b, a), strict=True)
     ]
     first, second = (
-        Side(
+        ComparedServo(
             name=name,
             effects=fit.effects,
             recordings=fit.recordings,

@@ -60,7 +60,7 @@ def detectable(
 
 
 def _least_deg(criterion: AcceptanceCriterion, scored: int, parameters: int, tried: int) -> float:
-    """The rms change [deg] with which an effect earns its place on a model at the floor."""
+    """The rms change [deg] with which an effect is accepted on a model at the floor."""
     policy = criterion.policy
     needed = policy.min_evidence + np.log(max(tried, 1)) + 0.5 * parameters * np.log(scored)
     evident = np.expm1(min(2.0 * needed / max(scored, 1), 50.0))

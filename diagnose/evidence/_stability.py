@@ -28,7 +28,7 @@ LEAST = 0.5
 RIVALS = 5
 """So many of the best other models compete."""
 
-Effects = frozenset[str]
+EffectSet = frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Stability:
 
     shares: Mapping[str, float] = field(default_factory=dict)
     resamples: int = 0
-    models: Mapping[Effects, float] = field(default_factory=dict)
+    models: Mapping[EffectSet, float] = field(default_factory=dict)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
@@ -134,18 +134,18 @@ def winner(
     catalogue: Mapping[str, Effect],
     criterion: AcceptanceCriterion,
     samples: int,
-    settled: Effects = frozenset(),
+    settled: EffectSet = frozenset(),
 ) -> tuple[str, ...]:
-    """The effects of the best model, each of which earns its place on the model without it.
+    """The effects of the best model, each of which is accepted on the model without it.
 
     The first of ``scores`` is the model that all data chose: it stays the best where a resample
     cannot tell it from a better one with as many effects, its log-likelihoods scaled to all
     ``samples``. An effect gives way to a special case
     that does as well. Where a model with one effect fewer was not tried, nothing is asked of models
-    with as many effects as the first has. Effects that are ``settled`` need not earn a place.
+    with as many effects as the first has. Effects that are ``settled`` need not be accepted.
     """
     first = scores[0]
-    table: dict[Effects, Score] = {frozenset(score.effects): score for score in scores}
+    table: dict[EffectSet, Score] = {frozenset(score.effects): score for score in scores}
     kept = [one for one in scores if _stands(one, table, criterion, len(first.effects), settled)]
     plain = [
         one
@@ -165,12 +165,12 @@ def winner(
 
 def _stands(
     score: Score,
-    table: Mapping[Effects, Score],
+    table: Mapping[EffectSet, Score],
     criterion: AcceptanceCriterion,
     most: int,
-    settled: Effects,
+    settled: EffectSet,
 ) -> bool:
-    """True where each effect earns its place on the model without it, as far as that is known.
+    """True where each effect is accepted on the model without it, as far as that is known.
 
     A model with more than ``most`` effects must be known to.
     """
@@ -182,7 +182,7 @@ def _stands(
 
 
 def _simpler(
-    score: Score, table: Mapping[Effects, Score], catalogue: Mapping[str, Effect]
+    score: Score, table: Mapping[EffectSet, Score], catalogue: Mapping[str, Effect]
 ) -> list[Score]:
     """The scores of models with a special case in an effect's place."""
     effects = frozenset(score.effects)

@@ -55,7 +55,7 @@ class SelectionPolicy:
     accounts for less than ``most`` of the squared error. ``max_steps`` ends the selection.
 
     Beyond ``far`` times the floor other sets of effects are searched, too, and the one of the
-    lowest price is taken each of whose effects earns its place: the logarithm of the validation
+    lowest price is taken each of whose effects is accepted: the logarithm of the validation
     rmse, ``effect_price`` an effect, ``rare_price`` one that is not in ``ordinary``, and
     ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
     floor, these sets are searched before any step.

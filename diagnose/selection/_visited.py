@@ -31,7 +31,7 @@ class Visited:
         return sorted(allowed, key=self.price)
 
     def best(self) -> Trial:
-        """The model of the lowest price, fitted to the end, each of whose effects earns its place.
+        """The model of the lowest price, fitted to the end, each of whose effects is accepted.
 
         Without effects it is the linear model. Those that the user requires need not earn it.
         """

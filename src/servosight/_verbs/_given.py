@@ -48,12 +48,12 @@ def is_model(given: Any) -> TypeGuard[Model]:
 
 def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChange:
     """What differs between two models; a fit knows its covariance, a card only sigmas."""
-    from servosight.diagnose.change import Side, change_between
+    from servosight.diagnose.change import ComparedServo, change_between
 
     actuators = [actuator_of(one, known) for one in (a, b)]
     fits = [getattr(one, "covariance", None) for one in (a, b)]
     first, second = (
-        Side(
+        ComparedServo(
             name=str(one) if isinstance(one, Path | str) else name,
             effects=actuator.effects,
             recordings=tuple(actuator.provenance.get("fitted_on", ())),

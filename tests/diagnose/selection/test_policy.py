@@ -127,7 +127,7 @@ def test_noise_alone_is_at_the_floor_in_99_of_100_cases() -> None:
     assert abs(share - 0.99) < 4.0 * math.sqrt(0.99 * 0.01 / 5000)
 
 
-# What earns its place
+# What is accepted
 
 
 def test_min_gain() -> None:
