@@ -108,7 +108,8 @@ def diagnose(
     judged, judged_last = models.tested(linear), models.tested(last)
     left = findings(judged_last, floor, noise)
     known = gather(models, last, judged_last, left, criterion)
-    headline, summary = told(verdict, ladder, candidates, law, levels, known, stable)
+    untried = models.known.without_effects
+    headline, summary = told(verdict, ladder, candidates, law, levels, known, stable, untried)
     return Diagnosis(
         noise_deg=noise,
         tolerance_deg=tolerance,

@@ -79,12 +79,19 @@ def told(
     levels: Levels,
     known: Evidence,
     stable: Stability,
+    untried: Sequence[str] = (),
 ) -> tuple[str, str]:
-    """Headline and summary: the verdict, how stable its names are, and what is left."""
+    """Headline and summary: the verdict, how stable its names are, and what is left.
+
+    ``untried`` effects were ruled out beforehand: what is said of known effects leaves them open.
+    """
     headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
     firm = stability_words(ladder[-1].effects, stable.shares, stable.resamples)
     left = partial_words(ladder, known.unexplained, known.repeated)
-    return headline + uncertain_words(ladder, stable.uncertain), summary + firm + left
+    open_ = ""
+    if untried and verdict is Verdict.UNEXPLAINED:
+        open_ = f" Not tried, as ruled out beforehand: {listed(untried)}."
+    return headline + uncertain_words(ladder, stable.uncertain), summary + firm + left + open_
 
 
 def verdict_words(

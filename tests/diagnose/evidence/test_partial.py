@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose import Verdict
-from servosight.diagnose._words import next_experiment
-from servosight.diagnose.evidence import Repeated, partial, taken
+from servosight.diagnose import LadderStep, Verdict
+from servosight.diagnose._words import Levels, next_experiment, told
+from servosight.diagnose.evidence import Evidence, Repeated, Stability, partial, taken
 from servosight.diagnose.residuals import TEST, Finding, Judged
 from servosight.models.core import Recording
 
@@ -83,3 +83,22 @@ def test_recordings_at_other_loads_and_gains_with_other_errors(kind: str) -> Non
     for error, expected in ((0.14, ()), (0.16, (kind,))):
         both = [judged(0.1), judged(error, **other)]
         assert partial((1.0, 0.5), 0.03, [], both, None).depends_on == expected
+
+
+def test_effects_that_were_ruled_out_are_named_as_not_tried() -> None:
+    step = LadderStep(
+        added=None,
+        removed=None,
+        effects=(),
+        train_rmse_deg=0.5,
+        validation_rmse_deg=0.5,
+        held_out_rmse_deg=0.5,
+        explained=False,
+        parameters={},
+        own=(),
+    )
+    levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    for verdict, said in ((Verdict.UNEXPLAINED, True), (Verdict.NO_EFFECT_MISSING, False)):
+        _, summary = told(verdict, [step], [], None, levels, known, Stability(), ("cogging",))
+        assert summary.endswith("Not tried, as ruled out beforehand: cogging.") == said
