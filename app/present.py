@@ -182,6 +182,8 @@ def show_change(out: Console, result: Mapping[str, Any]) -> None:
         name = f"{one['name']} *" if one["changed"] else one["name"]
         table.add_row(name, *(cell.replace("−", "-") for cell in cells), one["unit"])
     out.print(table)
+    if any(one["changed"] for one in result["parameters"]):
+        out.print("* changed by more than chance accounts for")
     for words in result["sentences"]:
         out.print(words)
     for name in "ab":

@@ -117,9 +117,15 @@ def verdict_words(
             f"The {base} predicts the test data to {degrees(last)} rms, {levels.words(last)}.",
         )
     fell = f"its rms error on test data falls from {degrees(first)} to {degrees(last)}"
+    if verdict is not Verdict.UNEXPLAINED and not added:
+        return (
+            f"Not needed: {listed(gone)}",
+            f"The {base} of this servo does not need {listed(gone)}: without, its rms error on "
+            f"test data is {degrees(last)}, {levels.words(last)}.",
+        )
     if verdict is not Verdict.UNEXPLAINED:
         return (
-            f"What was missing: {listed(added)}" if added else f"Not needed: {listed(gone)}",
+            f"What was missing: {listed(added)}",
             f"The {base} of this servo {_wrong(added, gone)}. With {listed(effects) or 'none'} in "
             f"the model, {fell}, {levels.words(last)}.",
         )

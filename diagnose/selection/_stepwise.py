@@ -223,7 +223,9 @@ class StepwiseSelector:
             yield from self._settled(simpler.trial)
             return
         removable = self.models.known.removable(trial.effects)
-        for name in removable if len(trial.effects) > 1 else ():
+        # One effect that was added to the linear model is needed; one that was given may not be.
+        given = trial.effects == self.models.first().effects
+        for name in removable if len(trial.effects) > 1 or given else ():
             self._show(f"trying without {name}", 0, 1)
             smaller = self.models.reduced(trial, name)
             if not self._needed(trial, smaller):

@@ -152,6 +152,17 @@ def test_the_command_line_refuses_contradictions(
     assert said in capsys.readouterr().err
 
 
+def test_an_effect_that_is_not_needed_is_left_out(twin: Any) -> None:
+    """Of a servo without any: the model to start from has one, and no other may be tried."""
+    others = [name for name in catalogue() if name != "coulomb_friction"]
+    known = PriorKnowledge.of(catalogue(), start=CARD, without_effects=others)
+    result = diagnose([twin()[0]], auto=True, prior=known)
+    assert (result.verdict, result.effects) == ("no_effect_missing", ())
+    assert [step.removed for step in result.ladder] == [None, "coulomb_friction"]
+    assert result.headline == "Not needed: coulomb friction"
+    assert not result.candidates
+
+
 def test_a_held_effect_does_not_contain_the_linear_model(twin: Any) -> None:
     """Its fit may well be worse, and nothing is done again then."""
     recording = twin("backlash")[0]
