@@ -12,8 +12,8 @@ from servosight.identify.problem._problem import TOLERANCE_SHARE as TOLERANCE_SH
 from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem
 from servosight.identify.problem._projection import projected_out as projected_out
-from servosight.identify.problem._read_errors import ReadErrorLimits as ReadErrorLimits
 from servosight.identify.problem._read_errors import usable_views as usable_views
+from servosight.identify.problem._read_limits import ReadErrorLimits as ReadErrorLimits
 from servosight.identify.problem._score_directions import score_directions as score_directions
 from servosight.identify.problem._starts import BaseModel as BaseModel
 from servosight.identify.problem._starts import effect_guesses as effect_guesses

@@ -6,57 +6,21 @@ before, between samples that move, and the next one makes up for it. Such sample
 the angle; the command stays whole, so that the simulation passes through them.
 
 The limits are on the safe side: a sample that the servo may have produced stays. Therefore small
-wrong reads stay, and so does a sensor that updates at every second sample: stick-slip motion looks
-the same.
+wrong reads stay, and a sensor that is slower than the log is recognised in quick motion alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from servosight.identify.problem._noise import resolution_deg
+from servosight.identify.problem._old_values import held_values, old_values
+from servosight.identify.problem._read_limits import LIMITS, ReadErrorLimits
 from servosight.identify.problem._setups import setup_doubts
 from servosight.models.core import Array, Mask, Recording, views
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReadErrorLimits:
-    """Which samples are faults of the bus.
-
-    A wrong read lasts at most ``longest`` samples. It is away from the line between its neighbours
-    by ``acceleration`` times what any other sample of the recording is, by ``local`` times what the
-    ``around`` samples on either side are, by ``steps`` of the encoder and by ``range_share`` of the
-    moved range. Its neighbours differ by less than that, and by what the speeds beside them make of
-    the time between, to within ``return_share`` of it. Where, within ``response_s`` before, the
-    command goes out and back as shortly and by ``command_share`` of it, it may be the answer.
-    Where more than ``most`` of all samples seem wrong, none is left out.
-
-    An old value lasts at most ``longest`` samples. The two samples on either side move in its
-    direction by at least ``moving_steps`` of the encoder each. Their speeds differ by less than a
-    factor ``alike``, and the mean speed across the old value from theirs by less than ``made_up``.
-    """
-
-    longest: int = 3
-    acceleration: float = 2.0
-    local: float = 5.0
-    around: int = 8
-    steps: float = 8.0
-    range_share: float = 0.01
-    return_share: float = 0.25
-    command_share: float = 0.25
-    response_s: float = 0.2
-    most: float = 0.05
-    moving_steps: float = 3.0
-    alike: float = 2.5
-    made_up: float = 1.3
-
-
-LIMITS = ReadErrorLimits()
-_BESIDE = 2
-"""Moves on either side of an old value that say how fast the servo is."""
 
 
 def usable_views(
@@ -73,7 +37,7 @@ def usable_views(
         wrong = wrong_reads(recording, limits)
         kept = without(recording, wrong)
         old = np.zeros(recording.time_s.size, dtype=bool)
-        old[~wrong] = old_values(kept, limits)
+        old[~wrong] = old_values(kept, limits) | held_values(kept, limits)
         found.append(without(recording, wrong | old))
         for which, what in (
             (wrong, "read errors, which jump away and back faster than the servo ever moves,"),
@@ -141,40 +105,6 @@ def wrong_reads(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
     for _, first, length in chosen:
         wrong[first : first + length] = True
     return wrong if wrong.sum() <= limits.most * wrong.size else np.zeros_like(wrong)
-
-
-def old_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
-    """Which samples are the one before read again while the servo moves, (samples,).
-
-    >>> time_s = np.arange(0.0, 2.0, 0.01)
-    >>> angle_deg = 10.0 * np.sin(5.0 * time_s)
-    >>> angle_deg[130] = angle_deg[129]
-    >>> log = Recording.from_arrays(time_s=time_s, angle_deg=angle_deg, command_deg=np.sin(time_s))
-    >>> np.flatnonzero(old_values(log)).tolist()
-    [130]
-    """
-    time_s, angle = recording.time_s, recording.angle_deg
-    old = np.zeros(angle.size, dtype=bool)
-    change = np.diff(angle, prepend=np.inf)
-    edges = np.diff(np.concatenate([[False], change == 0.0, [False]]).astype(np.int8))
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    least = limits.moving_steps * max(resolution_deg(angle), 1e-9)
-    fits = (starts > _BESIDE) & (ends + _BESIDE < angle.size) & (ends - starts <= limits.longest)
-    moving = np.abs(change[starts - 1]) >= least  # most runs are at rest
-    for first, next_ in zip(starts[fits & moving], ends[fits & moving], strict=True):
-        last = next_ + _BESIDE + 1
-        beside = slice(first - 1 - _BESIDE, first), slice(next_, last)
-        moves = np.concatenate([np.diff(angle[part]) for part in beside])
-        took = np.concatenate([np.diff(time_s[part]) for part in beside])
-        across = (angle[next_] - angle[first - 1]) / (time_s[next_] - time_s[first - 1])
-        speeds = moves / took
-        if np.any(np.abs(moves) < least) or np.any(speeds * across <= 0.0):
-            continue
-        slow, fast = np.min(np.abs(speeds)), np.max(np.abs(speeds))
-        ratio = abs(across) / float(np.mean(np.abs(speeds)))
-        if fast <= limits.alike * slow and 1.0 / limits.made_up <= ratio <= limits.made_up:
-            old[first:next_] = True
-    return old
 
 
 def _off_line(time_s: Array, angle: Array, length: int) -> tuple[Array, Array, Array]:

@@ -80,9 +80,10 @@ def powered(
     if stop - start == on.size:
         return dict(raw), ()
     one = next(iter(raw.values()))
+    words = "entries" if one.word == "entry" else f"{one.word}s"
     if start == stop:
         raise InputError(
-            f"{path}: column {column} is true in none of the {on.size} {one.word}s, expected a "
+            f"{path}: column {column} is true in none of the {on.size} {words}, expected a "
             f"servo that is switched on; choose another log"
         )
     kept = {
@@ -90,8 +91,8 @@ def powered(
         for name, part in raw.items()
     }
     return kept, (
-        f"{path}: {column} is false in {int(np.sum(~on)):,} of {on.size:,} {one.word}s, where the "
-        f"servo does not hold the load; only {one.word}s {one.rows[start]} to {one.rows[stop - 1]} "
+        f"{path}: {column} is false in {int(np.sum(~on)):,} of {on.size:,} {words}, where the "
+        f"servo does not hold the load; only {words} {one.rows[start]} to {one.rows[stop - 1]} "
         f"are kept",
     )
 

@@ -11,7 +11,8 @@ import pytest
 from servosight.diagnose import compare, diagnose
 from servosight.identify.fit import identify
 from servosight.identify.problem import ReadErrorLimits, usable_views
-from servosight.identify.problem._read_errors import old_values, wrong_reads
+from servosight.identify.problem._old_values import held_values, old_values
+from servosight.identify.problem._read_errors import wrong_reads
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 
@@ -120,6 +121,58 @@ def test_each_limit_of_old_values_counts(change: dict[str, Any]) -> None:
     wrong = replace(sound, angle_deg=angle)
     assert np.flatnonzero(old_values(wrong)).tolist() == [262]
     assert not np.any(old_values(wrong, ReadErrorLimits(**change)))
+
+
+def held_log(every: float) -> Recording:
+    """A sensor that updates at ``every`` samples of the log, on average."""
+    sound = log(rate_hz=100.0)
+    latest = np.floor(np.floor(np.arange(600) / every) * every + 1e-9).astype(int)
+    return replace(sound, angle_deg=sound.angle_deg[latest])
+
+
+@pytest.mark.parametrize("every", [2.0, 1.6, 3.0])
+def test_a_sensor_slower_than_the_log_is_found(every: float) -> None:
+    """Of each value in motion the first sample stays; at rest and at reversals all do."""
+    slow = held_log(every)
+    held = held_values(slow)
+    assert held.sum() > 0.3 * (1.0 - 1.0 / every) * 600
+    assert np.all(np.diff(slow.angle_deg)[np.flatnonzero(held) - 1] == 0.0)
+    (found,), notes = usable_views([slow])
+    assert found.time_s.size < 600 - 0.9 * held.sum()
+    assert "old values" in notes[0]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"held_runs": 700},
+        {"held_alike": 1.01},
+        {"held_share": 1.01},
+        {"held_speeds": 50.0},
+        {"longest": 1},
+        {"moving_steps": 100.0},
+    ],
+)
+def test_each_limit_of_held_values_counts(change: dict[str, Any]) -> None:
+    assert np.any(held_values(held_log(2.0)))
+    assert not np.any(held_values(held_log(2.0), ReadErrorLimits(**change)))
+
+
+def test_a_servo_that_sticks_and_slips_is_no_slow_sensor() -> None:
+    """It leaps a degree at a time, ever faster: the rests become shorter, one sample in the end."""
+    time_s = np.arange(0.0, 6.0, 0.01)
+    for last_deg_s in (30.0, 60.0, 100.0):
+        way = 0.5 * last_deg_s / 6.0 * time_s**2
+        slipping = replace(log(), angle_deg=np.floor(way), command_deg=way)
+        assert not np.any(held_values(slipping))
+        assert not np.any(held_values(replace(slipping, angle_deg=np.floor(0.5 * way) * 2.0)))
+
+
+def test_a_servo_that_follows_a_staircase_is_no_slow_sensor() -> None:
+    """Its command rests as often as its angle does."""
+    slow = held_log(2.0)
+    command = np.repeat(slow.command_deg[::2], 2)
+    assert not np.any(held_values(replace(slow, command_deg=command)))
 
 
 def test_a_servo_that_sticks_loses_nothing() -> None:
