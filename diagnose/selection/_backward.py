@@ -13,6 +13,10 @@ from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection._visited import Visited
 from servosight.models.core import StageProgress
 
+TOGETHER = 2
+"""So many of the first ordinary effects stay in any case: weight and the friction that it causes
+may both gain nothing alone."""
+
 
 @dataclass(frozen=True)
 class BackwardSearch:
@@ -36,12 +40,10 @@ class BackwardSearch:
         for i, name in enumerate(ordinary):
             if name not in self.models.candidates(trial):
                 continue
-            known = self.models.trials.get(self.models.with_effect(trial, name).effects)
-            if known is None:
-                self.progress(f"rich model: trying {name}", i, len(ordinary))
-                known = self.models.extended(trial, name)
-            if self.visited.criterion.learnt(known.score, trial.score):
-                trial = known
+            self.progress(f"rich model: trying {name}", i, len(ordinary))
+            larger = self.models.extended(trial, name)
+            if i < TOGETHER or self.visited.criterion.learnt(larger.score, trial.score):
+                trial = larger
         return self.models.finished(trial)
 
     def reduce(self, trial: Trial) -> None:
