@@ -259,6 +259,11 @@ def test_a_glitched_log_gives_what_its_clean_twin_does(record: Any) -> None:
     compared = compare(clean.actuator, [wrong], catalogue=catalogue())
     assert compared.rmse_deg == pytest.approx(clean.rmse_deg, rel=0.01)
     assert any("read errors" in text for text in compared.warnings)
+
+
+@pytest.mark.slow
+def test_a_diagnosis_leaves_read_errors_out_as_well(record: Any) -> None:
+    wrong = glitched(record(5.0, 1), {150: 45.0, 333: -22.5, 500: 180.0})
     why = diagnose([wrong], catalogue=catalogue(), auto=False)
     assert why.verdict.value == "no_effect_missing"
-    assert any("read errors" in text for text in why.warnings)
+    assert any("3 of 600 samples are read errors" in text for text in why.warnings)
