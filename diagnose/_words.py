@@ -148,14 +148,19 @@ def verdict_words(
             f"something remains that no known effect accounts for.",
         )
     error = f"The rms error of the {base} on test data is {degrees(first)}"
-    helps = "no single known effect accounts for it"
-    best = candidates[0] if candidates else None
-    if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * first:
-        helps = (
-            f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
-            f"{degrees(best.held_out_rmse_deg)}"
-        )
+    helps = _best_single(candidates, first)
     return f"The {base} misses something", f"{error}, {levels.words(first)}; {helps}."
+
+
+def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
+    """The effect that lowers the error most, or that none does."""
+    best = candidates[0] if candidates else None
+    if best is None or best.held_out_rmse_deg > (1.0 - HELPS) * error_deg:
+        return "no single known effect accounts for it"
+    return (
+        f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
+        f"{degrees(best.held_out_rmse_deg)}"
+    )
 
 
 def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
