@@ -155,12 +155,12 @@ def verdict_words(
 def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
     """The effect that lowers the error most, or that none does."""
     best = candidates[0] if candidates else None
-    if best is None or best.held_out_rmse_deg > (1.0 - HELPS) * error_deg:
-        return "no single known effect accounts for it"
-    return (
-        f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
-        f"{degrees(best.held_out_rmse_deg)}"
-    )
+    if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * error_deg:
+        return (
+            f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
+            f"{degrees(best.held_out_rmse_deg)}"
+        )
+    return "no single known effect accounts for it"
 
 
 def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
