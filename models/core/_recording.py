@@ -136,7 +136,7 @@ class Recording:
 
         ``unit`` (deg, rad or rev) is that of angle, command and sigma where their names have none:
         ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us or
-        ns). Raises InputError, also for an angle or a command without unit.
+        ns). Where no angle has a unit, degrees are assumed and a note says so. Raises InputError.
         """
         from servosight.models.io import recording_from_frame  # it checks what files hold
 

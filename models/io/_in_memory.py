@@ -12,7 +12,7 @@ from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import Series
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers import Column, Raw, Request, assemble, unit_of
+from servosight.models.io.importers import Column, Raw, Request, assemble, units_of
 
 _OPTIONAL = ("command_time_s", "sigma_deg")
 
@@ -50,20 +50,23 @@ def recording_from_frame(
 ) -> Recording:
     """What :meth:`servosight.Recording.from_frame` does; ``columns`` by quantity."""
     request = Request(unit=unit)
-    raw = {}
-    for quantity, column in columns.items():
-        if column is None:
-            continue
-        if column not in list(frame.columns):
+    chosen = {
+        quantity: Column(column, time_unit if quantity == "time" else None)
+        for quantity, column in columns.items()
+        if column is not None
+    }
+    for quantity, column in chosen.items():
+        if column.name not in list(frame.columns):
             raise InputError(
-                f"{name}: no column {column!r}, expected one of "
+                f"{name}: no column {column.name!r}, expected one of "
                 f"{', '.join(map(str, frame.columns))}; name the {quantity}'s column"
             )
-        given = time_unit if quantity == "time" else None
-        series = _series(name, column, frame[column])
-        unit_here = unit_of(name, quantity, Column(column, given), request)
-        raw[quantity] = Raw(column, unit_here, series.raw, series.rows, "row")
-    return assemble(Path(name), raw, request, {})
+    units, notes = units_of(name, chosen, request)
+    raw = {}
+    for quantity, column in chosen.items():
+        series = _series(name, column.name, frame[column.name])
+        raw[quantity] = Raw(column.name, units[quantity], series.raw, series.rows, "row")
+    return assemble(Path(name), raw, request, {}, notes)
 
 
 def _series(name: str, label: str, values: Any) -> Series:

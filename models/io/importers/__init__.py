@@ -17,7 +17,7 @@ from pathlib import Path
 from servosight.models.core import InputError, Recording, check_path
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._request import Column, Request, parse_map
-from servosight.models.io.importers._units import unit_of
+from servosight.models.io.importers._units import units_of
 
 _NAMES = (
     "lerobot",
@@ -100,5 +100,5 @@ __all__ = [
     "import_recording",
     "parse_map",
     "recognised",
-    "unit_of",
+    "units_of",
 ]

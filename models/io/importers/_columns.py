@@ -13,7 +13,7 @@ from servosight.models.core import Array, InputError, Mask, plain_name
 from servosight.models.io._series import DEGREES, SECONDS
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import PULSE, QUANTITIES, SIGNALS, Column, Request
-from servosight.models.io.importers._units import split_unit, unit_of
+from servosight.models.io.importers._units import split_unit, units_of
 
 _LONGEST_LIST = 300
 _POWER = ("torque_enable", "torque_enabled")
@@ -52,16 +52,20 @@ def raw_columns(
     What the table holds while the motor has no torque is left out: a load that falls freely follows
     no model of a servo.
     """
+    columns = chosen_columns(table, request)
+    units, notes = units_of(path, columns, request)
     raw: dict[str, Raw] = {}
-    for quantity, column in chosen_columns(table, request).items():
+    for quantity, column in columns.items():
         values = table.numbers(column.name)
-        unit = unit_of(path, quantity, column, request)
-        raw[quantity] = Raw(column.name, unit, values, table.rows(values.size), table.word)
+        raw[quantity] = Raw(
+            column.name, units[quantity], values, table.rows(values.size), table.word
+        )
     power = power_column(table.names)
     if power is None:
-        return raw, ()
+        return raw, notes
     on = table.flags(power) if table.flags is not None else table.numbers(power) != 0.0
-    return powered(path, raw, on, power)
+    raw, cut = powered(path, raw, on, power)
+    return raw, (*notes, *cut)
 
 
 def power_column(names: Sequence[str]) -> str | None:

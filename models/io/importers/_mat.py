@@ -19,7 +19,7 @@ from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import listed
 from servosight.models.io.importers._request import Column, Request
-from servosight.models.io.importers._units import unit_of
+from servosight.models.io.importers._units import units_of
 
 EMPS = {"time": Column("t", "s"), "command": Column("qg", "m"), "angle": Column("qm", "m")}
 EMPS_SCALE = 100.0
@@ -50,13 +50,15 @@ def read_mat(path: Path, request: Request) -> Recording:
         columns = {"disturbance": EMPS_PULSES, **columns}
     if request.unit_scale is None and any(column.unit == "m" for column in columns.values()):
         request = replace(request, unit_scale=EMPS_SCALE)
+    units, notes = units_of(path, columns, request)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
         values = _vector(path, found, quantity, column.name)
-        unit = unit_of(path, quantity, column, request)
-        raw[quantity] = Raw(column.name, unit, values, range(1, values.size + 1), "sample")
+        raw[quantity] = Raw(
+            column.name, units[quantity], values, range(1, values.size + 1), "sample"
+        )
     source = {"name": plain_name(path.name), "format": "mat", **found.facts}
-    return assemble(path, raw, request, {"source": source})
+    return assemble(path, raw, request, {"source": source}, notes)
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:

@@ -14,7 +14,7 @@ from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import listed, source_of
 from servosight.models.io.importers._request import SIGNALS, Request
-from servosight.models.io.importers._units import unit_of
+from servosight.models.io.importers._units import units_of
 
 
 def read_streams(
@@ -35,15 +35,15 @@ def read_streams(
                 f"{path}: no column is known to be the {quantity}; expected --map "
                 f"{quantity}=COLUMN:UNIT with one of {listed(found.names)}"
             )
+    units, assumed = units_of(path, request.columns, request)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
             raise InputError(
                 f"{path}: no column {column.name}, expected one of {listed(found.names)}; correct "
                 f"--map {quantity}={column.name}"
             )
-        unit = unit_of(path, quantity, column, request)
         values = found.columns[column.name]
-        raw[quantity] = Raw(column.name, unit, values, range(values.size), "message")
+        raw[quantity] = Raw(column.name, units[quantity], values, range(values.size), "message")
         if quantity in ("command", "angle"):
             clock = "time" if quantity == "angle" else "command_time"
             raw[clock] = _stamps(raw[quantity], found, column.name)
@@ -51,7 +51,7 @@ def read_streams(
         if name in raw:
             raw[name] = _latest(raw[name], found.times_s[raw[name].column], raw["time"])
     details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
-    return assemble(path, raw, request, details, notes)
+    return assemble(path, raw, request, details, (*notes, *assumed))
 
 
 def _latest(raw: Raw, times_s: Array, clock: Raw) -> Raw:

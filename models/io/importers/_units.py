@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from servosight.models.core import InputError
@@ -56,30 +57,47 @@ def split_unit(header: str) -> tuple[str, str | None]:
     return header, None
 
 
-def unit_of(path: Path | str, quantity: str, column: Column, request: Request) -> str:
-    """The unit of a quantity: as mapped, as its header has it, as given for all; else InputError.
+def units_of(
+    path: Path | str, columns: Mapping[str, Column], request: Request
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """The unit of each quantity, as mapped, as its header has it or as given for all; and notes.
 
-    A time without any is in seconds: a clock that is not is refused for its rate.
+    Where no angle of the log has a unit, degrees are assumed, which a note says; where only some
+    have none, InputError. A time without any is in seconds: a clock that is not is refused for its
+    rate.
     """
+    units = {name: _given(name, column, request) for name, column in columns.items()}
+    for quantity in SIGNALS:
+        if quantity in units and units[quantity] is None:
+            raise InputError(
+                f"{path}: column {columns[quantity].name} for the {quantity} has no unit, expected "
+                f"one such as N, Nm, A or V; write it behind the column, as in "
+                f"{quantity}={columns[quantity].name}:N"
+            )
+    silent = [name for name in ANGLES if name in units and units[name] is None]
+    if silent and any(units.get(name) is not None for name in ANGLES):
+        name = columns[silent[0]].name
+        raise InputError(
+            f"{path}: column {name} for the {silent[0]} has no unit while others have one, "
+            f"expected one of {', '.join(DEGREES)}; write it behind the column, as in "
+            f"{silent[0]}={name}:rad, or give one for all columns, as in --unit rad"
+        )
+    names = " and ".join(dict.fromkeys(columns[name].name for name in silent))
+    note = f"{path}: no unit is given for {names}, read in degrees; --unit names another"
+    return {name: unit or "deg" for name, unit in units.items()}, (note,) if silent else ()
+
+
+def _given(quantity: str, column: Column, request: Request) -> str | None:
     if column.unit is not None:
         return spelled(column.unit)
     unit = split_unit(column.name)[1]
-    if unit is not None:
-        return unit
-    if quantity == "time":
+    if unit is None and quantity == "time":
         return "s"
-    if quantity in SIGNALS:
-        raise InputError(
-            f"{path}: column {column.name} for the {quantity} has no unit, expected one such as N, "
-            f"Nm, A or V; write it behind the column, as in {quantity}={column.name}:N"
-        )
-    if request.unit is not None:
+    if unit is None and quantity in ANGLES and request.unit is not None:
         return spelled(request.unit)
-    raise InputError(
-        f"{path}: column {column.name} for the {quantity} has no unit, expected one of "
-        f"{', '.join(DEGREES)}; write it behind the column, as in {quantity}={column.name}:rad, or "
-        f"give one for all columns, as in --unit rad"
-    )
+    return unit
 
 
+ANGLES = ("command", "angle", "sigma")
+"""Quantities with the unit of an angle."""
 _KNOWN = frozenset((*SECONDS, *DEGREES, PULSE))

@@ -308,6 +308,14 @@ def test_units_are_asked_for(tmp_path: Path, header: str, words: tuple[str, ...]
     refused(csv_log(tmp_path / "a.csv", header), request, *words)
 
 
+def test_degrees_are_assumed_where_nothing_has_a_unit_and_a_note_says_so(tmp_path: Path) -> None:
+    request = Request(parse_map(["time=t:ms", "command=goal", "angle=pos"]))
+    recording = import_recording(csv_log(tmp_path / "a.csv", "t;goal;pos"), request)
+    assert recording.angle_deg[5] == pytest.approx(math.sin(0.7))
+    (note,) = recording.notes
+    assert "no unit is given for goal and pos, read in degrees" in note
+
+
 def test_samples_of_one_stamp_become_their_mean(tmp_path: Path) -> None:
     """Three samples in each tick of the clock; the command is the last of them."""
     rows = [f"{0.01 * (i // 3):.2f},{i},{2 * i}" for i in range(180)]
