@@ -98,7 +98,7 @@ def diagnose(
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
     ladder = _with_taken([_step(models, criterion, step) for step in selected.steps])
     verdict = _verdict(models, criterion, last)
-    effects = _in_order(models, selected)
+    effects = tuple(one for one in _in_order(models, selected) if one not in stable.uncertain)
     resolution = Resolution(noise, criterion)
     candidates = _candidates(models, selected, resolution)
     rivals = _rivals(models, selected, resolution, auto)

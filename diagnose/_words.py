@@ -85,8 +85,11 @@ def told(
 
     ``untried`` effects were ruled out beforehand: what is said of known effects leaves them open.
     """
-    headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known.leading)
-    firm = stability_words(ladder[-1].effects, stable.shares, stable.resamples)
+    certain = [name for name in ladder[-1].effects if name not in stable.uncertain]
+    headline, summary = verdict_words(
+        verdict, ladder, candidates, law, levels, known.leading, certain
+    )
+    firm = stability_words(certain, stable.shares, stable.resamples)
     left = partial_words(ladder, known.unexplained, known.repeated)
     open_ = ""
     if untried and verdict is Verdict.UNEXPLAINED:
@@ -101,11 +104,13 @@ def verdict_words(
     law: Law | None,
     levels: Levels,
     regime: Regime | None = None,
+    certain: Sequence[str] | None = None,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
     ``regime`` is one beyond the fitted data that holds most of the error: it comes first, and
-    nothing is said to be missing from the catalogue on its account.
+    nothing is said to be missing from the catalogue on its account. Of the last model's effects
+    only those in ``certain`` (default: all) are called missing.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects)
@@ -125,7 +130,7 @@ def verdict_words(
         )
     if verdict is not Verdict.UNEXPLAINED:
         return (
-            f"What was missing: {listed(added)}",
+            _missing([name for name in added if certain is None or name in certain]),
             f"The {base} of this servo {_wrong(added, gone)}. With {listed(effects) or 'none'} in "
             f"the model, {fell}, {levels.words(last)}.",
         )
@@ -163,6 +168,11 @@ def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
     return "no single known effect accounts for it"
 
 
+def _missing(certain: Sequence[str]) -> str:
+    """The headline of a model that explains the recordings, with the effects named for certain."""
+    return f"What was missing: {listed(certain)}" if certain else "Something was missing"
+
+
 def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
     """What a first model lacks, and what it has and does not need."""
     lacks = [f"lacks {listed(added)}"] if added else []
@@ -188,13 +198,9 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
 
 
 def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:
-    """What the headline adds for effects that were chosen and taken out as too seldom named."""
-    gone = [
-        name
-        for name in uncertain
-        if name not in ladder[-1].effects and any(name in step.effects for step in ladder)
-    ]
-    return f"; uncertain: {listed(gone)}" if gone else ""
+    """What the headline adds for effects that were chosen and are too seldom named."""
+    chosen = [name for name in uncertain if any(name in step.effects for step in ladder)]
+    return f"; uncertain: {listed(chosen)}" if chosen else ""
 
 
 def _count(share: float, resamples: int) -> int:

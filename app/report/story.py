@@ -57,8 +57,8 @@ class Story:
         if isinstance(result, Diagnosis):
             linear = predictions(result, recordings, 0, catalogue=catalogue)
             before = NamedModel(named_model(result.ladder[0].effects), linear)
-            if result.effects and len(result.ladder) > 1:
-                name = f"with {listed(result.effects)}"
+            if result.ladder[-1].effects and len(result.ladder) > 1:
+                name = f"with {listed(result.ladder[-1].effects)}"
                 after = NamedModel(name, predictions(result, recordings, catalogue=catalogue))
             if result.law is not None:
                 judged = law_predictions(result, recordings, catalogue=catalogue)

@@ -53,7 +53,7 @@ def firm(
 ) -> tuple[Selected, Stability]:
     """The selection with steps to what most resamples name, and how stable the names are."""
     found = stability(models, criterion, selected.steps[-1].trial)
-    return stable_steps(models, selected, found), found
+    return stable_steps(models, criterion, selected, found), found
 
 
 def stability(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Stability:
@@ -79,20 +79,28 @@ def stability(models: ModelSelection, criterion: AcceptanceCriterion, last: Tria
     )
 
 
-def stable_steps(models: ModelSelection, selected: Selected, found: Stability) -> Selected:
+def stable_steps(
+    models: ModelSelection, criterion: AcceptanceCriterion, selected: Selected, found: Stability
+) -> Selected:
     """The selection with steps to what most resamples name.
 
     Where more than half of them name one other model, that takes the place of the chosen one. Of
-    the effects that are left, those go that less than half name.
+    the effects that are left, those go that less than half name. No step leads to a model of a
+    higher price: an effect that the error cannot do without stays in the model, though its name is
+    uncertain.
     """
     steps = list(selected.steps)
+
+    def is_cheap(trial: Trial) -> bool:
+        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score)
+
     swap = _swap(models, steps[-1].trial, found)
-    if swap is not None:
+    if swap is not None and is_cheap(swap.trial):
         steps.append(swap)
     for name in found.uncertain:
         trial = steps[-1].trial
-        if name in trial.effects:
-            steps.append(Step(_without(models, trial, name), removed=name))
+        if name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
+            steps.append(Step(smaller, removed=name))
     return Selected(tuple(steps), selected.singles)
 
 

@@ -53,7 +53,7 @@ def _models(story: Story, size_deg: float) -> list[Named]:
         return [("model", result.actuator, _unsure(story, result.actuator, size_deg))]
     named = [(named_model(result.ladder[0].effects), result.ladder[0])]
     if len(result.ladder) > 1:
-        named.append((f"with {listed(result.effects)}", result.ladder[-1]))
+        named.append((f"with {listed(result.ladder[-1].effects)}", result.ladder[-1]))
     return [
         (
             name,

@@ -53,8 +53,8 @@ def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
     first = result.ladder[0].held_out_rmse_deg
     last = result.ladder[-1].held_out_rmse_deg
     tiles = [_tile(f"error of the {named_model(result.ladder[0].effects)}", first, "before")]
-    if result.effects != result.ladder[0].effects:
-        tiles.append(_tile(f"error with {listed(result.effects)}", last, "after"))
+    if result.ladder[-1].effects != result.ladder[0].effects:
+        tiles.append(_tile(f"error with {listed(result.ladder[-1].effects)}", last, "after"))
     if result.law is not None:
         last = result.law.held_out_after_deg
         tiles.append(_tile("error with the law that was found", last, "after"))

@@ -135,7 +135,7 @@ def test_what_is_there_is_named_in_every_part(models: ModelSelection) -> None:
     assert stable.resamples == 10
     assert not stable.uncertain
     selected = Selected((Step(models.linear()), Step(models.trials["backlash",], "backlash")), ())
-    assert stable_steps(models, selected, stable) == selected
+    assert stable_steps(models, CRITERION, selected, stable) == selected
 
 
 def test_most_resamples_put_another_model_in_the_place_of_a_wrong_one(
@@ -145,19 +145,31 @@ def test_most_resamples_put_another_model_in_the_place_of_a_wrong_one(
     stable = stability(models, CRITERION, wrong)
     assert stable.shares == {"cogging": 0.0, "backlash": 1.0}
     selected = Selected((Step(models.linear()), Step(wrong, "cogging")), ())
-    step = stable_steps(models, selected, stable).steps[-1]
+    step = stable_steps(models, CRITERION, selected, stable).steps[-1]
     assert step.trial.effects == ("backlash",)
     assert (step.added, step.removed) == ("backlash", "cogging")
 
 
 def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
-    selected = Selected((Step(models.linear()), Step(models.trials["backlash",], "backlash")), ())
-    halves = {frozenset({"backlash"}): 0.5, frozenset[str](): 0.5}
-    kept = stable_steps(models, selected, Stability({"backlash": 0.5}, 10, halves))
+    selected = Selected((Step(models.linear()), Step(models.trials["cogging",], "cogging")), ())
+    halves = {frozenset({"cogging"}): 0.5, frozenset[str](): 0.5}
+    kept = stable_steps(models, CRITERION, selected, Stability({"cogging": 0.5}, 10, halves))
     assert kept == selected
-    gone = stable_steps(models, selected, Stability({"backlash": 0.4}, 10, {frozenset[str](): 0.6}))
+    less = Stability({"cogging": 0.4}, 10, {frozenset[str](): 0.6})
+    gone = stable_steps(models, CRITERION, selected, less)
     assert gone.steps[:-1] == selected.steps
-    assert (gone.steps[-1].trial.effects, gone.steps[-1].removed) == ((), "backlash")
+    assert (gone.steps[-1].trial.effects, gone.steps[-1].removed) == ((), "cogging")
+
+
+def test_no_step_leads_to_a_model_of_a_higher_price(models: ModelSelection) -> None:
+    """Without backlash the error is many times as large: the model keeps it, whatever its name."""
+    best = models.trials["backlash",]
+    assert CRITERION.price(models.linear().score) > CRITERION.price(best.score)
+    selected = Selected((Step(models.linear()), Step(best, "backlash")), ())
+    rare = Stability({"backlash": 0.4}, 10, {frozenset[str](): 0.6})
+    assert stable_steps(models, CRITERION, selected, rare) == selected
+    swap = Stability({"backlash": 0.1, "cogging": 0.9}, 10, {frozenset({"cogging"}): 0.9})
+    assert stable_steps(models, CRITERION, selected, swap) == selected
 
 
 def test_the_linear_model_has_nothing_to_name(models: ModelSelection) -> None:
