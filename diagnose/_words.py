@@ -121,7 +121,8 @@ def verdict_words(
             "No further effect is missing" if effects else "No effect is missing",
             f"The {base} predicts the test data to {degrees(last)} rms, {levels.words(last)}.",
         )
-    fell = f"its rms error on test data falls from {degrees(first)} to {degrees(last)}"
+    verb = "falls" if last <= first else "rises"
+    fell = f"its rms error on test data {verb} from {degrees(first)} to {degrees(last)}"
     if verdict is not Verdict.UNEXPLAINED and not added:
         return (
             f"Not needed: {listed(gone)}",
@@ -213,9 +214,13 @@ def partial_words(
     """What each step took of the squared error, what is left, and how much of it repeats."""
     if left is None:
         return ""
-    steps = [f"{step.change} removed {100.0 * step.taken:.0f} %" for step in ladder[1:]]
+    steps = [f"{step.change} {_share_words(step.taken)}" for step in ladder[1:]]
     took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
     return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
+
+
+def _share_words(taken: float) -> str:
+    return f"{'removed' if taken >= 0.0 else 'added'} {abs(100.0 * taken):.0f} %"
 
 
 def _closed(law: Law) -> str:
