@@ -81,8 +81,8 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _unraisable(what: sys.UnraisableHookArgs) -> None:
-    """Say nothing of an interruption that came while an object was being deleted."""
-    if not isinstance(what.exc_value, Interrupted):
+    """Say nothing of what objects that an interruption left half made do when they are deleted."""
+    if not _received:
         sys.__unraisablehook__(what)
 
 

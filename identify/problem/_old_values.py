@@ -59,7 +59,7 @@ def held_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
     >>> angle_deg = np.repeat(10.0 * np.sin(5.0 * time_s[::2]), 2)
     >>> log = Recording.from_arrays(time_s=time_s, angle_deg=angle_deg, command_deg=np.sin(time_s))
     >>> np.flatnonzero(held_values(log)).tolist()[:3]
-    [1, 3, 5]
+    [3, 5, 7]
     """
     time_s, angle = recording.time_s, recording.angle_deg
     none = np.zeros(angle.size, dtype=bool)

@@ -34,6 +34,15 @@ slow = Slow()
 del slow
 time.sleep(60)
 """
+HALF_MADE = """
+class Half:
+    def __init__(self):
+        time.sleep(60)
+        self.handle = 1
+    def __del__(self):
+        del self.handle
+Half()
+"""
 PLAIN = "time.sleep(60)"
 
 
@@ -71,7 +80,7 @@ def interrupted(body: str, number: signal.Signals, folder: Path) -> tuple[int, s
     return process.returncode, said
 
 
-@pytest.mark.parametrize("body", [SWALLOWING, CONVERTING, DELETING, PLAIN])
+@pytest.mark.parametrize("body", [SWALLOWING, CONVERTING, DELETING, HALF_MADE, PLAIN])
 def test_an_interruption_ends_the_process_whatever_it_is_at(body: str, tmp_path: Path) -> None:
     code, said = interrupted(body, signal.SIGINT, tmp_path)
     assert (code, said) == (130, "servosight: interrupted\n")
