@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Recording
-from servosight.models.io.importers._bam import read_bam
 from servosight.models.io.importers._request import Request
+from servosight.models.io.importers.formats._bam import read_bam
 
 RunResult = dict[str, Any]
 XL330_GAINS = (100, 200, 400, 800)

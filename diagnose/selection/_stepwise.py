@@ -11,11 +11,9 @@ from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
-from servosight.diagnose.selection._progress import BestSoFar
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection._trial import Trial
-from servosight.diagnose.selection._visited import Visited
-from servosight.diagnose.selection._wide import searched_widely
+from servosight.diagnose.selection.search import BestSoFar, Visited, searched_widely
 from servosight.models.core import StageProgress, silent
 
 

@@ -1,7 +1,7 @@
 """Logs of other programs, read as recordings: one file a format.
 
-A format NAME is a module ``_NAME.py`` with two functions: ``recognises(path, start)`` says whether
-a file that begins with the bytes ``start``, or a folder, is one of its own, and
+A format NAME is a module ``formats/_NAME.py`` with two functions: ``recognises(path, start)`` says
+whether a file that begins with the bytes ``start``, or a folder, is one of its own, and
 ``read_NAME(path, request)`` makes a recording of it.
 """
 
@@ -43,7 +43,7 @@ class Format:
 
 
 def _format(name: str) -> Format:
-    module = import_module(f"servosight.models.io.importers._{name}")
+    module = import_module(f"servosight.models.io.importers.formats._{name}")
     return Format(name, module.recognises, getattr(module, f"read_{name}"))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from servosight.models.core import Recording
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
-from servosight.models.io.importers._streams import read_streams
+from servosight.models.io.importers.formats._streams import read_streams
 
 PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
 _MOST_PLACES = 100

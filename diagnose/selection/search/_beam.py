@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection._trial import Trial
-from servosight.diagnose.selection._visited import Visited
+from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
 
 WORTH_GOING_ON = 0.05

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._visited import Visited
+from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
 
 

@@ -20,8 +20,8 @@ from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, chosen_columns, raw_columns
-from servosight.models.io.importers._parquet import number_columns, numbers, whole_columns
 from servosight.models.io.importers._request import Column, Request
+from servosight.models.io.importers.formats._parquet import number_columns, numbers, whole_columns
 
 INFO = Path("meta") / "info.json"
 PARSER = Parser(__name__, "a LeRobot data set", "pyarrow")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._trial import Trial
-from servosight.diagnose.selection._visited import Visited
+from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
 
 TOGETHER = 2

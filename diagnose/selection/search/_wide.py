@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from servosight.diagnose.selection._backward import BackwardSearch
-from servosight.diagnose.selection._beam import BeamSearch
 from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
-from servosight.diagnose.selection._visited import Visited
+from servosight.diagnose.selection.search._backward import BackwardSearch
+from servosight.diagnose.selection.search._beam import BeamSearch
+from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
 
 

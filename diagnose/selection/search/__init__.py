@@ -1,0 +1,7 @@
+"""Search among whole sets of effects, where single steps end far from the floor."""
+
+from servosight.diagnose.selection.search._backward import BackwardSearch as BackwardSearch
+from servosight.diagnose.selection.search._beam import BeamSearch as BeamSearch
+from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
+from servosight.diagnose.selection.search._visited import Visited as Visited
+from servosight.diagnose.selection.search._wide import searched_widely as searched_widely
