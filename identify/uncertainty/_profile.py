@@ -52,7 +52,8 @@ class LikelihoodProfile:
 
         moved = self.point + (value - self.point[index]) * self.slopes[index]
         scale = _STEP_SHARE * np.delete(self.scale, index)
-        tolerance = 0.5 * _NOTICED * self.variance / self.cost
+        # An exact fit has no cost to compare with: then that of one sample with the variance.
+        tolerance = 0.5 * _NOTICED * self.variance / max(self.cost, 0.5 * self.variance)
         options = DescentOptions(tolerance)
         descent = LevenbergMarquardt(np.delete(moved, index), low, high, scale, options)
         return 2.0 * (drive(descent, residuals, _BUDGET).cost - self.cost) / self.variance

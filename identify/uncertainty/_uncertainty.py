@@ -25,6 +25,8 @@ _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
 _TIMED = 0.02
 """A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
+_ROUNDING_DEG2 = 1e-24
+"""Variance of what rounding leaves of an angle of some degrees."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,9 @@ class Uncertainty:
 
     @cached_property
     def variance(self) -> float:
-        """Of the residuals [deg^2]."""
-        return float(2.0 * self.cost / max(self.jacobian.shape[0] - int(self.free.sum()), 1))
+        """Of the residuals [deg^2]; that of rounding where a model fits exactly."""
+        degrees_of_freedom = max(self.jacobian.shape[0] - int(self.free.sum()), 1)
+        return max(float(2.0 * self.cost / degrees_of_freedom), _ROUNDING_DEG2)
 
     @cached_property
     def inverse(self) -> Array:

@@ -66,3 +66,17 @@ def test_commands_that_hardly_change(
     ):
         code = main(words)
         assert code in (0, 2), capsys.readouterr().err
+
+
+def test_an_angle_that_is_still_where_it_is_fitted(tmp_path: Path) -> None:
+    """The linear model then fits exactly, and no residual says how sure its parameters are."""
+    time_s = np.arange(60) / 50.0
+    angle_deg = np.full(60, -2.891049)
+    angle_deg[-5:] = -2.42792, -2.177092, -1.785956, -1.365273, -1.028553
+    log = tmp_path / "log.csv"
+    text = table_text(
+        ("time_s", "command_deg", "angle_deg"),
+        (time_s, 7.0 * np.sin(9.0 * time_s) + 3.0, angle_deg),
+    )
+    log.write_text(text, encoding="utf-8")
+    assert main(["diagnose", str(log)]) == 0
