@@ -112,6 +112,7 @@ def _complain(sentence: str, code: int, debug: bool) -> int:
 
         traceback.print_exc()
     sentence = re.sub(r"(\S{80})\S{80,}(\S{40})", r"\1...\2", " ".join(sentence.splitlines()))
+    sentence = sentence.encode("utf-8", "backslashreplace").decode()
     print(f"servosight: {sentence}", file=sys.stderr)
     return code
 

@@ -58,7 +58,7 @@ class SelectionPolicy:
     lowest price is taken each of whose effects is accepted: the logarithm of the validation
     rmse, ``effect_price`` an effect, ``rare_price`` one that is not in ``ordinary``, and
     ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
-    floor, these sets are searched before any step.
+    floor, these sets are searched before any step. Neither with fewer than ``fewest`` samples.
     """
 
     min_gain: float = 0.05
@@ -80,6 +80,7 @@ class SelectionPolicy:
     rare_price: float = 0.3
     parameter_price: float = 0.01
     hopeless: float = 25.0
+    fewest: int = 200
     ordinary: tuple[str, ...] = ORDINARY
 
 
@@ -230,11 +231,13 @@ class AcceptanceCriterion:
 
     def wants_search(self, score: Score) -> bool:
         """True where the step by step path has ended far from the floor."""
-        return score.validation_rmse_deg > self.policy.far * self.floor_deg
+        beyond = score.validation_rmse_deg > self.policy.far * self.floor_deg
+        return beyond and score.samples >= self.policy.fewest
 
     def hopeless(self, single: Score) -> bool:
         """True where the best single effect is so far from the floor that no second will do."""
-        return single.validation_rmse_deg > self.policy.hopeless * self.floor_deg
+        beyond = single.validation_rmse_deg > self.policy.hopeless * self.floor_deg
+        return beyond and single.samples >= self.policy.fewest
 
     def leaves_much(self, score: Score, linear: Score) -> bool:
         """True where a model leaves so much that its first effect may be the wrong one."""

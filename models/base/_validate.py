@@ -164,7 +164,7 @@ def _value(value: Any, hint: Any, source: Path | str, key: str, notes: bool = Fa
         if not _finite(value) and not _extra(hint).get("infinite", False):
             raise _wrong(value, source, key, _WORDS[float], _FIX)
         return msgspec.convert(value, hint)
-    except msgspec.ValidationError:
+    except (msgspec.ValidationError, UnicodeEncodeError):  # the latter: no text, but bytes
         if bare is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)  # as it is read
         raise _wrong(value, source, key, *_words(hint)) from None

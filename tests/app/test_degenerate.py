@@ -80,3 +80,10 @@ def test_an_angle_that_is_still_where_it_is_fitted(tmp_path: Path) -> None:
     )
     log.write_text(text, encoding="utf-8")
     assert main(["diagnose", str(log)]) == 0
+
+
+def test_bytes_that_are_no_text_as_a_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", "-o", str(tmp_path / "rec"), "--set", "\udcff.csv"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -60,6 +60,7 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "rare_price": 0.3,
         "parameter_price": 0.01,
         "hopeless": 25.0,
+        "fewest": 200,
         "ordinary": POLICY.ordinary,
     }
 
@@ -331,6 +332,13 @@ def test_a_wider_search_is_made_beyond_three_times_the_floor() -> None:
     assert CRITERION.wants_search(score(0.3 + JUST))
     assert not CRITERION.wants_search(score(0.3 - JUST))
     assert not CRITERION.wants_search(score(0.9, "a", validation_rmse_deg=0.3 - JUST))
+
+
+def test_a_wider_search_needs_two_hundred_samples() -> None:
+    assert CRITERION.wants_search(score(0.9, samples=200))
+    assert not CRITERION.wants_search(score(0.9, samples=199))
+    assert CRITERION.hopeless(score(9.0, "a", samples=200))
+    assert not CRITERION.hopeless(score(9.0, "a", samples=199))
 
 
 def test_hopeless() -> None:
