@@ -19,10 +19,12 @@ class ChangePolicy:
     """``chance``: a parameter counts as changed where chance alone would make any of those compared
     differ so much in at most this share of cases (3 sigma of one; Bonferroni's correction for
     several). ``confidence``: of the interval that bounds what is not found to have changed.
+    ``fewest``: samples of either servo from which on effects are looked for.
     """
 
     chance: float = 0.0027
     confidence: float = 0.95
+    fewest: int = 200
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,10 +30,16 @@ def change_in_recordings(
     """Fit the same model to ``a`` and to ``b``, each set jointly, and compare the parameters.
 
     ``effects`` are those of the model; None finds them by a diagnosis of either set: all that were
-    found in one of them. What a model lacks shows as a change of what it has: so a warning says
-    where an error stays above the floor. InputError for an unknown effect.
+    found in one of them; with too few samples for that the linear model, as a warning says. What a
+    model lacks shows as a change of what it has: so a warning says where an error stays above the
+    floor. InputError for an unknown effect.
     """
-    if effects is None:
+    policy = policy or ChangePolicy()
+    fewest = min(sum(one.time_s.size for one in side) for side in (a, b))
+    short = effects is None and fewest < policy.fewest
+    if short:
+        effects = ()
+    elif effects is None:
         found = [diagnose(one, catalogue=catalogue, auto=True, progress=progress) for one in (a, b)]
         effects = [name for one in found for name in one.effects]
     chosen = _without_contained(select(catalogue, effects), catalogue)
@@ -60,8 +66,15 @@ def change_in_recordings(
         catalogue=catalogue,
         sides=(first, second),
         covariances=tuple((fit.covariance.names, fit.covariance.values) for fit in fits),  # type: ignore[arg-type]
-        warnings=_warnings(fits),
-        policy=policy or ChangePolicy(),
+        warnings=[*_warnings(fits), *([_short(fewest, policy)] if short else [])],
+        policy=policy,
+    )
+
+
+def _short(fewest: int, policy: ChangePolicy) -> str:
+    return (
+        f"{fewest} samples are too few to find effects for a comparison, for which at least "
+        f"{policy.fewest} are expected: linear models are compared; --effects names others"
     )
 
 

@@ -143,6 +143,19 @@ def test_a_model_that_lacks_something_is_warned_of() -> None:
     assert any("the model misses something in b" in words for words in found.warnings)
 
 
+def test_effects_are_not_looked_for_in_few_samples() -> None:
+    time_s = np.arange(0.0, 1.99, 0.01)
+    command_deg = 5.0 * np.sign(np.sin(9.0 * time_s))
+    run = ss.Recording.from_arrays(
+        time_s=time_s,
+        angle_deg=servo().predict(time_s=time_s, command_deg=command_deg),
+        command_deg=command_deg,
+    )
+    found = ss.compare([run], [run])
+    assert found.a.effects == found.b.effects == ()
+    assert any("199 samples are too few to find effects" in words for words in found.warnings)
+
+
 def test_it_is_saved_and_read_back(worn: ss.ServoChange, tmp_path: Path) -> None:
     worn.save(tmp_path / "change.json")
     assert ss.load(tmp_path / "change.json") == worn
