@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from servosight.diagnose.evidence._resamples import Resample
-from servosight.diagnose.residuals import FIT, VALIDATION, Judged, rms
+from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection import ModelSelection, Score, Trial, own_point
 from servosight.identify.problem import Problem, coordinate_scale, difference_quotient
 from servosight.models.core import Array, Mask
@@ -89,22 +90,9 @@ def _carried(
 
 
 def _score(trial: Trial, predicted: Sequence[Array], part: Resample) -> Score:
-    """As :attr:`Trial.score`, on the samples that are kept."""
-    errors = [
-        one.recording.angle_deg - angle for one, angle in zip(trial.judged, predicted, strict=True)
-    ]
-    rows = list(zip(errors, trial.judged, part, strict=True))
-    train = [error[kept & (one.uses == FIT)] for error, one, kept in rows]
-    validation = [error[kept & (one.uses == VALIDATION)] for error, one, kept in rows]
-    if not sum(each.size for each in validation):
-        validation = train
-    seen = np.concatenate([error[kept] for error, _, kept in rows])
-    return Score(
-        effects=trial.effects,
-        parameters=trial.fit.problem.physical,
-        samples=seen.size,
-        mean_square_deg2=float(np.mean(seen**2)),
-        train_rmse_deg=rms(train),
-        validation_rmse_deg=rms(validation),
-        validation_samples=sum(each.size for each in validation),
+    """The score on the samples that are kept; the others are set apart as test samples are."""
+    judged = tuple(
+        Judged(one.recording, angle, np.where(kept, one.uses, TEST).astype(one.uses.dtype))
+        for one, angle, kept in zip(trial.judged, predicted, part, strict=True)
     )
+    return replace(trial, judged=judged).score
