@@ -12,6 +12,6 @@ from servosight.diagnose._result import Candidate as Candidate
 from servosight.diagnose._result import Diagnosis as Diagnosis
 from servosight.diagnose._result import LadderStep as LadderStep
 from servosight.diagnose._result import Verdict as Verdict
-from servosight.diagnose._words import listed as listed
 from servosight.diagnose._words import named_model as named_model
+from servosight.diagnose.residuals import listed as listed
 from servosight.diagnose.selection import PriorKnowledge as PriorKnowledge

@@ -9,7 +9,7 @@ from servosight.diagnose._result import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Evidence, Regime, Repeated, Stability, Unexplained
 from servosight.diagnose.experiment import Proposal
-from servosight.diagnose.residuals import EXPLAINED
+from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.models.core import degrees, times
 
 FAR_BELOW = 0.5
@@ -50,16 +50,6 @@ class Levels:
             f"{below} the tolerance of {tolerance} at which the search ends; the noise of the "
             f"measurement is {noise}"
         )
-
-
-def listed(effects: Sequence[str]) -> str:
-    """``a``, ``a and b`` or ``a, b and c``, with spaces for underscores.
-
-    >>> listed(["dead_zone", "backlash"])
-    'dead zone and backlash'
-    """
-    words = [effect.replace("_", " ") for effect in effects]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def named_model(effects: Sequence[str]) -> str:

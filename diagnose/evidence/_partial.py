@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.diagnose.evidence._repeats import Repeated
-from servosight.diagnose.residuals import Finding, Judged, rms
+from servosight.diagnose.residuals import Finding, Judged, listed, rms
 
 KINDS = {
     "angle": "angle",
@@ -97,7 +97,7 @@ def partial(
     again = None if repeats is None else repeats.share >= REPEATS
     parts = [f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"]
     if kinds:
-        parts.append(f"it depends on {_listed([WORDS[kind] for kind in kinds])}")
+        parts.append(f"it depends on {listed([WORDS[kind] for kind in kinds])}")
     else:
         parts.append("no test shows what it depends on")
     if again is not None:
@@ -146,7 +146,3 @@ def _apart(judged: Sequence[Judged], name: str) -> bool:
         for each in np.unique(values)
     ]
     return len(errors) > 1 and max(errors) > APART * min(errors)
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

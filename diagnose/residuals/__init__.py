@@ -4,6 +4,7 @@ from servosight.diagnose.residuals._events import swings as swings
 from servosight.diagnose.residuals._events import turning_points as turning_points
 from servosight.diagnose.residuals._events import turns as turns
 from servosight.diagnose.residuals._finding import Finding as Finding
+from servosight.diagnose.residuals._finding import listed as listed
 from servosight.diagnose.residuals._findings import CHANCE as CHANCE
 from servosight.diagnose.residuals._findings import findings as findings
 from servosight.diagnose.residuals._findings import lead as lead

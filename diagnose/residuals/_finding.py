@@ -76,3 +76,13 @@ Test = Callable[[Case], Iterator[Finding]]
 def signed(value: float) -> str:
     """Two digits with the sign in any case."""
     return f"{value:+.2g}"
+
+
+def listed(effects: Sequence[str]) -> str:
+    """``a``, ``a and b`` or ``a, b and c``, with spaces for underscores.
+
+    >>> listed(["dead_zone", "backlash"])
+    'dead zone and backlash'
+    """
+    words = [effect.replace("_", " ") for effect in effects]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
