@@ -28,7 +28,8 @@ class Options:
     ``columns`` by quantity (time, command, angle, sigma), such as ``{"angle": "pos:rad"}``;
     ``unit`` of what has none of its own; ``unit_scale`` how many degrees show one unit of an output
     that is no angle; ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width;
-    ``part`` is which episode of a data set, from 0.
+    ``part`` is which episode of a data set, from 0. ``command`` is a second log on the same clock,
+    in which the command stands.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -37,11 +38,13 @@ class Options:
     deg_per_us: float | None = None
     neutral_us: float | None = None
     part: int = 0
+    command: Path | None = None
 
     @property
     def foreign(self) -> bool:
         """True where only a log of another program needs what is given."""
-        return bool(self.columns) or self.unit is not None or self.unit_scale is not None
+        given = (self.unit, self.unit_scale, self.command)
+        return bool(self.columns) or any(one is not None for one in given)
 
 
 def read(
@@ -87,6 +90,7 @@ def read_log(path: Path, options: Options = Options()) -> Recording:
         options.deg_per_us,
         options.neutral_us,
         options.part,
+        options.command,
     )
     return import_recording(path, request)
 

@@ -33,6 +33,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--part", metavar="N", type=seed, default=0, help="which episode of a data set, from 0"
     )
+    parser.add_argument(
+        "--command",
+        dest="command_file",
+        metavar="FILE",
+        type=any_path,
+        help="a second table, on the same clock, in which the command stands",
+    )
     add_pulse(parser)
     add_force(parser)
 
@@ -50,7 +57,13 @@ def run(args: argparse.Namespace) -> None:
     parse_map(args.map)  # what is wrong with it is said before anything is read
     columns = dict(word.split("=", 1) for word in args.map)
     options = Options(
-        columns, args.unit, args.unit_scale, args.deg_per_us, args.neutral_us, args.part
+        columns,
+        args.unit,
+        args.unit_scale,
+        args.deg_per_us,
+        args.neutral_us,
+        args.part,
+        args.command_file,
     )
     recording = read_log(args.source, options)
     save_recording(recording, args.output, force=args.force)

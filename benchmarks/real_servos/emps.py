@@ -21,7 +21,7 @@ PUBLISHED = {"M [kg]": 95.11, "Fv [N s/m]": 203.5, "Fc [N]": 20.39, "offset [N]"
 
 def emps() -> RunResult:
     """The linear model, one with Coulomb friction and the selected one; parameters in newtons."""
-    recording = read_mat(data() / "emps" / "DATA_EMPS.mat", Request()).recording
+    recording = read_mat(data() / "emps" / "DATA_EMPS.mat", Request())
     source = recording.details["source"]
     linear = identify([recording], [], catalogue=catalogue(), method="gradient")
     given = identify([recording], ["coulomb_friction"], catalogue=catalogue(), method="gradient")

@@ -26,7 +26,7 @@ def data() -> Path:
 
 def log(servo: str, trajectory: str, gain: int) -> Recording:
     """One of bam's logs."""
-    return read_bam(data() / servo / f"{trajectory}_kp{gain}.json", Request()).recording
+    return read_bam(data() / servo / f"{trajectory}_kp{gain}.json", Request())
 
 
 def error_mrad(recording: Recording, predicted_deg: Array) -> float:

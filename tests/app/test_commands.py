@@ -367,6 +367,17 @@ def test_import_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert not (tmp_path / "r").exists()
 
 
+def test_import_a_command_from_a_table_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, wanted = log(tmp_path / "log.csv", "t,x,pos"), log(tmp_path / "wanted.csv", "t,pos,x")
+    words = ["import", str(source), "-o", str(tmp_path / "rec"), "--map", "time=t"]
+    words += ["--map", "command=pos", "--map", "angle=pos", "--unit", "rad"]
+    assert main([*words, "--command", str(wanted)]) == 0
+    assert "300 samples" in capsys.readouterr().out
+    complaint(capsys, [*words, "--force", "--command", "none.csv"], "none.csv", "no such file")
+
+
 def test_import_of_a_log_without_torque_says_what_was_cut(
     real_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

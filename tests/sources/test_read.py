@@ -58,6 +58,14 @@ def test_a_log_of_another_program_needs_no_import_first(tmp_path: Path) -> None:
     assert read_log(log).time_s.size == T.size
 
 
+def test_a_command_may_stand_in_a_table_of_its_own(tmp_path: Path) -> None:
+    angle = written(tmp_path / "angle.csv", "time_s,angle_deg", T, RECORDING.angle_deg)
+    command = written(tmp_path / "goal.csv", "time_s,command_deg", T, RECORDING.command_deg)
+    found = read(angle, Options(command=command))
+    np.testing.assert_allclose(found.angle_deg, RECORDING.angle_deg, atol=1e-9)
+    np.testing.assert_allclose(found.command_deg, RECORDING.command_deg, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -71,7 +71,25 @@ def import_recording(source: Path, request: Request) -> Recording:
             f"{source}: is a {what} of no known format, expected a log of one of "
             f"{', '.join(one.name for one in FORMATS)}; export it as a CSV file"
         )
+    if request.command is not None:
+        _check_command(source, found.name, request.command)
     return found.read(source, request)
+
+
+def _check_command(source: Path, name: str, command: Path) -> None:
+    """InputError unless angle and command are tables both: other formats hold them in one file."""
+    check_path(command)
+    if not command.exists():
+        raise InputError(
+            f"{command}: no such file, expected a log with the command; check the name"
+        )
+    other = recognised(command)
+    wrong = source if name != "table" else command
+    if name != "table" or other is None or other.name != "table":
+        raise InputError(
+            f"{wrong}: is no table of text, expected one where the command stands in a file of "
+            f"its own; export both as CSV files"
+        )
 
 
 def _start(path: Path) -> bytes:

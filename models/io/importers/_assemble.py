@@ -18,13 +18,17 @@ from servosight.models.io.importers._request import PULSE, SIGNALS, Request
 
 @dataclass(frozen=True)
 class Raw:
-    """A quantity as it stands in the log: its column, unit, numbers (rows,) and their places."""
+    """A quantity as it stands in the log: its column, unit, numbers (rows,) and their places.
+
+    ``path`` is the file that holds it, where that is not the log itself.
+    """
 
     column: str
     unit: str
     values: Array
     rows: Sequence[int]
     word: str
+    path: Path | None = None
 
 
 def assemble(
@@ -50,7 +54,12 @@ def assemble(
         table = {"unit": sorted(foreign)[0], "unit_scale": request.unit_scale, **table}
     series = {
         name: Series(
-            path, one.column, one.values, _converted(path, name, one, request), one.rows, one.word
+            one.path or path,
+            one.column,
+            one.values,
+            _converted(one.path or path, name, one, request),
+            one.rows,
+            one.word,
         )
         for name, one in raw.items()
     }

@@ -37,22 +37,30 @@ class Columns:
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
 
 
-def chosen_columns(table: Columns, request: Request) -> dict[str, Column]:
-    """The column of each quantity; InputError where one is missing. A sigma need not be there."""
-    asked = (*QUANTITIES, *(name for name in SIGNALS if name in request.columns))
+def chosen_columns(
+    table: Columns, request: Request, quantities: Sequence[str] = (*QUANTITIES, *SIGNALS)
+) -> dict[str, Column]:
+    """The column of each quantity; InputError where one is missing.
+
+    A sigma need not be there, and signals are looked for only where the request names them.
+    """
+    asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 
 def raw_columns(
-    path: Path, table: Columns, request: Request
+    path: Path,
+    table: Columns,
+    request: Request,
+    quantities: Sequence[str] = (*QUANTITIES, *SIGNALS),
 ) -> tuple[dict[str, Raw], tuple[str, ...]]:
     """The quantities of a table with one time for all of them, as they stand in it, and notes.
 
     What the table holds while the motor has no torque is left out: a load that falls freely follows
     no model of a servo.
     """
-    columns = chosen_columns(table, request)
+    columns = chosen_columns(table, request, quantities)
     units, notes = units_of(path, columns, request)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():

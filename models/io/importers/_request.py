@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from servosight.models.core import InputError
 
@@ -30,7 +31,8 @@ class Request:
     for what has no unit of its own; ``unit_scale`` is how many degrees show one unit of an output
     that is no angle;
     ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width; ``part`` is which
-    episode of a data set, from 0.
+    episode of a data set, from 0. ``command`` is a second log on the same clock, in which the
+    command stands.
     """
 
     columns: Mapping[str, Column] = field(default_factory=dict)
@@ -39,6 +41,7 @@ class Request:
     deg_per_us: float | None = None
     neutral_us: float | None = None
     part: int = 0
+    command: Path | None = None
 
 
 def parse_map(words: Sequence[str]) -> dict[str, Column]:

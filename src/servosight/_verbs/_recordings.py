@@ -26,6 +26,7 @@ def read(
     deg_per_us: float | None = None,
     neutral_us: float | None = None,
     part: int = 0,
+    command: Path | str | None = None,
     progress: StageProgress | None = None,
 ) -> Recording:
     """Read a recording: a folder, a CSV file, or a log of another program.
@@ -35,8 +36,9 @@ def read(
     sigma), with a unit where its header has none: ``{"time": "t:ms", "angle": "pos:rad"}``.
     ``unit`` is that of angle and command where no column has its own, ``unit_scale`` the degrees
     that show one unit of an output that is no angle. ``deg_per_us`` and ``neutral_us`` convert a
-    command given as pulse width; ``part`` is which episode of a data set, from 0. What the user
-    should know about how a log was read is in the recording's ``notes``.
+    command given as pulse width; ``part`` is which episode of a data set, from 0. ``command`` is a
+    second table, on the same clock, in which the command stands. What the user should know about
+    how a log was read is in the recording's ``notes``.
     ``progress(word, done, total)`` is called while a video is tracked. Raises InputError for
     whatever a recording cannot be.
 
@@ -58,6 +60,7 @@ def read(
             deg_per_us=deg_per_us,
             neutral_us=neutral_us,
             part=part,
+            command=None if command is None else Path(command),
         ),
         progress or silent,
     )

@@ -195,6 +195,47 @@ def test_a_quantity_mapped_twice() -> None:
         parse_map(["time=a", "time=b"])
 
 
+def two_tables(place: Path) -> tuple[Path, Path]:
+    """What a controller measured and, at a lower rate, what it wanted."""
+    measured, wanted = place / "measured.csv", place / "desired.csv"
+    t = 0.01 * np.arange(100)
+    rows = [f"{x},{math.sin(9 * x - 0.1)},{0.3 * x}" for x in t.tolist()]
+    measured.write_text("\n".join(["time,position,torque", *rows]))
+    rows = [f"{x},{math.sin(9 * x)}" for x in t[::2].tolist()]
+    wanted.write_text("\n".join(["time,position", *rows]))
+    return measured, wanted
+
+
+def test_a_command_in_a_table_of_its_own(tmp_path: Path) -> None:
+    measured, wanted = two_tables(tmp_path)
+    words = ["time=time", "angle=position:rad", "command=position:rad", "torque=torque:Nm"]
+    recording = import_recording(measured, Request(parse_map(words), command=wanted))
+    assert (recording.time_s.size, recording.command_time_s.size) == (100, 50)
+    assert recording.command_deg[3] == pytest.approx(math.degrees(math.sin(0.54)))
+    assert recording.angle_deg[3] == pytest.approx(math.degrees(math.sin(0.17)))
+    assert recording.signals is not None
+    assert recording.details["source"]["command_name"] == "desired.csv"
+    assert recording.details["source"]["command_column"] == "position"
+
+
+def test_bad_tables_of_a_command(tmp_path: Path) -> None:
+    measured, wanted = two_tables(tmp_path)
+    columns = parse_map(["time=time", "angle=position:rad", "command=position:rad"])
+    with pytest.raises(InputError, match=r"desired\.csv, row 1: no column goal, expected"):
+        import_recording(measured, Request({**columns, "command": Column("goal")}, command=wanted))
+    spoilt = tmp_path / "spoilt_measured.csv"
+    spoilt.write_text(wanted.read_text().replace("0.08,", "0.01,"))
+    with pytest.raises(InputError, match=r"spoilt_measured\.csv, row 6.*runs back"):
+        import_recording(measured, Request(columns, command=spoilt))
+    with pytest.raises(InputError, match=r"gone\.csv: no such file, expected"):
+        import_recording(measured, Request(columns, command=tmp_path / "gone.csv"))
+    log = saved(tmp_path / "log.json", bam_log())
+    with pytest.raises(InputError, match=r"log\.json: is no table of text, expected"):
+        import_recording(measured, Request(columns, command=log))
+    with pytest.raises(InputError, match=r"log\.json: is no table of text, expected"):
+        import_recording(log, Request(columns, command=wanted))
+
+
 def mat_file(path: Path, **changes: Any) -> Path:
     t = 0.001 * np.arange(200)[:, None]
     sound = {"t": t, "qg": np.sin(9 * t), "qm": np.sin(9 * t - 0.1), "kp": 160.18}
@@ -262,6 +303,15 @@ def test_xl330_logs(real_data: Path, gain: int) -> None:
     dropped = import_recording(place / f"lift_and_drop_kp{gain}.json", Request())
     assert dropped.duration_s == pytest.approx(2.0, abs=0.02)
     assert "torque_enable" in dropped.notes[0]
+
+
+def test_ak80_in_two_tables(real_data: Path) -> None:
+    place = real_data / "ak80"
+    columns = parse_map(["time=time", "angle=position:rad", "command=position:rad"])
+    request = Request(columns, command=place / "swingup_desired.csv")
+    recording = import_recording(place / "swingup_measured.csv", request)
+    assert recording.time_s.size == 1170
+    assert recording.moved_range_deg == pytest.approx(287.7, abs=0.1)
 
 
 def test_emps_benchmark(real_data: Path) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import Mask, Recording
+from servosight.models.core import Mask, Recording, plain_name
 from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, raw_columns, source_of
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._request import SIGNALS, Request
 
 _NO = ("0", "0.0", "false", "off", "no")
 
@@ -22,16 +23,29 @@ def recognises(path: Path, start: bytes) -> bool:
 
 def read_table(path: Path, request: Request) -> Recording:
     """Read a table whose columns the request names; servosight's own names need no naming."""
+    if request.command is None:
+        raw, notes = raw_columns(path, _columns(path), request)
+        return assemble(path, raw, request, {"source": source_of(path, "csv", raw)}, notes)
+    answer = ("time", "angle", "sigma", *SIGNALS)
+    raw, notes = raw_columns(path, _columns(path), request, answer)
+    sent, more = raw_columns(
+        request.command, _columns(request.command), request, ("time", "command")
+    )
+    raw["command_time"] = replace(sent["time"], path=request.command)
+    raw["command"] = replace(sent["command"], path=request.command)
+    source = {**source_of(path, "csv", raw), "command_name": plain_name(request.command.name)}
+    return assemble(path, raw, request, {"source": source}, (*notes, *more))
+
+
+def _columns(path: Path) -> Columns:
     sheet = read_sheet(path)
-    table = Columns(
+    return Columns(
         f"{path}, row 1",
         sheet.header,
         lambda name: sheet.columns([name])[:, 0],
         lambda size: sheet.numbers,
         flags=lambda name: _flags(sheet, name),
     )
-    raw, notes = raw_columns(path, table, request)
-    return assemble(path, raw, request, {"source": source_of(path, "csv", raw)}, notes)
 
 
 def _flags(sheet: Sheet, name: str) -> Mask:
