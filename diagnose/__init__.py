@@ -7,11 +7,11 @@ from servosight.diagnose._compare import judge as judge
 from servosight.diagnose._diagnose import diagnose as diagnose
 from servosight.diagnose._predictions import law_predictions as law_predictions
 from servosight.diagnose._predictions import predictions as predictions
-from servosight.diagnose._recording_use import RecordingUse as RecordingUse
-from servosight.diagnose._result import Candidate as Candidate
-from servosight.diagnose._result import Diagnosis as Diagnosis
-from servosight.diagnose._result import LadderStep as LadderStep
-from servosight.diagnose._result import Verdict as Verdict
-from servosight.diagnose._words import named_model as named_model
 from servosight.diagnose.residuals import listed as listed
+from servosight.diagnose.result import Candidate as Candidate
+from servosight.diagnose.result import Diagnosis as Diagnosis
+from servosight.diagnose.result import LadderStep as LadderStep
+from servosight.diagnose.result import RecordingUse as RecordingUse
+from servosight.diagnose.result import Verdict as Verdict
+from servosight.diagnose.result.wording import named_model as named_model
 from servosight.diagnose.selection import PriorKnowledge as PriorKnowledge

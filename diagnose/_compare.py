@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from servosight.diagnose._words import Levels, comparison_words
 from servosight.diagnose.residuals import (
     EXPLAINED,
     TEST,
@@ -23,6 +22,7 @@ from servosight.diagnose.residuals import (
     rms,
     worst_windows,
 )
+from servosight.diagnose.result.wording import Levels, comparison_words
 from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import Problem, joint_noise_deg, thinned, usable_views

@@ -7,9 +7,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from servosight.diagnose._recording_use import recording_uses
-from servosight.diagnose._result import Candidate, Diagnosis, LadderStep, Verdict
-from servosight.diagnose._words import Levels, doubts, next_experiment, told
 from servosight.diagnose.discrepancy import Law, find_law
 from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken
 from servosight.diagnose.experiment import Proposal, propose
@@ -20,6 +17,8 @@ from servosight.diagnose.residuals import (
     held_out_samples_of,
     worst_windows,
 )
+from servosight.diagnose.result import Candidate, Diagnosis, LadderStep, Verdict, recording_uses
+from servosight.diagnose.result.wording import Levels, doubts, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,

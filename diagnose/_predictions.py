@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.diagnose._result import Diagnosis
 from servosight.diagnose.discrepancy import law_effects
 from servosight.diagnose.residuals import Judged, Uses
+from servosight.diagnose.result import Diagnosis
 from servosight.diagnose.selection import cut
 from servosight.identify.fit import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views

@@ -1,4 +1,4 @@
-"""The commands, one file each, with ``configure(parser)`` and ``run(args)``.
+"""The commands, one file each, by what they handle: ``configure(parser)`` and ``run(args)``.
 
 The first line of a file's docstring is its help. Nothing heavy is imported at the top of them.
 """
@@ -7,22 +7,9 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from servosight.app.commands import (
-    add,
-    calibrate,
-    compare,
-    completion,
-    demo,
-    diagnose,
-    effects,
-    excite,
-    identify,
-    import_log,
-    predict,
-    report,
-    simulate,
-    track,
-)
+from servosight.app.commands.about import completion, demo, effects
+from servosight.app.commands.model import add, compare, diagnose, identify, predict, report
+from servosight.app.commands.recording import calibrate, excite, import_log, simulate, track
 
 COMMANDS: dict[str, ModuleType] = {
     "demo": demo,

@@ -13,21 +13,21 @@ from markupsafe import Markup
 
 from servosight import __version__
 from servosight.app.report.section import Section
-from servosight.app.report.sections.angle import section as angle
-from servosight.app.report.sections.candidates import section as candidates
-from servosight.app.report.sections.dynamics import section as dynamics
-from servosight.app.report.sections.experiment import section as experiment
-from servosight.app.report.sections.film import section as film
-from servosight.app.report.sections.ladder import section as ladder
-from servosight.app.report.sections.law import section as law
-from servosight.app.report.sections.method import section as method
-from servosight.app.report.sections.parameters import section as parameters
-from servosight.app.report.sections.picture import section as picture
-from servosight.app.report.sections.regimes import section as regimes
-from servosight.app.report.sections.residuals import section as residuals
-from servosight.app.report.sections.response import section as response
-from servosight.app.report.sections.verdict import section as verdict
-from servosight.app.report.sections.where import section as where
+from servosight.app.report.sections.error.law import section as law
+from servosight.app.report.sections.error.regimes import section as regimes
+from servosight.app.report.sections.error.residuals import section as residuals
+from servosight.app.report.sections.error.where import section as where
+from servosight.app.report.sections.model.dynamics import section as dynamics
+from servosight.app.report.sections.model.parameters import section as parameters
+from servosight.app.report.sections.model.response import section as response
+from servosight.app.report.sections.recording.angle import section as angle
+from servosight.app.report.sections.recording.film import section as film
+from servosight.app.report.sections.recording.picture import section as picture
+from servosight.app.report.sections.selection.candidates import section as candidates
+from servosight.app.report.sections.selection.experiment import section as experiment
+from servosight.app.report.sections.selection.ladder import section as ladder
+from servosight.app.report.sections.selection.method import section as method
+from servosight.app.report.sections.selection.verdict import section as verdict
 from servosight.app.report.story import Story, sentence, spoken
 from servosight.models.core import chance, degrees, rounded, signed, uncertain
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servosight.app.commands.excite import SHAPES
+from servosight.app.commands.recording.excite import SHAPES
 from servosight.app.main import main
 from servosight.models.core import Actuator, Estimate, Recording
 from servosight.models.effects import catalogue

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from fractions import Fraction
-from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import av
-import cv2
 import numpy as np
 import pytest
+from support.drawn_film import FIN, PIVOT, filmed
+from support.page import Page
 
 from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
-from servosight.app.report.sections.candidates import groups
+from servosight.app.report.sections.selection.candidates import groups
 from servosight.app.report.story import Story
 from servosight.diagnose import (
     Comparison,
@@ -28,22 +26,20 @@ from servosight.diagnose import (
     judge,
     predictions,
 )
-from servosight.diagnose._words import Levels, verdict_words
 from servosight.diagnose.evidence import Regime
 from servosight.diagnose.experiment import Proposal, Separation
+from servosight.diagnose.result.wording import Levels, verdict_words
 from servosight.models.core import InputError, Recording, Table, degrees, rounded, times, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Limits, design
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.produce import OURS
-from servosight.sources import TRACK_FILE, Geometry, geometry_of
+from servosight.sources import TRACK_FILE, geometry_of
 
 GAP_DEG = 2.0
 NOISE_DEG = 0.02
 RATE_HZ = 60.0
 DURATION_S = 9.0
-PIVOT = (80.0, 100.0)
-FIN = np.array([[70.0, 88.0], [230.0, 94.0], [230.0, 106.0], [70.0, 112.0]])
 NAME = "<b>run & $5$</b>"
 """A folder may be called that: the page must show it, not obey it."""
 
@@ -80,76 +76,10 @@ def compared(recording: Recording, found: Diagnosis) -> Comparison:
     return compare(linear, [recording])
 
 
-class Page(HTMLParser):
-    """Elements, ids, addresses and text of a page."""
-
-    VOID = frozenset({"meta", "br", "img", "link", "hr"})
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.ids: list[str] = []
-        self.addresses: list[str] = []
-        self.roots: list[dict[str, str | None]] = []
-        self.tags: set[str] = set()
-        self.words: list[str] = []
-        self.feed(text)
-        assert self.open == [], "all elements are closed"
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.handle_startendtag(tag, attrs)
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        values = dict(attrs)
-        self.tags.add(tag)
-        self.ids += [str(values["id"])] if "id" in values else []
-        self.addresses += [str(values[k]) for k in ("href", "xlink:href", "src") if k in values]
-        if tag == "svg":
-            self.roots.append(values)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        """All words, joined by single spaces."""
-        return " ".join(" ".join(self.words).split())
-
-
 def written(path: Path, result: Any, recordings: list[Recording]) -> tuple[str, Page]:
     write_report(path, result, recordings)
     text = path.read_text(encoding="utf-8")
     return text, Page(text)
-
-
-def filmed(recording: Recording, folder: Path) -> Recording:
-    """The recording with a film of a fin that stands as measured, and the geometry beside it."""
-    video = folder / "video.mkv"
-    with av.open(str(video), "w") as container:
-        stream = container.add_stream("ffv1", rate=Fraction(int(RATE_HZ)))
-        stream.width, stream.height, stream.pix_fmt = 320, 240, "gray"
-        for angle in recording.angle_deg:
-            image = np.full((240, 320), 60, np.uint8)
-            turn = np.deg2rad(angle)
-            matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            points = (FIN - PIVOT) @ matrix.T + PIVOT
-            cv2.fillPoly(image, [np.round(points * 16).astype(np.int32)], 200, cv2.LINE_AA, 4)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
-        container.mux(stream.encode(None))
-    outline = np.vstack(
-        [np.linspace(a, b, 40) for a, b in zip(FIN, np.roll(FIN, -1, 0), strict=True)]
-    )
-    count = recording.time_s.size
-    track: Any = SimpleNamespace(
-        frames=count, measured=np.ones(count, bool), pivot_px=PIVOT, outline_px=outline
-    )
-    Geometry.of(track, video).save(folder)
-    return replace(recording, video=video, path=folder)
 
 
 def test_a_diagnosis_tells_the_whole_story(
@@ -325,7 +255,7 @@ def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording:
 def test_the_frame_shows_where_the_model_is_off(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
-    film = filmed(recording, tmp_path)
+    film = filmed(recording, tmp_path, RATE_HZ)
     text, page = written(tmp_path / "report.html", found, [film])
     assert "picture" in page.ids
     error = predictions(found, [film], 0)[0].error_deg
@@ -344,7 +274,7 @@ def test_the_frame_shows_where_the_model_is_off(
 def test_geometry_is_kept_only_while_it_fits(tmp_path: Path, recording: Recording) -> None:
     assert geometry_of(recording) is None
     assert TRACK_FILE in OURS  # a recording filmed anew replaces it
-    film = filmed(recording, tmp_path)
+    film = filmed(recording, tmp_path, RATE_HZ)
     kept = geometry_of(film)
     assert kept is not None
     assert kept.pivot_px == PIVOT
@@ -357,7 +287,7 @@ def test_geometry_is_kept_only_while_it_fits(tmp_path: Path, recording: Recordin
     assert film.video is not None
     with film.video.open("ab") as stream:
         stream.write(b"more")
-    filmed(recording, tmp_path)
+    filmed(recording, tmp_path, RATE_HZ)
     assert geometry_of(film) is not None
     with film.video.open("ab") as stream:
         stream.write(b"more")

@@ -6,15 +6,11 @@ import base64
 import re
 from dataclasses import replace
 from datetime import UTC, datetime
-from fractions import Fraction
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import av
-import cv2
 import numpy as np
 import pytest
+from support.drawn_film import filmed
 
 import servosight as ss
 from servosight.app.main import main
@@ -23,12 +19,9 @@ from servosight.diagnose import Diagnosis
 from servosight.models.core import Estimate, Recording, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus, bandwidth_hz
-from servosight.sources import Geometry
 
 KNOWN = ("backlash", "coulomb_friction")
 RATE_HZ = 60.0
-PIVOT = (80.0, 100.0)
-FIN = np.array([[70.0, 88.0], [230.0, 94.0], [230.0, 106.0], [70.0, 112.0]])
 K, T, XI, GAP = 1.0, 0.03, 0.5, 0.5
 
 
@@ -49,32 +42,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     made = replace(quiet, angle_deg=angle, sigma_deg=np.full(time_s.size, 0.02))
     folder = tmp_path_factory.mktemp("report") / "run"
     made.save(folder)
-    return filmed(made, folder)
-
-
-def filmed(recording: Recording, folder: Path) -> Recording:
-    """The recording with a film of a fin that stands as measured, and the geometry beside it."""
-    video = folder / "video.mkv"
-    with av.open(str(video), "w") as container:
-        stream = container.add_stream("ffv1", rate=Fraction(int(RATE_HZ)))
-        stream.width, stream.height, stream.pix_fmt = 320, 240, "gray"
-        for angle in recording.angle_deg:
-            image = np.full((240, 320), 60, np.uint8)
-            turn = np.deg2rad(angle)
-            matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            points = (FIN - PIVOT) @ matrix.T + PIVOT
-            cv2.fillPoly(image, [np.round(points * 16).astype(np.int32)], 200, cv2.LINE_AA, 4)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
-        container.mux(stream.encode(None))
-    outline = np.vstack(
-        [np.linspace(a, b, 40) for a, b in zip(FIN, np.roll(FIN, -1, 0), strict=True)]
-    )
-    count = recording.time_s.size
-    track: Any = SimpleNamespace(
-        frames=count, measured=np.ones(count, bool), pivot_px=PIVOT, outline_px=outline
-    )
-    Geometry.of(track, video).save(folder)
-    return replace(recording, video=video, path=folder)
+    return filmed(made, folder, RATE_HZ)
 
 
 @pytest.fixture(scope="module")

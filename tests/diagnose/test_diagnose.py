@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import Diagnosis, Verdict, add, compare, diagnose, predictions
-from servosight.diagnose._words import Levels
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION
+from servosight.diagnose.result.wording import Levels
 from servosight.diagnose.selection import ModelSelection, Split
 from servosight.identify.fit import identify
 from servosight.models.base import json_text

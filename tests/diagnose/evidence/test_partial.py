@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import LadderStep, Verdict
-from servosight.diagnose._words import Levels, next_experiment, told
 from servosight.diagnose.evidence import Evidence, Repeated, Stability, partial, taken
 from servosight.diagnose.residuals import TEST, Finding, Judged
+from servosight.diagnose.result.wording import Levels, next_experiment, told
 from servosight.models.core import Recording
 
 TIME_S = np.arange(0.0, 5.0, 0.01)

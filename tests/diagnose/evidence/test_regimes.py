@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import Diagnosis, Verdict, diagnose
-from servosight.diagnose._words import partial_words
 from servosight.diagnose.evidence import Regime, RegimePolicy, regimes
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
+from servosight.diagnose.result.wording import partial_words
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus

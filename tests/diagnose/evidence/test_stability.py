@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import LadderStep
-from servosight.diagnose._words import stability_words, uncertain_words
 from servosight.diagnose.evidence import (
     Stability,
     resamples,
@@ -18,6 +17,7 @@ from servosight.diagnose.evidence import (
     winner,
 )
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
+from servosight.diagnose.result.wording import stability_words, uncertain_words
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,

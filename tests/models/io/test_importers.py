@@ -12,6 +12,7 @@ import pytest
 import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.refusal import refused
 
 from servosight.models.core import InputError
 from servosight.models.io import load_recording, save_recording
@@ -39,15 +40,6 @@ def bam_log(count: int = 100, **changes: Any) -> dict[str, Any]:
 def saved(path: Path, log: Any) -> Path:
     path.write_text(json.dumps(log))
     return path
-
-
-def refused(path: Path, request: Request, *words: str) -> None:
-    with pytest.raises(InputError) as caught:
-        import_recording(path, request)
-    sentence = str(caught.value)
-    assert "\n" not in sentence
-    for word in (path.name, "expected", *words):
-        assert word in sentence, sentence
 
 
 def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:

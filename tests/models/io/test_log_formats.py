@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.refusal import refused
 
-from servosight.models.core import InputError, Recording
+from servosight.models.core import Recording
 from servosight.models.io import load_recording, save_recording
 from servosight.models.io.importers import Request, import_recording, parse_map, recognised
 from servosight.models.io.importers import _apart as apart
@@ -35,15 +36,6 @@ def is_sound(recording: Recording) -> None:
     np.testing.assert_allclose(recording.angle_deg, np.degrees(POSITION), atol=1e-4)
     seen = recording.command_at(recording.time_s + 1e-4)
     np.testing.assert_allclose(seen, np.degrees(GOAL), atol=1e-4)
-
-
-def refused(path: Path, request: Request, *words: str) -> None:
-    with pytest.raises(InputError) as caught:
-        import_recording(path, request)
-    sentence = str(caught.value)
-    assert "\n" not in sentence
-    for word in (path.name, "expected", *words):
-        assert word in sentence, sentence
 
 
 # --- JSON -----------------------------------------------------------------------------------------

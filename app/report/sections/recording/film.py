@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.app.report.section import Section
-from servosight.app.report.sections.picture import worst_frame
+from servosight.app.report.sections.recording.picture import worst_frame
 from servosight.app.report.story import Story
 from servosight.models.core import Array, Image
 from servosight.sources import Geometry

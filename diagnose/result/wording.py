@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose._result import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Evidence, Regime, Repeated, Stability, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED, listed
+from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.models.core import degrees, times
 
 FAR_BELOW = 0.5

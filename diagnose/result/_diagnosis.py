@@ -11,12 +11,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from servosight.diagnose._plots import plot_ladder
-from servosight.diagnose._recording_use import RecordingUse
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Detectable, Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
+from servosight.diagnose.result._plots import plot_ladder
+from servosight.diagnose.result._recording_use import RecordingUse
 from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Dynamics, OwnValues
 from servosight.identify.uncertainty import Matrix

@@ -1,0 +1,1 @@
+"""Commands that take recordings and give models, comparisons and diagnoses."""
