@@ -1,0 +1,64 @@
+"""The verdict in words."""
+
+from __future__ import annotations
+
+import pytest
+
+from servosight.diagnose import LadderStep, Verdict
+from servosight.diagnose.discrepancy import Law, LawTerm
+from servosight.diagnose.result.wording import Levels, verdict_words
+
+LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
+
+
+def step(error_deg: float, *effects: str) -> LadderStep:
+    return LadderStep(
+        added=effects[-1] if effects else None,
+        removed=None,
+        effects=effects,
+        train_rmse_deg=error_deg,
+        validation_rmse_deg=error_deg,
+        held_out_rmse_deg=error_deg,
+        explained=False,
+        parameters={},
+        own=(),
+    )
+
+
+def law(closed: float, after_deg: float) -> Law:
+    return Law(
+        sentence="",
+        terms=(LawTerm(form="cubic", equation="", words="grows with the cube of speed"),),
+        coefficients={},
+        added_to=("backlash",),
+        effects=("backlash", "cubic"),
+        parameters={},
+        own=(),
+        held_out_before_deg=0.5,
+        held_out_after_deg=after_deg,
+        floor_deg=LEVELS.floor_deg,
+        closed=closed,
+        missing_torque_rms_deg=(),
+        missing=(),
+        draft="",
+    )
+
+
+@pytest.mark.parametrize(
+    ("closed", "after_deg", "share"), [(0.91, 0.15, "91 %"), (1.002, 0.03, "100 %")]
+)
+def test_a_law_stands_in_the_headline(closed: float, after_deg: float, share: str) -> None:
+    """The share of the gap that it closes, never more than all; the errors in the sentence."""
+    ladder = [step(1.0), step(0.5, "backlash")]
+    found = law(closed, after_deg)
+    headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
+    assert headline == f"Not explained by any known effect; a law closes {share} of the gap"
+    for words in ("grows with the cube of speed", "with backlash", "0.500°", share, "0.0320°"):
+        assert words in summary, summary
+
+
+def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
+    ladder = [step(1.0), step(0.5, "backlash")]
+    headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], None, LEVELS)
+    assert headline == "Not fully explained"
+    assert "times the floor" in summary
