@@ -11,4 +11,5 @@ from servosight.tracking.acquisition._indicator import (
     find_light as find_light,
 )
 from servosight.tracking.acquisition._parts import same_view as same_view
+from servosight.tracking.acquisition._parts import swept as swept
 from servosight.tracking.acquisition._parts import without as without

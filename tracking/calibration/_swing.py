@@ -190,6 +190,8 @@ class _SwingPoints:
         values = values.copy()
         for _ in range(_ROUNDS):
             residuals, slopes, own = self._linear(values, points)
+            if not np.abs(residuals).max() < _FARTHEST:  # a point passed the horizon
+                return None
             weight = _tukey(residuals)
             residuals, slopes, solved = self._projected(
                 residuals, slopes[:, :, fixed:], own, weight
@@ -203,6 +205,8 @@ class _SwingPoints:
             if np.abs(step).max() < 1e-9:
                 break
         raw, slopes, own = self._linear(values, points)
+        if not np.abs(raw).max() < _FARTHEST:
+            return None
         weight = _tukey(raw)
         residuals, slopes, _ = self._projected(raw, slopes, own, weight)
         normal, _ = _normal(residuals, slopes, weight)

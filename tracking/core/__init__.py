@@ -16,6 +16,7 @@ from servosight.tracking.core._plane import MotionPlane as MotionPlane
 from servosight.tracking.core._plane import inverse as inverse
 from servosight.tracking.core._plane import like_picture as like_picture
 from servosight.tracking.core._plane import mapped as mapped
+from servosight.tracking.core._refusal import TrackRefused as TrackRefused
 from servosight.tracking.core._rotation import turned as turned
 from servosight.tracking.core._rotation import turning as turning
 from servosight.tracking.core._shared import one_sigma as one_sigma

@@ -153,7 +153,12 @@ def write_sheet(path: Path, tracks: Sequence[Track], progress: FrameProgress | N
         np.hstack(cells[start : start + _SHEET_COLUMNS])
         for start in range(0, len(cells), _SHEET_COLUMNS)
     ]
-    good, data = cv2.imencode(".png", np.vstack(rows))
+    write_picture(path, np.vstack(rows))
+
+
+def write_picture(path: Path, picture: Image) -> None:
+    """Write a picture (height, width, 3), blue-green-red, as a marked PNG."""
+    good, data = cv2.imencode(".png", picture)
     assert good
     write_bytes(path, marked_png(data.tobytes()))
 

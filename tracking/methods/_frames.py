@@ -17,8 +17,10 @@ from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
 from servosight.tracking.methods._box import choose_box
+from servosight.tracking.methods._verified import refused_with_picture, verify
 from servosight.tracking.surface import Surface, SurfaceEstimator
 from servosight.tracking.uncertainty import FrameMeasurements, evaluate
+from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import Film
 
 
@@ -63,9 +65,11 @@ def track_frames(
 ) -> Track:
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
     film = film.stabilised()
-    part = find_moving_part(film, options)
-    setup = prepare(film, part)
-    measured = measure(film, part, setup, progress)
+    with refused_with_picture(film):
+        part = find_moving_part(film, options)
+        setup = prepare(film, part)
+        sample = FrameSample(part.rectified)
+        measured = measure(film, part, setup, sample, progress)
     time_s = film.times(measured.stamps_s, setup.shutters.middle_s)
     angles = evaluate(
         measured,
@@ -76,9 +80,10 @@ def track_frames(
         correlated=film.predicted or film.stabiliser is not None,
     )
     plane = part.view.plane
-    x, y = plane.to_picture(np.array([setup.pivot]) + angles.pivot_shift_px)[0]
+    pivot = np.array(setup.pivot) + angles.pivot_shift_px
+    x, y = plane.to_picture(pivot[None])[0]
     shutter_notes = (setup.shutters.note,) if setup.shutters.note else ()
-    return Track(
+    track = Track(
         video=film.path,
         method=options.method,
         time_s=time_s,
@@ -97,6 +102,8 @@ def track_frames(
         shared_deg=np.rad2deg(angles.shared_rad),
         shutters=setup.shutters,
     )
+    verify(film, options, track, pivot, part.outline, sample)
+    return track
 
 
 def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
@@ -125,14 +132,21 @@ def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
 
 
 def measure(
-    film: Film, part: MovingPart, setup: TrackingSetup, progress: FrameProgress | None = None
+    film: Film,
+    part: MovingPart,
+    setup: TrackingSetup,
+    sample: FrameSample,
+    progress: FrameProgress | None = None,
 ) -> FrameMeasurements:
-    """Measure every frame; InputError where the part is found in none of them."""
+    """Measure every frame; InputError where the part is found in none of them.
+
+    ``sample`` keeps some of the frames.
+    """
     radius_px = part.surface.grid.largest_px
     rows = []
     for seen in follow(
         setup.estimator,
-        film.frames(),
+        sample.watch(film.frames()),
         setup.initial_rad,
         setup.shutters,
         radius_px,

@@ -68,38 +68,61 @@ class Header:
     """The data of a video file without decoding it.
 
     The number of pictures; the unit of their times [s]; the declared frame rate, if any; the name
-    of the codec where it predicts pictures from earlier ones, with loss.
+    of the codec where it predicts pictures from earlier ones, with loss; the end that the file
+    declares [s] where it stops much earlier, else None.
     """
 
     count: int
     tick_s: float
     declared_hz: float | None
     predicting: str | None
+    missing_until_s: float | None = None
 
 
 def check(video: Path) -> Header:
     """Read a video through without decoding it.
 
-    Raises ``InputError`` for a file that cannot be read, ends before its header says, or holds
-    fewer than 50 pictures.
+    Raises ``InputError`` for a file that cannot be read or holds fewer than 50 pictures. A file
+    that breaks off, or whose header declares more than it holds, counts up to there.
     """
     with opened(video) as container:
         stream = container.streams.video[0]
         base = float(stream.time_base or 0)
-        stamps = [packet.pts for packet in container.demux(stream) if packet.size]
+        stamps, broken = _stamps(container, stream)
         last_s = base * max((stamp for stamp in stamps if stamp is not None), default=0)
         end_s = declared_end_s(stream, container)
-        if end_s is not None and end_s - last_s > max(4.0 * end_s / max(len(stamps), 1), 0.1):
-            raise InputError(
-                f"{video}: truncated, its header declares {end_s:.3f} s and its last frame is at "
-                f"{last_s:.3f} s; expected a complete file, copy it again or cut it with FFmpeg to "
-                "what is there."
-            )
+        frame_s = (end_s or last_s) / max(len(stamps), 1)
+        early = end_s is not None and end_s - last_s > max(4.0 * frame_s, 0.1)
         codec, rate = stream.codec_context.codec, stream.base_rate
         predicting = codec.name if codec.lossy and not codec.intra_only else None
-        header = Header(len(stamps), base, float(rate) if rate else None, predicting)
+        header = Header(
+            len(stamps),
+            base,
+            float(rate) if rate else None,
+            predicting,
+            (end_s or last_s) if broken or (early and not _whole(stream, len(stamps))) else None,
+        )
     if header.count < MIN_FRAMES:
         raise InputError(
             f"{video}: holds {header.count} frames; expected at least {MIN_FRAMES}, record longer."
         )
     return header
+
+
+def _stamps(container: InputContainer, stream: Any) -> tuple[list[int | None], bool]:
+    """Presentation times [ticks] of a file's pictures, and whether an error ended them."""
+    import av
+
+    stamps: list[int | None] = []
+    try:
+        stamps.extend(packet.pts for packet in container.demux(stream) if packet.size)
+    except av.FFmpegError:
+        if len(stamps) < MIN_FRAMES:
+            raise
+        return stamps, True
+    return stamps, False
+
+
+def _whole(stream: Any, count: int) -> bool:
+    """Whether a file whose header counts its pictures holds as many: only its length is wrong."""
+    return 0 < int(stream.frames or 0) <= count

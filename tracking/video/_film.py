@@ -20,6 +20,7 @@ _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _LONGEST_S = 10.0
+_BUFFERED = 4  # frames that a decoder may keep to itself at the end
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ class Film:
                 f"say {rate_hz:.4g}: the times are used; a video replayed slower or faster needs "
                 "a frames.csv"
             )
+        notes += self._missing(stamps_s)
         if self.header.predicting is not None:
             notes.append(
                 f"{self.header.predicting} predicts pictures from earlier ones: pixels that were "
@@ -104,6 +106,18 @@ class Film:
                 "avoid it"
             )
         return tuple(notes)
+
+    def _missing(self, stamps_s: Sequence[float]) -> list[str]:
+        """A sentence where the file breaks off before the end that it declares."""
+        fewer = self.header.count - len(stamps_s)
+        if self.header.missing_until_s is None and fewer <= _BUFFERED:
+            return []
+        until_s = self.header.missing_until_s
+        declared = f", and it declares {until_s:.3f} s" if until_s is not None else ""
+        return [
+            f"the file's pictures can be read up to {stamps_s[-1]:.3f} s{declared}: the angle "
+            "ends there"
+        ]
 
     def _still(self, frame: Frame) -> Frame:
         if self.stabiliser is None:

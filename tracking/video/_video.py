@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.video._container import declared_end_s, opened
+from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
 
 _RUNS, _RUN_PARTS, _PART = 8, 4, 10
 _LARGEST_SIDE_PX = 8192
@@ -34,19 +37,34 @@ def frames(video: Path) -> Iterator[Frame]:
     """Stream the pictures of a video in order; memory does not grow with its length.
 
     Times are presentation times (pts x time base), the start of exposure; the declared rate
-    serves only a file without them. Raises ``InputError`` for a file that cannot be decoded, that
-    changes its picture size, or whose time does not advance.
+    serves only a file without them. An error of decoding ends the stream, where 50 pictures came
+    before it. Raises ``InputError`` for a file that cannot be decoded, that changes its picture
+    size, or whose time does not advance.
     """
     with opened(video) as container:
         stream = container.streams.video[0]
         rate = stream.average_rate or stream.guessed_rate
         shape: tuple[int, ...] | None = None
         last_s = -np.inf
-        for index, picture in enumerate(container.decode(stream)):
+        for index, picture in enumerate(_decoded(container, stream, MIN_FRAMES)):
             time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
             image = _grey(video, index, picture, shape)
             shape, last_s = image.shape, time_s
             yield Frame(index, time_s, image)
+
+
+def _decoded(container: InputContainer, stream: Any, least: int) -> Iterator[Any]:
+    """The pictures up to the file's end or, where ``least`` came before it, to an error."""
+    import av
+
+    count = 0
+    try:
+        for picture in container.decode(stream):
+            yield picture
+            count += 1
+    except av.FFmpegError:
+        if count < least:
+            raise
 
 
 def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> float:
@@ -144,7 +162,7 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             if number:
                 container.seek(int(target_s / base), stream=stream)
             run: list[Frame] = []
-            for picture in container.decode(stream):
+            for picture in _decoded(container, stream, 0 if number else length):
                 time_s = _time_s(video, len(run), picture, rate)
                 if time_s >= max(target_s, last_s + 1e-9):
                     index = round((time_s - start_s) * float(rate))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from servosight.tracking.core import Track
+
+REFUSED = "track_refused.png"
+"""The picture of what was found in a video that was not tracked, beside angle.csv."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +102,7 @@ def run(args: argparse.Namespace) -> None:
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
     how = Tracking(parts, args.method, camera, args.light, marker)
-    with progress(f"tracking {args.source}") as show:
+    with _drawing_refusals(output), progress(f"tracking {args.source}") as show:
         if folder is not None:
             tracks = track_folder(folder, output, how, show)
         else:
@@ -109,6 +113,25 @@ def run(args: argparse.Namespace) -> None:
     for place, track in zip((output, output.with_name(HORN)), tracks, strict=False):
         _tell(out, place, track)
     _draw(args, output, tracks, out)
+
+
+@contextmanager
+def _drawing_refusals(output: Path) -> Iterator[None]:
+    """Write the picture of a refused video beside ``output``, unless a foreign file is there."""
+    from servosight.models.core import InputError
+    from servosight.tracking.core import TrackRefused
+    from servosight.tracking.drawing import write_picture
+
+    try:
+        yield
+    except TrackRefused as refused:
+        place = output.with_name(REFUSED)
+        try:
+            check_target(place, Kind.PNG)
+        except InputError:
+            raise refused from None
+        write_picture(place, refused.picture)
+        raise InputError(f"{str(refused).rstrip('.')}; {place} shows what was found.") from refused
 
 
 def _check(args: argparse.Namespace, output: Path, second: bool) -> None:

@@ -17,7 +17,14 @@ from servosight.models.core import InputError
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 from servosight.tracking.video import _video as video_module
-from servosight.tracking.video import check, even_times, frames, read_frame_table, stretches
+from servosight.tracking.video import (
+    check,
+    even_times,
+    frames,
+    open_film,
+    read_frame_table,
+    stretches,
+)
 
 Write = Callable[..., Path]
 
@@ -120,12 +127,32 @@ def test_too_short_a_video(tmp_path: Path, write: Write) -> None:
     refused(lambda: track(path), "short.mkv", "20 frames", "50")
 
 
-def test_truncated_video(tmp_path: Path, write: Write) -> None:
+def test_a_video_that_breaks_off_is_read_up_to_there(tmp_path: Path, write: Write) -> None:
+    """Truth: half of the bytes are there, so about half of the frames, and a note says so."""
     path = write(tmp_path / "whole.mkv", noise(120), np.arange(120) / 100)
-    assert check(path).count == 120
+    whole = open_film(path, TrackOptions())
+    assert whole.header.count == 120
+    assert whole.header.missing_until_s is None
     half = tmp_path / "half.mkv"
     half.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    refused(lambda: track(half), "half.mkv", "truncated")
+    film = open_film(half, TrackOptions())
+    stamps = [frame.time_s for frame in film.frames()]
+    assert 50 <= len(stamps) <= 61
+    assert any(f"up to {stamps[-1]:.3f} s" in note for note in film.notes(stamps))
+    assert not any("up to" in note for note in whole.notes(np.arange(120) / 100))
+
+
+def test_pictures_that_cannot_be_decoded_end_the_video(tmp_path: Path, write: Write) -> None:
+    """The last packets are zeros: FFmpeg reads the file, and cannot decode them."""
+    path = write(tmp_path / "tail.mkv", noise(120), np.arange(120) / 100)
+    data = bytearray(path.read_bytes())
+    size = len(data)
+    data[size * 3 // 4 : size * 19 // 20] = bytes(size * 19 // 20 - size * 3 // 4)
+    path.write_bytes(data)
+    film = open_film(path, TrackOptions())
+    stamps = [frame.time_s for frame in film.frames()]
+    assert 80 <= len(stamps) <= 92
+    assert any(f"up to {stamps[-1]:.3f} s" in note for note in film.notes(stamps))
 
 
 def changed(path: Path, copied: bytes, new: bytes) -> Path:

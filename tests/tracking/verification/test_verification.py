@@ -1,0 +1,131 @@
+"""The check of a track: drawn scenes with true and false angles, and each limit by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.app.main import main
+from servosight.models.core import Array, Single
+from servosight.tracking.core import turned
+from servosight.tracking.verification import (
+    Evidence,
+    FrameSample,
+    TurningScene,
+    VerificationLimits,
+    contradiction,
+    evidence_of,
+)
+from servosight.tracking.video import Frame
+
+PIVOT = (110.0, 80.0)
+BAR = np.array([[100.0, 72.0], [165.0, 74.0], [165.0, 86.0], [100.0, 88.0]])
+AWAY = np.array([-70.0, 40.0])
+ANGLES = np.deg2rad(35.0 * np.sin(np.arange(24) / 3.0))
+CONFIRMED = Evidence(sigmas=500.0, explained=0.9, share=0.9, agreement=1.0, found=1.0)
+
+
+def pictures(angles_rad: Array) -> list[Single]:
+    """A plain bar on a printed bench."""
+    rng = np.random.default_rng(4)
+    bench = 120 + 25 * cv2.GaussianBlur(rng.standard_normal((160, 240)), (0, 0), 3) * 8
+    drawn = []
+    for angle in angles_rad:
+        image = bench.astype(np.float32)
+        bar = np.round(16 * turned(BAR, PIVOT, float(angle))).astype(np.int32)
+        cv2.fillPoly(image, [bar], 210.0, cv2.LINE_AA, shift=4)
+        image += rng.standard_normal(image.shape).astype(np.float32)
+        drawn.append(cv2.GaussianBlur(image, (0, 0), 1.0))
+    return drawn
+
+
+def evidence(claimed_rad: Array) -> Evidence:
+    """Of a track that claims these angles for a bar that turns by ``ANGLES``."""
+    scene = TurningScene.of(pictures(ANGLES), claimed_rad, PIVOT, BAR)
+    sigma = np.full(len(ANGLES), np.deg2rad(0.02))
+    return evidence_of(scene, claimed_rad, sigma, np.ones(len(ANGLES), bool))
+
+
+def test_the_true_angles_are_confirmed() -> None:
+    found = evidence(ANGLES)
+    assert found.explained > 0.8
+    assert found.share > 0.9
+    assert found.agreement == 1.0
+    assert contradiction(found, pointed=False) is None
+
+
+@pytest.mark.parametrize("claim", [0.0, 0.6, -1.0])
+def test_other_angles_are_contradicted(claim: float) -> None:
+    """A part that does not move, one that moves too little, and one that turns the other way."""
+    noise = 1e-4 * np.sin(np.arange(len(ANGLES)))
+    found = evidence(claim * ANGLES + noise)
+    assert contradiction(found, pointed=True) is not None
+
+
+def test_a_still_piece_of_background_is_no_moving_part() -> None:
+    """Something else turns in the picture; the piece claimed to turn a little does not."""
+    scene = TurningScene.of(pictures(ANGLES), 0.01 * ANGLES, (50.0, 120.0), BAR + AWAY)
+    found = evidence_of(scene, 0.01 * ANGLES, np.full(24, 1e-4), np.ones(24, bool))
+    assert found.share < 0.1
+    assert found.explained < 0.25
+    assert contradiction(found, pointed=False) is not None
+
+
+@pytest.mark.parametrize(
+    ("limit", "word"),
+    [
+        ("sigmas", "no motion"),
+        ("explained", "explains only"),
+        ("share", "of what moves"),
+        ("agreement", "confirms"),
+        ("found", "found in only"),
+    ],
+)
+def test_each_limit_refuses_by_itself(limit: str, word: str) -> None:
+    least = getattr(VerificationLimits(), f"least_{limit}")
+    at_limit = replace(CONFIRMED, **{limit: least})
+    assert contradiction(at_limit, pointed=False) is None
+    why = contradiction(replace(CONFIRMED, **{limit: 0.98 * least}), pointed=False)
+    assert why is not None
+    assert word in why
+
+
+def test_a_part_pointed_at_may_be_small_among_what_moves() -> None:
+    assert contradiction(replace(CONFIRMED, share=0.01), pointed=True) is None
+
+
+def test_a_sample_stays_small_and_even() -> None:
+    sample = FrameSample(lambda image: image)
+    image = np.zeros((600, 960), np.uint8)
+    source = (Frame(number, 0.01 * number, image) for number in range(1000))
+    assert sum(1 for _ in sample.watch(source)) == 1000
+    assert 48 <= len(sample.index) < 96
+    assert sample.index[0] == 0
+    assert len(set(np.diff(sample.index))) == 1
+    assert sample.scale == 0.5
+    numbers, kept = sample.chosen(np.arange(1000) > 500)
+    assert len(numbers) == len(kept) <= 48
+    assert numbers.min() > 500
+    assert kept[0].shape == (300, 480)
+
+
+def test_a_refusal_is_drawn_beside_the_output(
+    tmp_path: Path, write: object, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing turns in noise; a foreign picture of that name stays."""
+    rng = np.random.default_rng(1)
+    noise = [rng.integers(90, 110, (64, 96), dtype=np.uint8) for _ in range(60)]
+    video = write(tmp_path / "noise.mkv", noise, np.arange(60) / 60)  # type: ignore[operator]
+    picture = tmp_path / "track_refused.png"
+    assert main(["track", str(video)]) == 2
+    assert str(picture) in capsys.readouterr().err
+    assert cv2.imread(str(picture)).shape == (64, 96, 3)
+    picture.write_bytes(b"mine")
+    assert main(["track", str(video)]) == 2
+    assert "track_refused" not in capsys.readouterr().err
+    assert picture.read_bytes() == b"mine"
+    assert not (tmp_path / "angle.csv").exists()

@@ -1,0 +1,76 @@
+"""A track is returned only where the frames confirm it; what is refused comes with a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, InputError, Mask
+from servosight.tracking.acquisition import swept
+from servosight.tracking.core import Track, TrackOptions, TrackRefused
+from servosight.tracking.drawing import refusal_picture
+from servosight.tracking.verification import FrameSample, TurningScene, contradiction, evidence_of
+from servosight.tracking.video import Film
+
+_LEAST_FRAMES = 8
+
+
+@contextmanager
+def refused_with_picture(film: Film) -> Iterator[None]:
+    """Add a picture of what changes in the video to every refusal."""
+    try:
+        yield
+    except TrackRefused:
+        raise
+    except InputError as error:
+        raise TrackRefused(str(error), refusal_picture(film.images)) from error
+
+
+def verify(
+    film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outline: Array,
+    sample: FrameSample,
+) -> None:  # fmt: skip
+    """Compare a track with a sample of the frames; ``TrackRefused`` where they contradict it.
+
+    ``flat_pivot`` (2,) and ``outline`` (points, 2) lie in the plane of motion, as the sample's
+    pictures do.
+    """
+    chosen, pictures = sample.chosen(track.found)
+    if len(chosen) < _LEAST_FRAMES:
+        why: str | None = f"the part was found in only {track.found.mean():.0%} of the frames"
+    else:
+        scale = sample.scale
+        # Integer pixel centres, before and after the change of size.
+        pivot, line = ((points + 0.5) * scale - 0.5 for points in (flat_pivot, outline))
+        scene = TurningScene.of(
+            pictures, np.deg2rad(track.angle_deg[chosen]), (float(pivot[0]), float(pivot[1])), line
+        )
+        evidence = evidence_of(
+            scene,
+            np.deg2rad(track.angle_deg),
+            np.deg2rad(track.sigma_deg),
+            track.found,
+            _elsewhere(options, film, scene.usual.shape),
+        )
+        why = contradiction(evidence, options.pivot is not None or options.template is not None)
+    if why is None:
+        return
+    x, y = track.pivot_px
+    raise TrackRefused(
+        f"{film.path}: the frames do not confirm the motion found about the pivot "
+        f"{x:.0f},{y:.0f}: {why}; expected a part that turns in full view, point at it with "
+        "--pivot X,Y and --template X,Y,W,H.",
+        refusal_picture(film.images, track.pivot_px, track.outline_px),
+    )
+
+
+def _elsewhere(options: TrackOptions, film: Film, shape: tuple[int, ...]) -> Mask | None:
+    """The pixels of the part that was tracked before, in the sample's size."""
+    if options.beside is None:
+        return None
+    mask = swept(options.beside, film.images[0].shape).astype(np.uint8)
+    small = cv2.resize(mask, (shape[1], shape[0]), interpolation=cv2.INTER_AREA)
+    return np.asarray(small > 0)

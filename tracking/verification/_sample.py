@@ -1,0 +1,68 @@
+"""A sample of a video's frames, small and smooth, kept while the video passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.video import Frame
+
+_COUNT = 48
+_LONG_SIDE_PX = 480
+_SMOOTH_PX = 1.0
+
+
+@dataclass
+class FrameSample:
+    """At most 96 and, in a long video, at least 48 of its frames, evenly spread, the first one
+    first.
+
+    ``prepare`` is applied to a frame's picture first. ``scale`` is the size of a kept
+    picture over that of the video's.
+    """
+
+    prepare: Callable[[Image], Image]
+    index: list[int] = field(default_factory=list)
+    pictures: list[Single] = field(default_factory=list)
+    scale: float = 1.0
+    stride: int = 1
+
+    def watch(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """The same frames in the same order; some of them are kept."""
+        for frame in frames:
+            if frame.index % self.stride == 0:
+                self._keep(frame)
+            yield frame
+
+    def _keep(self, frame: Frame) -> None:
+        self.scale = small_scale(frame.image.shape)
+        self.index.append(frame.index)
+        self.pictures.append(small(self.prepare(frame.image)))
+        if len(self.index) >= 2 * _COUNT:
+            self.index, self.pictures = self.index[::2], self.pictures[::2]
+            self.stride *= 2
+
+    def chosen(self, kept: Mask) -> tuple[Array, list[Single]]:
+        """Numbers and pictures of the sampled frames that ``kept`` (frames,) marks, at most 48."""
+        rows = [row for row, index in enumerate(self.index) if kept[index]]
+        rows = rows[:: max(1, -(-len(rows) // _COUNT))]
+        return np.array([self.index[row] for row in rows], int), [self.pictures[r] for r in rows]
+
+
+def small_scale(shape: tuple[int, ...]) -> float:
+    """The factor that brings a picture's longer side to at most 480 px."""
+    return min(1.0, _LONG_SIDE_PX / max(shape))
+
+
+def small(image: Image) -> Single:
+    """A picture at ``small_scale``, smoothed by a Gaussian of 1 px."""
+    scale = small_scale(image.shape)
+    resized: Any = image.astype(np.float32)
+    if scale < 1.0:
+        resized = cv2.resize(resized, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.GaussianBlur(resized, (0, 0), _SMOOTH_PX), np.float32)

@@ -1,0 +1,146 @@
+"""Part and background as the frames show them, given the angles: what a track claims."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import turned
+from servosight.tracking.verification._turning import PolarView
+
+_MARGIN_PX = 3
+_SHADOW_PX = 7
+_EDGE_SHARE = 0.04
+
+
+@dataclass(frozen=True)
+class TurningScene:
+    """Frames (n, height, width), and the part that is claimed to turn in them.
+
+    ``covers`` (n, height, width) are its pixels, ``swept`` (height, width) all that it and its
+    shadow reach, ``behind`` the background without it, NaN where it is never seen, ``usual`` the
+    median frame. ``part`` and ``cover`` are its picture and shape at angle zero in ``view``.
+    """
+
+    frames: Single
+    angle_rad: Array
+    view: PolarView
+    covers: Mask
+    swept: Mask
+    behind: Single
+    usual: Single
+    part: Single
+    cover: Single
+
+    @classmethod
+    def of(
+        cls,
+        pictures: Sequence[Single],
+        angle_rad: Array,
+        pivot_px: tuple[float, float],
+        outline_px: Array,
+    ) -> TurningScene:
+        """From pictures of equal size and the part's outline (points, 2) at angle zero."""
+        frames = evenly_lit(np.stack(pictures))
+        shape = frames.shape[1:]
+        outlines = [turned(outline_px, pivot_px, float(angle)) for angle in angle_rad]
+        covers = np.stack([_filled(outline, shape) for outline in outlines])
+        swept = cv2.dilate(covers.max(0), _disc(_SHADOW_PX))
+        near = np.stack([cv2.dilate(cover, _disc(_MARGIN_PX)) for cover in covers])
+        behind = _nanmedian(np.where(near > 0, np.float32(np.nan), frames))
+        reach = float(np.hypot(*(outline_px - pivot_px).T).max()) + 2.0
+        view = PolarView.around(pivot_px, reach)
+        back = [view.of(f, float(a)) for f, a in zip(frames, angle_rad, strict=True)]
+        cover = view.of(_filled(outline_px, shape).astype(np.float32), nearest=True)
+        if not np.all(np.isfinite(cover)):  # a part that begins outside the picture
+            cover = np.nan_to_num(cover)
+        usual = np.asarray(np.median(frames, axis=0), np.float32)
+        return cls(
+            frames, angle_rad, view, covers > 0, swept > 0, behind, usual,
+            _nanmedian(np.stack(back)), cover,
+        )  # fmt: skip
+
+    def gains(self) -> Array:
+        """Of each frame, by how much the part explains it better than what is behind; (n, angles).
+
+        At ``view.angles()``.
+        """
+        behind = self.view.of(self.behind)
+        return np.stack(
+            [self.view.gains(self.view.of(f), behind, self.part, self.cover) for f in self.frames]
+        )
+
+    def left_over(self) -> tuple[Array, Array]:
+        """Mean squared difference of each frame from the turned part over its background, and from
+        the median frame, both where the part passes; (n,) each."""
+        behind, usual = self.view.of(self.behind), self.view.of(self.usual)
+        models, stills = [], []
+        for frame, angle in zip(self.frames, self.angle_rad, strict=True):
+            turn = int(round(float(angle) / self.view.step_rad))
+            on = np.roll(self.cover, turn, axis=1) > 0
+            seen = self.view.of(frame)
+            model = np.where(on, np.roll(self.part, turn, axis=1), behind)
+            reached = np.isfinite(model) & np.isfinite(seen) & np.isfinite(usual)
+            weight = np.where(reached, self.view.radius_px[:, None], 0.0)
+            models.append(_mean_square(seen - model, weight))
+            stills.append(_mean_square(seen - usual, weight))
+        return np.array(models), np.array(stills)
+
+    def changed(self, elsewhere: Mask | None = None) -> tuple[Array, Array]:
+        """Of each frame, the pixels that differ from the median frame, and those of them where the
+        part passes; (n,) each. ``elsewhere`` marks pixels of another moving part."""
+        away = np.abs(self.frames - self.usual)
+        noise = 1.4826 * float(np.median(away[:, ::3, ::3]))
+        counted = _inner(self.usual.shape)
+        if elsewhere is not None:
+            counted &= ~elsewhere
+        moved = (away > 5.0 * noise + 6.0) & counted
+        return moved.sum((1, 2)), (moved & self.swept).sum((1, 2))
+
+
+def evenly_lit(frames: Single) -> Single:
+    """Frames (n, height, width) scaled to the brightness of their median frame."""
+    usual = np.median(frames[:, ::4, ::4], axis=0) + 1.0
+    ratio = np.median((frames[:, ::4, ::4] + 1.0) / usual, axis=(1, 2))
+    return np.asarray(frames / ratio[:, None, None], np.float32)
+
+
+def _mean_square(values: NDArray[Any], weight: NDArray[Any]) -> float:
+    # Limited: a hand before the part is no error of its angle.
+    square = np.minimum(np.nan_to_num(values) ** 2, 60.0**2)
+    return float((square * weight).sum() / max(float(weight.sum()), 1e-9))
+
+
+def _filled(outline_px: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    cover = np.zeros(shape, np.uint8)
+    cv2.fillPoly(cover, [np.round(16.0 * outline_px).astype(np.int32)], 1, shift=4)
+    return cover
+
+
+def _disc(radius_px: int) -> NDArray[np.uint8]:
+    size = 2 * radius_px + 1
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+
+
+def _inner(shape: tuple[int, ...]) -> Mask:
+    """All but the border, where a stabilised picture is made up."""
+    inner = np.zeros(shape, bool)
+    high, wide = (int(np.ceil(_EDGE_SHARE * side)) for side in shape)
+    inner[high:-high, wide:-wide] = True
+    return inner
+
+
+def _nanmedian(stack: Single) -> Single:
+    """Median over the first axis without NaN; NaN where there is nothing else."""
+    ordered = np.sort(stack, axis=0)  # NaN last
+    count = np.isfinite(ordered).sum(0)
+    middle = np.maximum(count - 1, 0)
+    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
+    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
+    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), np.float32)

@@ -1,0 +1,87 @@
+"""How well a picture turned about a pivot explains a frame, at every angle at once.
+
+In polar coordinates a turn is a shift, so that the sum of squared differences at all angles is a
+few correlations, which the fast Fourier transform gives. No start angle is needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Single
+
+
+@dataclass(frozen=True)
+class PolarView:
+    """A polar raster of ``rows`` radii, ``step_px`` apart, and ``columns`` directions.
+
+    The directions are counter-clockwise as seen, the first one to the right; ``pivot_px`` is x, y.
+    """
+
+    pivot_px: tuple[float, float]
+    rows: int
+    columns: int
+    step_px: float = 1.0
+
+    @classmethod
+    def around(cls, pivot_px: tuple[float, float], reach_px: float) -> PolarView:
+        """Out to ``reach_px``, with a step of about a pixel at three quarters of that."""
+        rows = max(int(reach_px), 4)
+        columns = cv2.getOptimalDFTSize(int(np.clip(1.5 * np.pi * rows, 120, 1440)))
+        return cls(pivot_px, rows, columns)
+
+    @property
+    def step_rad(self) -> float:
+        """From one direction to the next."""
+        return float(2.0 * np.pi / self.columns)
+
+    @cached_property
+    def radius_px(self) -> Array:
+        """Of each row; (rows,)."""
+        return np.asarray((np.arange(self.rows) + 0.5) * self.step_px)
+
+    def of(self, picture: Single, angle_rad: float = 0.0, nearest: bool = False) -> Single:
+        """A picture on the raster turned by an angle; NaN outside the picture. (rows, columns)"""
+        phi = angle_rad + self.step_rad * np.arange(self.columns)
+        x = self.pivot_px[0] + self.radius_px[:, None] * np.cos(phi)
+        y = self.pivot_px[1] - self.radius_px[:, None] * np.sin(phi)
+        how = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
+        seen = cv2.remap(
+            picture,
+            x.astype(np.float32),
+            y.astype(np.float32),
+            how,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=float("nan"),
+        )
+        return np.asarray(seen, np.float32)
+
+    def angles(self) -> Array:
+        """The angles [rad] (columns,) of ``gains``, from -pi."""
+        return np.asarray(self.step_rad * (np.arange(self.columns) - self.columns // 2))
+
+    def gains(self, frame: Single, behind: Single, part: Single, cover: Single) -> Array:
+        """By how much ``part`` explains a frame better than ``behind`` does, per angle; (columns,).
+
+        All on the raster; ``cover`` is 1 on the part. The sum over the part's area of the squared
+        difference from what is behind, less that from the part. NaN is left out.
+        """
+        known = np.isfinite(frame) & np.isfinite(behind)
+        weight = np.where(known, self.radius_px[:, None], 0.0).astype(np.float32)
+        seen, still = np.nan_to_num(frame), np.nan_to_num(behind)
+        on = np.where(np.isfinite(part), cover, 0.0)
+        own = np.nan_to_num(part) * on
+        total = (
+            _spectrum(weight * ((seen - still) ** 2 - seen**2)) * np.conj(_spectrum(on))
+            + 2.0 * _spectrum(weight * seen) * np.conj(_spectrum(own))
+            - _spectrum(weight) * np.conj(_spectrum(own * np.nan_to_num(part)))
+        ).sum(0)
+        return np.roll(np.fft.irfft(total, self.columns), self.columns // 2)
+
+
+def _spectrum(values: Array | Single) -> Array:
+    return np.asarray(np.fft.rfft(np.asarray(values, np.float64), axis=1))
