@@ -29,6 +29,8 @@ class ParameterRanges:
     amplitude_deg: float = 20.0
     trimmed: str = ""
     """Parameter whose value is added to the bias: a servo that was trimmed under its load."""
+    alone: bool = True
+    """False where it equals a simpler effect unless another one, such as a load, is beside it."""
 
 
 DEFAULT_RANGES = ParameterRanges({})
@@ -42,6 +44,7 @@ DRAWS: Mapping[str, ParameterRanges] = {
     "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
     "torque_saturation": ParameterRanges({"limit": (4.0, 9.0)}),
     "speed_limit": ParameterRanges({"stall": (8.0, 14.0), "no_load_speed": (180.0, 280.0)}),
+    "current_limit": ParameterRanges({"limit": (2.0, 4.5), "back_emf": (0.006, 0.014)}),
     "coulomb_friction": ParameterRanges({"level": (0.8, 2.0)}),
     "stribeck_friction": ParameterRanges(
         {"level": (0.6, 1.2), "excess": (0.8, 1.6), "speed": (8.0, 25.0)}
@@ -49,6 +52,13 @@ DRAWS: Mapping[str, ParameterRanges] = {
     # Without a load to carry, it shows only where a lively servo brakes against itself.
     "load_dependent_friction": ParameterRanges(
         {"ratio": (0.5, 0.65)}, T=(0.05, 0.07), xi=(0.35, 0.42), amplitude_deg=30.0
+    ),
+    "directional_friction": ParameterRanges(
+        {"motor": (0.5, 0.65), "outer": (0.1, 0.4)},
+        T=(0.05, 0.07),
+        xi=(0.35, 0.42),
+        amplitude_deg=30.0,
+        alone=False,
     ),
     "presliding": ParameterRanges({"level": (1.2, 2.4), "stiffness": (2.0, 6.0)}),
     "quadratic_drag": ParameterRanges({"coefficient": (2e-4, 6e-4)}),
@@ -121,7 +131,11 @@ def hidden(seed: int, *, video: bool = True) -> Scenario:
     return hidden_effects([effect_of(seed)], seed, video=video)
 
 
-def effect_of(seed: int, effects: Iterable[str] = DRAWS) -> str:
+SHOWN_ALONE: tuple[str, ...] = tuple(name for name, draw in DRAWS.items() if draw.alone)
+"""Effects that a recording can show with nothing beside them."""
+
+
+def effect_of(seed: int, effects: Iterable[str] = SHOWN_ALONE) -> str:
     """The effect that ``seed`` hides, one of ``effects``: the one whose hash with it is largest.
 
     Rendezvous hashing (Thaler and Ravishankar, IEEE/ACM Trans. Networking 6(1), 1998): a new effect

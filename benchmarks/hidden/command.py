@@ -18,7 +18,7 @@ from servosight.models.core import write_text
 
 from .compound import score as compound
 from .compound.trial import COMPOUND_ROWS
-from .draw import ROWS, choices
+from .draw import ROWS, choice, choices
 from .page import page
 from .pictures import pictures
 from .run import Line, Results, run_trials
@@ -80,9 +80,8 @@ def _seeds(args: argparse.Namespace, row: str) -> list[int]:
     if row in COMPOUND_ROWS:
         return list(range(args.seed, args.seed + args.trials))
     wanted = {name for name in args.effects.split(",") if name}
-    sets = choices(row)
-    seeds = range(args.seed, args.seed + args.trials * len(sets))
-    mine = [seed for seed in seeds if not wanted or wanted & set(sets[seed % len(sets)])]
+    seeds = range(args.seed, args.seed + args.trials * len(choices(row)))
+    mine = [seed for seed in seeds if not wanted or wanted & set(choice(row, seed)[0])]
     return mine[: args.trials]
 
 

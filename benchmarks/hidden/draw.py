@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from servosight.models import excitation as shapes
 from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
-from servosight.scenarios.draws import DRAWS, scaled
+from servosight.scenarios.draws import DRAWS, SHOWN_ALONE, scaled
 from servosight.scenarios.scenario import LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording
@@ -30,6 +31,8 @@ FILMED_DEG = 0.02
 RATES_HZ = (30.0, 60.0, 120.0, 240.0)
 SIZE = (0.1, 1.5)
 """An effect's distance from neutral, as a share of what scenarios/draws.py draws."""
+ADDED = ("current_limit",)
+"""Effects that the catalogue has received since the first measurement, in their order."""
 SENDERS_HZ = (50.0, 100.0, 250.0)
 DURATION_S = (6.0, 10.0)
 
@@ -103,10 +106,9 @@ def propose(row_name: str, seed: int, attempt: int) -> TrialSetup:
     """The ``attempt``-th draw of a trial. Effects take turns with the seed, the rest is random."""
     row = ROWS[row_name]
     rng = np.random.default_rng([seed, list(ROWS).index(row_name), attempt])
-    sets = choices(row_name)
-    names = sets[seed % len(sets)]
+    names, turn = choice(row_name, seed)
     truths = [t for t in row.truths if set(names) <= {*(outside if row.outside else known)(t)}]
-    truth = truths[seed // len(sets) % len(truths)]
+    truth = truths[turn % len(truths)]
     effects = {name: _values(name, truth, rng) for name in names}
     bias = float(rng.uniform(-2.0, 2.0))
     for name in names:
@@ -184,15 +186,33 @@ def _shape(kind: int, time_s: Array, size: float, rng: np.random.Generator) -> A
     return shapes.multisine(time_s, 0.8 * size, 0.5, float(rng.uniform(5.0, 12.0)), seed)
 
 
+def choice(row_name: str, seed: int) -> tuple[tuple[str, ...], int]:
+    """What a seed of a row hides, and how many seeds before it had their turn with the same.
+
+    Seeds take turns through the sets without :data:`ADDED`. A set that came later takes its share
+    of the seeds, those that its hash picks, and leaves the others what they had.
+    """
+    sets = choices(row_name)
+    first = sum(not set(ADDED) & set(names) for names in sets)
+    chosen = sets[seed % first]
+    for count, names in enumerate(sets[first:], start=first + 1):
+        digest = sha256(f"{seed} {' '.join(names)}".encode()).digest()
+        if int.from_bytes(digest[:8], "little") * count < 2**64:
+            chosen = names
+    return chosen, seed // first
+
+
 def choices(row_name: str) -> list[tuple[str, ...]]:
-    """All sets of effects that a row can hide; seeds take turns through them."""
+    """All sets of effects that a row can hide, those with :data:`ADDED` ones behind, in order."""
     row = ROWS[row_name]
     if row.outside:
         return [(name,) for truth in row.truths for name in outside(truth)]
-    able = {name for truth in row.truths for name in known(truth) if name in DRAWS}
+    able = {name for truth in row.truths for name in known(truth) if name in SHOWN_ALONE}
     names = [name for name in catalogue() if name in able]
     sets = itertools.combinations(names, row.hidden)
-    return [s for s in sets if any(set(s) <= set(known(truth)) for truth in row.truths)]
+    found = [s for s in sets if any(set(s) <= set(known(truth)) for truth in row.truths)]
+    return sorted(found, key=lambda names: max((ADDED.index(n) + 1 for n in names if n in ADDED),
+                                               default=0))  # fmt: skip
 
 
 def _values(name: str, truth: str, rng: np.random.Generator) -> dict[str, float]:

@@ -50,6 +50,8 @@ class Physics(NamedTuple):
     torque_saturation_limit: float = _INF
     speed_limit_stall: float = _INF
     speed_limit_no_load_speed: float = _INF
+    current_limit_limit: float = _INF
+    current_limit_back_emf: float = 0.0
     supply_sag_sag: float = 0.0
     supply_sag_time: float = 1.0
     coulomb_friction_level: float = 0.0
@@ -57,6 +59,8 @@ class Physics(NamedTuple):
     stribeck_friction_excess: float = 0.0
     stribeck_friction_speed: float = 1.0
     load_dependent_friction_ratio: float = 0.0
+    directional_friction_motor: float = 0.0
+    directional_friction_outer: float = 0.0
     presliding_level: float = 0.0
     presliding_stiffness: float = 1.0
     quadratic_drag_coefficient: float = 0.0
@@ -125,7 +129,9 @@ def march(p, command, disturbance, kept):
         level += p.stribeck_friction_level
         if p.stribeck_friction_excess > 0.0:
             level += p.stribeck_friction_excess * math.exp(-((w / p.stribeck_friction_speed) ** 2))
-        torque = drive - _load(p, theta, w) - disturbance[n]
+        load = _load(p, theta, w)
+        level += abs(p.directional_friction_motor * drive + p.directional_friction_outer * load)
+        torque = drive - load - disturbance[n]
         if level > 0.0:
             # A bent bristle rings with the inertia; what damps it is gone once it slides.
             damping = p.T * math.sqrt(level / REACH_DEG) * (1.0 - abs(bristle))
@@ -176,6 +182,9 @@ def _drive(p, error, w):
         turning = w if drive > 0.0 else -w
         most = max(p.speed_limit_stall * (1.0 - turning / p.speed_limit_no_load_speed), 0.0)
         drive = min(max(drive, -most), most)
+    if p.current_limit_limit < _INF:
+        centre = p.current_limit_back_emf * w
+        drive = min(max(drive, centre - p.current_limit_limit), centre + p.current_limit_limit)
     return drive
 
 

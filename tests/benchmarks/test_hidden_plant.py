@@ -21,6 +21,7 @@ from servosight.scenarios.scenario import LinearServo
 BOUND_DEG = {
     "coulomb_friction": 0.01,
     "load_dependent_friction": 0.01,
+    "directional_friction": 0.01,
     "stribeck_friction": 0.02,
     "backlash": 0.003,
 }

@@ -139,6 +139,10 @@ class Reference:
         if math.isfinite(stall):
             slope = stall / self.get("speed_limit", "no_load_speed", math.inf)
             e = min(max(e, -max(stall + slope * w, 0.0)), max(stall - slope * w, 0.0))
+        current, centre = self.get("current_limit", "limit", math.inf), 0.0
+        if math.isfinite(current):
+            centre = self.get("current_limit", "back_emf") * w
+        e = min(max(e, centre - current), centre + current)
         return e * max(1.0 - self.get("supply_sag", "sag") * sag, 0.0)
 
     def load(self, theta: float) -> float:
@@ -148,11 +152,13 @@ class Reference:
         hinge = self.get("hinge_hardening", "cubic") * theta**3
         return weight + hinge + wave(theta, self.effects.get("cogging"))
 
-    def friction(self, drive: float, w: float) -> float:
+    def friction(self, drive: float, w: float, load: float) -> float:
         level = self.get("coulomb_friction", "level") + self.get("stribeck_friction", "level")
         share = w / self.get("stribeck_friction", "speed", 1.0)
         level += self.get("stribeck_friction", "excess") * math.exp(-min(share * share, 700.0))
-        return level + self.get("load_dependent_friction", "ratio") * abs(drive)
+        level += self.get("load_dependent_friction", "ratio") * abs(drive)
+        sides = self.get("directional_friction", "motor") * drive
+        return level + abs(sides + self.get("directional_friction", "outer") * load)
 
     def smooth_friction(self, w: float, bristle: float) -> float:
         """What brakes without ever sticking."""
@@ -160,7 +166,10 @@ class Reference:
 
     def _motion(self, knots: Array, values: Array, samples: Array) -> Array:
         """Motor angle, or the far inertia's behind a flexible shaft, at ``samples``."""
-        sticks = {"coulomb_friction", "load_dependent_friction", "stribeck_friction"}
+        sticks = {
+            *("coulomb_friction", "stribeck_friction"),
+            *("load_dependent_friction", "directional_friction"),
+        }
         dry = not sticks.isdisjoint(self.effects)
         shaft = self.effects.get("flexible_shaft")
         x = np.array([self.angle, self.speed] * (2 if shaft else 1) + [0.0, 0.0])
@@ -204,9 +213,10 @@ class Reference:
         def torques(at: float, y: Array) -> tuple[float, float]:
             """What acts on the motor without friction, and what friction may take of it."""
             drive = self.drive(force(at) - self.feedback(y[0]), y[1], y[-2])
-            net = drive - self.load(y[0]) - ratio * self.T**2 * far_side(y)
+            load = self.load(y[0])
+            net = drive - load - ratio * self.T**2 * far_side(y)
             net -= self.smooth_friction(y[1], y[-1])
-            return net - 2 * self.xi * self.T * y[1], self.friction(drive, y[1])
+            return net - 2 * self.xi * self.T * y[1], self.friction(drive, y[1], load)
 
         def beyond(at: float, y: Array) -> float:
             net, hold = torques(at, y)

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.draws import DRAWS, SHOWN_ALONE
 from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 from servosight.sim.run import run
 
@@ -22,6 +22,7 @@ WEAKEST = {
     "dead_zone": ({"half_width": 0}, 1, 1),
     "torque_saturation": ({"limit": 1}, 0, 1),
     "speed_limit": ({"stall": 1, "no_load_speed": 1}, 1, 1),
+    "current_limit": ({"limit": 1, "back_emf": 1}, 0, 1),
     "coulomb_friction": ({"level": 0}, 1, 1),
     "stribeck_friction": ({"level": 0, "excess": 0, "speed": 0}, 1, 1),
     "load_dependent_friction": ({"ratio": 0}, 0, 1),
@@ -39,7 +40,7 @@ WEAKEST = {
 }
 
 
-@pytest.mark.parametrize("effect", DRAWS)
+@pytest.mark.parametrize("effect", SHOWN_ALONE)
 def test_the_weakest_draw_misfits_by_ten_times_the_noise(effect: str) -> None:
     draw = DRAWS[effect]
     ends, slow, damped = WEAKEST[effect]

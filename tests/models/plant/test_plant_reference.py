@@ -36,6 +36,7 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     "asymmetric_gain": {"asymmetric_gain": {"ratio": 0.6}},
     "speed_limit": {"speed_limit": {"stall": 9.0, "no_load_speed": 500.0}},
     "low voltage line": {"speed_limit": {"stall": 40.0, "no_load_speed": 150.0}},
+    "current_limit": {"current_limit": {"limit": 3.0, "back_emf": 0.005}},
     "stribeck_friction": {"stribeck_friction": {"level": 0.6, "excess": 0.8, "speed": 15.0}},
     "presliding": {"presliding": {"level": 1.2, "stiffness": 6.0}},
     "stiff presliding": {"presliding": {"level": 1.0, "stiffness": 80.0}},
@@ -66,6 +67,10 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     },
     "friction by load under a weight": {
         "load_dependent_friction": {"ratio": 0.3},
+        "gravity_load": {"sine": 3.0, "cosine": 12.0},
+    },
+    "friction by both sides under a weight": {
+        "directional_friction": {"motor": 0.3, "outer": 0.15},
         "gravity_load": {"sine": 3.0, "cosine": 12.0},
     },
     "limits and friction": {

@@ -164,6 +164,7 @@ def test_unknown_names_are_told_the_alternatives(
         ("feedback_backlash", {"gap": 0.0}),
         ("coulomb_friction", {"level": 0.0}),
         ("load_dependent_friction", {"ratio": 0.0}),
+        ("directional_friction", {"motor": 0.0, "outer": 0.0}),
         ("gravity_load", {"sine": 0.0, "cosine": 0.0}),
         ("flexible_shaft", {"inertia_ratio": 0.0}),
         ("backlash", {"gap": 0.0}),
@@ -360,6 +361,10 @@ DRIVES: dict[str, tuple[dict[str, float], dict[str, Any]]] = {
             )
         },
     ),
+    "current_limit": (
+        {"limit": 3.0, "back_emf": 0.006},
+        {"drive": lambda e, w: min(max(e, 0.006 * w - 3.0), 0.006 * w + 3.0)},
+    ),
     "stribeck_friction": (
         {"level": 0.6, "excess": 0.7, "speed": 20.0},
         {"friction": lambda _, w: 0.6 + 0.7 * math.exp(-((w / 20.0) ** 2))},
@@ -410,6 +415,8 @@ def test_presliding_bends_by_dahls_law_and_does_not_drift() -> None:
         ("asymmetric_gain", "speed_limit"),
         ("torque_saturation", "cogging"),
         ("supply_sag", "load_dependent_friction"),
+        ("speed_limit", "current_limit"),
+        ("directional_friction", "gravity_load"),
         ("backlash", "coulomb_friction"),
         ("feedback_backlash", "backlash"),
         ("presliding", "stribeck_friction"),
