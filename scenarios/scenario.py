@@ -104,7 +104,16 @@ class Scenario:
         docs/camera.md and ``[effects.ID]`` are tables.
         """
         table = read_settings(path, "a scenario in TOML, with lines such as duration_s = 20.0")
-        return _read(table, str(path))
+        return cls.of(table, str(path))
+
+    @classmethod
+    def of(cls, table: Mapping[str, Any], source: str) -> Scenario:
+        """The scenario with the keys of ``table``; InputError names ``source`` and the key."""
+        scenario = replace(
+            validated(table, cls, source, others=TABLES), filming=read_filming(table, source)
+        )
+        check_scenario(scenario, source)
+        return scenario
 
     def excitation(self) -> Excitation:
         """The command's rows."""
@@ -164,11 +173,3 @@ def parse_settings(texts: Sequence[str]) -> dict[str, float]:
             number = value
         settings[name.strip()] = validated_value(number, float, f"--set {text}", "value")
     return settings
-
-
-def _read(table: Mapping[str, Any], source: str) -> Scenario:
-    scenario = replace(
-        validated(table, Scenario, source, others=TABLES), filming=read_filming(table, source)
-    )
-    check_scenario(scenario, source)
-    return scenario

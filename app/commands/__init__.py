@@ -10,6 +10,7 @@ from types import ModuleType
 from servosight.app.commands.about import completion, demo, effects
 from servosight.app.commands.model import add, compare, diagnose, identify, predict, report
 from servosight.app.commands.recording import calibrate, excite, import_log, simulate, track
+from servosight.app.commands.sweeps import results, sweep
 
 COMMANDS: dict[str, ModuleType] = {
     "demo": demo,
@@ -25,6 +26,8 @@ COMMANDS: dict[str, ModuleType] = {
     "report": report,
     "effects": effects,
     "excite": excite,
+    "sweep": sweep,
+    "results": results,
     "completion": completion,
 }
 """By name, in the order of the help."""

@@ -29,6 +29,8 @@ _VERBS = (
     "simulate",
     "effects",
     "load",
+    "sweep",
+    "results",
 )
 _HOMES = {
     **{verb: ("servosight._verbs", verb) for verb in _VERBS},

@@ -6,7 +6,9 @@ from servosight._verbs import (
     identify,
     load,
     read,
+    results,
     simulate,
+    sweep,
     track,
 )
 from servosight.diagnose import Comparison, Diagnosis
@@ -34,6 +36,8 @@ __all__ = [
     "identify",
     "load",
     "read",
+    "results",
     "simulate",
+    "sweep",
     "track",
 ]

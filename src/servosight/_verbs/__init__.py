@@ -13,3 +13,5 @@ from servosight._verbs._models import identify as identify
 from servosight._verbs._recordings import read as read
 from servosight._verbs._recordings import simulate as simulate
 from servosight._verbs._recordings import track as track
+from servosight._verbs._sweeps import results as results
+from servosight._verbs._sweeps import sweep as sweep

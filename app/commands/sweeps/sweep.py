@@ -1,0 +1,120 @@
+"""Run a scenario in many variations: identify, diagnose, score; a later run goes on."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from servosight.app.arguments import any_path
+from servosight.app.output import console, next_command
+from servosight.app.progress import progress, quiet
+from servosight.models.base import StageProgress
+
+if TYPE_CHECKING:
+    from servosight.scenarios.sweeps import Tally
+
+LINE_S = 30.0
+"""Where standard error is no terminal, a line says so often how far the sweep is."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``servosight sweep``."""
+    parser.add_argument(
+        "sweep",
+        metavar="SWEEP.toml",
+        help="a sweep file, or the name of a ready one, such as noise_by_frame_rate",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=any_path, required=True, help="folder for the rows"
+    )
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=_count,
+        help="processes on this machine (default: one for each core; 0: none but this one)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="run on the workers of a Dask scheduler: its address or its scheduler file",
+    )
+    parser.add_argument(
+        "--retry", action="store_true", help="run the cells that have failed before once more"
+    )
+
+
+def run(args: argparse.Namespace) -> None:
+    """Run the cells that are missing; say how far it is, and how to go on after Ctrl-C."""
+    from servosight.scenarios.sweeps import READY, read_sweep, run_sweep
+
+    sweep = read_sweep(args.sweep)
+    out = console(args)
+    again = shlex.join(["servosight", "sweep", args.sweep, "-o", str(args.output)])
+    with progress(sweep.name) as show:
+        tell = _Teller(show)
+        try:
+            tally = run_sweep(
+                sweep,
+                args.output,
+                workers=args.workers,
+                scheduler=args.scheduler,
+                retry=args.retry,
+                on_start=lambda engine: _dashboard(out.print, engine),
+                on_progress=tell,
+            )
+        except KeyboardInterrupt:
+            if not quiet():
+                print(f"{tell.words(sweep.size)}; to go on: {again}", file=sys.stderr, flush=True)
+            raise
+    out.print(
+        f"{args.output}: {sweep.size} cells, {tally.earlier} of them there before, {tally.done} "
+        f"run now, {tally.failed} failed"
+    )
+    for kind, count in tally.kinds.most_common(5):
+        out.print(f"  {count} failed: {kind}")
+    if tally.failed:
+        out.print(f"To run failed cells again: {again} --retry")
+    if args.sweep in READY and sweep.about:
+        out.print(sweep.about)
+    out.print(next_command("results", args.output, "--plot", "sweep.html"))
+
+
+class _Teller:
+    """Shows progress on a terminal, or in a line now and then; says what fails again and again."""
+
+    def __init__(self, show: StageProgress) -> None:
+        self.show, self.last, self.said = show, time.monotonic(), 0
+        self.tally: Tally | None = None
+
+    def __call__(self, tally: Tally, said: Sequence[str]) -> None:
+        """How far it is."""
+        self.tally = tally
+        self.show(tally.words(), tally.earlier + tally.done, tally.total)
+        if quiet():
+            return
+        for sentence in said:
+            print(f"note: {sentence}", file=sys.stderr, flush=True)
+        if not sys.stderr.isatty() and time.monotonic() - self.last > LINE_S:
+            self.last = time.monotonic()
+            print(f"{self.words(tally.total)}, {tally.words()}", file=sys.stderr, flush=True)
+
+    def words(self, total: int) -> str:
+        """How many cells are done."""
+        done = 0 if self.tally is None else self.tally.earlier + self.tally.done
+        return f"{done} of {total} cells are done" if self.tally else "no cell was done"
+
+
+def _dashboard(say: Callable[[str], Any], engine: Any) -> None:
+    link = getattr(engine, "dashboard", "")
+    if link:
+        say(f"dashboard: {link} ({engine.workers} workers)")
+
+
+def _count(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > 10_000:
+        raise argparse.ArgumentTypeError(f"{text!r} is no count, expected 0 to 10000 processes")
+    return int(text)

@@ -1,0 +1,140 @@
+"""From a sweep to a folder of rows, and from the folder to a frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from servosight.models.core import InputError, check_path
+from servosight.scenarios.sweeps.measure import POOLS, CellWork, warm
+from servosight.scenarios.sweeps.plan import Cell, Sweep, cells
+from servosight.scenarios.sweeps.run import (
+    Engine,
+    InThisProcess,
+    Limits,
+    Store,
+    Tally,
+    Task,
+    dask_engine,
+    drive,
+)
+
+if TYPE_CHECKING:
+    import polars as pl
+
+OnProgress = Callable[[Tally, Sequence[str]], None]
+OnStart = Callable[[Engine], None]
+
+_LAST = ("made", "versions", "cell")
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    retry: bool = False,
+    on_start: OnStart = lambda engine: None,
+    on_progress: OnProgress = lambda tally, said: None,
+    dashboard: bool = True,
+) -> Tally:
+    """Run the cells of ``sweep`` that ``folder`` has no row of; the rows are in it afterwards.
+
+    ``workers`` processes (default: one for each core; 0: this process) or the workers of a
+    ``scheduler``. With ``retry`` cells that have failed run again. An interruption at any moment
+    loses what was being computed, nothing else. Raises InputError for a folder of something else
+    and for a scheduler that does not answer.
+    """
+    check_path(folder)
+    store = Store(folder)
+    with store.opened(_facts(sweep)):
+        if retry:
+            store.forget_failed()
+        done = store.done()
+        known = sum(cell.key in done for cell in cells(sweep)) if done else 0
+        tally = Tally(sweep.size, earlier=known)
+        if known == sweep.size:
+            return tally
+        todo = (_task(sweep, cell) for cell in cells(sweep) if cell.key not in done)
+        work = CellWork.of(sweep)
+        with _engine(work, store, sweep, workers, scheduler, dashboard) as engine:
+            on_start(engine)
+            drive(todo, engine, store, tally, on_progress)
+        store.tidy()
+    return tally
+
+
+def results(folder: Path | str) -> pl.DataFrame:
+    """The rows of a sweep's folder as a Polars frame, in the order of the axes and seeds.
+
+    Rows of earlier code or settings are left out. Raises InputError where ``folder`` is none of a
+    sweep.
+    """
+    return with_facts(folder)[0]
+
+
+def with_facts(folder: Path | str) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """:func:`results`, and what the last run wrote of itself, with ``left_out`` rows added."""
+    import polars as pl
+
+    store = Store(Path(folder))
+    facts = store.facts()
+    whole = store.frame()
+    if not whole.height:
+        raise InputError(
+            f"{folder}: holds no rows yet, expected those of a sweep; run `servosight sweep` again"
+        )
+    mine = whole.filter(pl.col("made") == facts["made"])
+    axes = [name for name in facts["axes"] if name in mine.columns]
+    first = [*axes, "seed", "status", "error"]
+    last = [name for name in _LAST if name in mine.columns]
+    middle = [name for name in mine.columns if name not in (*first, *last)]
+    frame = mine.select([*first, *middle, *last]).sort([*axes, "seed"])
+    return frame, {**facts, "left_out": whole.height - mine.height}
+
+
+def _facts(sweep: Sweep) -> dict[str, Any]:
+    return {
+        "name": sweep.name,
+        "about": sweep.about,
+        "made": sweep.made,
+        "axes": list(sweep.design.names),
+        "seeds": list(sweep.seeds),
+        "cells": sweep.size,
+        "recipe": sweep.recipe,
+    }
+
+
+def _task(sweep: Sweep, cell: Cell) -> Task:
+    return Task(cell.key, cell, {**cell.settings, "seed": cell.seed, "made": sweep.made})
+
+
+@contextmanager
+def _engine(
+    work: CellWork,
+    store: Store,
+    sweep: Sweep,
+    workers: int | None,
+    scheduler: str | None,
+    dashboard: bool,
+) -> Iterator[Engine]:
+    count = os.cpu_count() or 1 if workers is None else workers
+    if count == 0 and scheduler is None:
+        yield InThisProcess(work, store.cells)
+        return
+    limits = Limits(sweep.limits.seconds, sweep.limits.memory_mb)
+    with dask_engine(
+        work,
+        store.cells.resolve(),
+        limits,
+        workers=count,
+        scheduler=scheduler,
+        warm=warm,
+        environment=POOLS,
+        dashboard=dashboard,
+    ) as engine:
+        yield engine

@@ -1,0 +1,12 @@
+"""Running many cells: what is on the disk counts, on one machine or many, from any interruption."""
+
+from servosight.scenarios.sweeps.run._batch import BatchReport as BatchReport
+from servosight.scenarios.sweeps.run._batch import Task as Task
+from servosight.scenarios.sweeps.run._dask import dask_engine as dask_engine
+from servosight.scenarios.sweeps.run._drive import Tally as Tally
+from servosight.scenarios.sweeps.run._drive import drive as drive
+from servosight.scenarios.sweeps.run._engine import Engine as Engine
+from servosight.scenarios.sweeps.run._engine import InThisProcess as InThisProcess
+from servosight.scenarios.sweeps.run._store import Store as Store
+from servosight.scenarios.sweeps.run._table import frame_of as frame_of
+from servosight.scenarios.sweeps.run._watch import Limits as Limits
