@@ -5,20 +5,29 @@ from __future__ import annotations
 import argparse
 
 from servosight.app.arguments import add_force, add_json, any_path
-from servosight.app.output import check_outputs, console, write_json
+from servosight.app.output import check_outputs, check_target, console, write_json
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight results``."""
     parser.add_argument("folder", metavar="DIR", type=any_path, help="the folder of a sweep")
     add_json(parser)
+    parser.add_argument(
+        "--plot",
+        metavar="FILE",
+        type=any_path,
+        help="draw it: .png, or .html for a page to explore in a browser",
+    )
     add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Read the rows, group them by the axes, print or write."""
+    from servosight.app.sweeps import draw, plot_kind
     from servosight.scenarios.sweeps import summary, with_facts
 
+    if args.plot is not None:
+        check_target(args.plot, plot_kind(args.plot), force=args.force)
     check_outputs(args)
     frame, facts = with_facts(args.folder)
     found = summary(frame, facts)
@@ -27,4 +36,9 @@ def run(args: argparse.Namespace) -> None:
     for sentence in found.failures:
         out.print(sentence)
     out.print(str(found.table))
+    for answer in found.found:
+        out.print(answer.sentence)
+    if args.plot is not None:
+        draw(found, args.plot)
+        out.print(f"drawn: {args.plot}")
     write_json(args.json, found)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from servosight.models.core import Table
+from servosight.scenarios.sweeps.answers._found import Found, found_by_size
 
 if TYPE_CHECKING:
     import polars as pl
@@ -27,7 +28,8 @@ class Summary:
     ``table`` has one row for each combination of the axes: ``cells`` and how many ``failed``;
     ``k_error`` and so on, the rms over the seeds of the relative error; ``k_bound``, the smallest
     that an unbiased estimate can have; ``named``, the share whose diagnosis names the hidden
-    effects and nothing else; ``seconds`` of a cell, the median.
+    effects and nothing else; ``seconds`` of a cell, the median. ``found`` says from which size an
+    effect is found, where the sweep has sizes.
     """
 
     schema: int
@@ -40,6 +42,7 @@ class Summary:
     left_out: int
     kinds: Mapping[str, int]
     table: Table[Mapping[str, Any]]
+    found: Table[Found]
 
     @property
     def headline(self) -> str:
@@ -77,6 +80,7 @@ def summary(frame: pl.DataFrame, facts: Facts) -> Summary:
         left_out=int(facts["left_out"]),
         kinds=dict(kinds.most_common(_MOST_KINDS)),
         table=Table(table.to_dicts()),
+        found=found_by_size(frame, axes),
     )
 
 

@@ -2,6 +2,7 @@
 
 from servosight.scenarios.sweeps.run._batch import BatchReport as BatchReport
 from servosight.scenarios.sweeps.run._batch import Task as Task
+from servosight.scenarios.sweeps.run._batch import run_batch as run_batch
 from servosight.scenarios.sweeps.run._dask import dask_engine as dask_engine
 from servosight.scenarios.sweeps.run._drive import Tally as Tally
 from servosight.scenarios.sweeps.run._drive import drive as drive

@@ -30,7 +30,7 @@ class OnDask:
         from distributed import as_completed
 
         self._client, self._folder, self._limits = client, str(folder), limits
-        self._work = client.scatter(work, broadcast=True, hash=False)
+        self._work = work  # sent with each batch: what is scattered dies with its workers
         self._done = as_completed(loop=client.loop)
         self._batches: dict[str, tuple[Task, ...]] = {}
         self._number = 0
