@@ -71,7 +71,7 @@ def _map_pair(row: Sequence[Axes], table: Rows, axes: tuple[str, str], name: str
         (row[0], error, f"rms error of {sign}, %"),
         (row[1], bound, f"Cramér-Rao limit of {sign}, %"),
     ):
-        picture = panel.imshow(100.0 * values, norm=norm, cmap="viridis", aspect="auto")
+        panel.imshow(100.0 * values, norm=norm, cmap="viridis", aspect="auto")
         ticks = [_values(table, axis) for axis in axes]
         panel.set_yticks(range(len(ticks[0])), [value_text(v) for v in ticks[0]])
         panel.set_xticks(range(len(ticks[1])), [value_text(v) for v in ticks[1]])
@@ -80,7 +80,7 @@ def _map_pair(row: Sequence[Axes], table: Rows, axes: tuple[str, str], name: str
         panel.set_title(title, fontsize=10)
         for (y, x), value in np.ndenumerate(100.0 * values):
             if np.isfinite(value):
-                dark = picture.norm(value) < 0.6
+                dark = float(norm(value)) < 0.6
                 panel.text(
                     x, y, f"{value:.2g}", ha="center", va="center", fontsize=8,
                     color="white" if dark else "black",

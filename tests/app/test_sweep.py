@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 import servosight as ss
 from servosight.app.main import main
+from servosight.models.core import Kind, kind_of
 from servosight.scenarios.sweeps.measure import CellWork
+from servosight.scenarios.sweeps.run import Store
 
 FILE = """
 do = ["identify"]
@@ -80,3 +83,45 @@ def test_bad_input(
     said = capsys.readouterr().err
     assert expected in said
     assert said.count("\n") == 1
+
+
+def filled(folder: Path, axes: list[str]) -> None:
+    """A folder as a sweep leaves it, over two axes, with diagnoses and one hostile text."""
+    store = Store(folder)
+    found = {
+        "name": "s", "about": "</script><b>&", "axes": axes, "cells": 12, "made": "m",
+        "seeds": [0, 1], "recipe": {},
+    }  # fmt: skip
+    with store.opened(found):
+        for number in range(12):
+            gap, noise = (0.1, 0.3, 0.9)[number % 3], (0.01, 0.1)[number // 3 % 2]
+            row = {
+                "cell": f"{number:032x}", "made": "m", "status": "done", "error": None,
+                "noise_deg": noise, "effects.backlash.gap": gap, "seed": number // 6,
+                "effects": ["backlash"] if gap > 3.0 * noise else [], "named": gap > 3.0 * noise,
+                **{f"{p}_{e}": noise * 0.01 for p in ("k", "T", "xi") for e in ("error", "bound")},
+                "seconds": 1.0,
+            }  # fmt: skip
+            (store.cells / f"{number:032x}.json").write_text(json.dumps(row))
+        store.tidy()
+
+
+def test_a_sweep_is_drawn(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    filled(place / "out", ["noise_deg", "effects.backlash.gap"])
+    for name in ("maps.png", "page.html"):
+        assert main(["results", "out", "--plot", name]) == 0
+    said = capsys.readouterr().out
+    assert "noise_deg 0.01: smallest backlash gap found in 95 % of recordings" in said
+    assert kind_of(place / "maps.png") is Kind.PNG
+    assert kind_of(place / "page.html") is Kind.HTML
+    page = (place / "page.html").read_text()
+    assert page.count("</script>") == 2  # a text of the sweep ends no script
+    assert not re.search(r"(src|href)\s*=|https?://(?!www\.w3\.org/2000/svg)", page)
+    data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])  # type: ignore[index]
+    assert data["about"] == "</script><b>&"
+    assert len(data["table"]) == 6
+
+    (place / "mine.png").write_bytes(b"years of work")
+    for name, words in (("mine.png", "--force"), ("a.gif", "expected .png or .html")):
+        assert main(["results", "out", "--plot", name]) == 2
+        assert words in capsys.readouterr().err

@@ -33,6 +33,8 @@ def run(args: argparse.Namespace) -> None:
     found = summary(frame, facts)
     out = console(args)
     out.print(found.headline)
+    if found.about:
+        out.print(found.about)
     for sentence in found.failures:
         out.print(sentence)
     out.print(str(found.table))

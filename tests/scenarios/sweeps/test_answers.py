@@ -33,7 +33,7 @@ def test_the_size_and_its_interval_hold_what_they_say() -> None:
 @pytest.mark.parametrize(
     ("found", "sentence"),
     [
-        ([0, 0, 20, 20], "smallest play found in 95 % of recordings: 0.31 deg (0.24 to 0.42)"),
+        ([0, 0, 20, 20], "smallest play found in 95 % of recordings: 0.31 deg (0.24 to 0.41)"),
         (
             [20, 20, 20, 20],
             "smallest play found in 95 % of recordings: 0.1 deg (below 0.1 to 0.12)",
