@@ -90,7 +90,8 @@ class Score:
 
     ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
     ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
-    ``parameters`` counts the physical ones.
+    ``parameters`` counts the physical ones. ``at_bounds`` are effects with a parameter that rests
+    on a bound of its range.
     """
 
     effects: tuple[str, ...]
@@ -100,6 +101,7 @@ class Score:
     train_rmse_deg: float
     validation_rmse_deg: float
     validation_samples: int
+    at_bounds: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,13 @@ class AcceptanceCriterion:
         """True where the fitted samples have determined what ``score`` has and ``base`` lacks."""
         return score.train_rmse_deg <= (1.0 - self.policy.learnt) * base.train_rmse_deg
 
+    def within_bounds(self, score: Score, base: Score) -> bool:
+        """True where no effect rests on a bound of its range that did not in ``base``.
+
+        The data then ask for a value that no servo has: something else is missing.
+        """
+        return set(score.at_bounds) <= set(base.at_bounds)
+
     def earns(self, score: Score, base: Score, tried: int) -> bool:
         """True where the gain shows on validation data, in degrees and in evidence.
 
@@ -188,6 +197,7 @@ class AcceptanceCriterion:
         needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
         return (
             self.learnt(score, base)
+            and self.within_bounds(score, base)
             and after <= (1.0 - self.policy.min_gain) * before
             and gone >= self.policy.min_share * (before**2 - self.floor_deg**2)
             and gone >= (self.policy.min_removed * self.floor_deg) ** 2

@@ -158,10 +158,12 @@ class StepwiseSelector:
         return not self.models.explained_whole(trial, self.criterion)
 
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
-        """A step for the best single candidate if it is accepted."""
-        if not ranked or not self.criterion.earns(ranked[0].score, base.score, self._tried(base)):
+        """A step for the best single candidate within its bounds if it is accepted."""
+        within = (one for one in ranked if self.criterion.within_bounds(one.score, base.score))
+        best = next(within, None)
+        if best is None or not self.criterion.earns(best.score, base.score, self._tried(base)):
             return None
-        return [step_to(ranked[0], base)]
+        return [step_to(best, base)]
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """Two steps for the best pair, if it is accepted against the best single candidate.
@@ -245,6 +247,7 @@ class StepwiseSelector:
     def _better(self, swap: Trial, trial: Trial, smaller: Trial) -> bool:
         """True where ``swap`` beats ``trial`` by an effect that the fitted samples determine."""
         learnt = self.criterion.learnt(swap.score, smaller.score)
+        learnt = learnt and self.criterion.within_bounds(swap.score, smaller.score)
         return learnt and self.criterion.beats(swap.score, trial.score)
 
     def _simpler(self, trial: Trial) -> Step | None:

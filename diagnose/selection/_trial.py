@@ -41,4 +41,22 @@ class Trial:
             train_rmse_deg=rms([one.errors_of(FIT) for one in self.judged]),
             validation_rmse_deg=rms(validation),
             validation_samples=sum(errors.size for errors in validation),
+            at_bounds=_at_bounds(self.fit),
         )
+
+
+def _at_bounds(fit: Solution) -> tuple[str, ...]:
+    """The effects with a parameter on a bound of its range that is neither zero nor neutral."""
+    problem = fit.problem
+    found = []
+    places = zip(
+        problem.coordinates, fit.outcome.point, *problem.bounds, problem.pinned, strict=True
+    )
+    for coordinate, place, low, high, pinned in places:
+        effect, _, own = coordinate.name.partition(".")
+        parameter = coordinate.parameter
+        if not own or pinned or parameter.circular or low < place < high:
+            continue
+        if coordinate.from_search(float(place)) not in (0.0, parameter.neutral):
+            found.append(effect)
+    return tuple(dict.fromkeys(found))

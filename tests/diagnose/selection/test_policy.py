@@ -200,6 +200,19 @@ def test_learnt() -> None:
     assert not CRITERION.earns(score(0.1, "a", train_rmse_deg=0.5601), base, 1)
 
 
+def test_an_effect_on_a_bound_of_its_range_earns_nothing() -> None:
+    """Unless it rested there before; the same model within its bounds is accepted."""
+    base, within = score(1.0), score(FLOOR, "backlash")
+    on_bound = replace(within, at_bounds=("backlash",))
+    assert CRITERION.earns(within, base, 21)
+    assert not CRITERION.earns(on_bound, base, 21)
+    pushed = replace(on_bound, effects=("backlash", "dead_time"))
+    assert not CRITERION.earns(pushed, replace(base, effects=("backlash",)), 21)
+    assert CRITERION.earns(
+        pushed, replace(base, effects=("backlash",), at_bounds=("backlash",)), 21
+    )
+
+
 def test_an_effect_that_is_learnt_by_a_pair_alone_enters_with_it() -> None:
     """Each alone moves nothing; the pair must move the fitted data against each of them."""
     linear, alone = score(1.0), score(0.9, "a", train_rmse_deg=1.0)

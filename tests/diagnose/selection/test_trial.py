@@ -1,0 +1,53 @@
+"""The score of a fitted model."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.residuals import FIT, Judged
+from servosight.diagnose.selection import Trial
+from servosight.identify.problem import Problem
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+
+TIME_S = np.arange(0.0, 3.0, 0.01)
+COMMAND = 20.0 * np.sin(4.0 * TIME_S)
+RECORDING = Recording("run", TIME_S, COMMAND, TIME_S, COMMAND)
+
+
+def scored(effect: str, name: str, value: float, **held: float) -> tuple[str, ...]:
+    """The effects on a bound of a model with ``effect`` whose parameter ``name`` is ``value``."""
+    problem = Problem.of([RECORDING], catalogue(), [effect], None, None, held)
+    point = np.mean(problem.bounds, axis=0)
+    for index, one in enumerate(problem.coordinates):
+        if one.name == name:
+            point[index] = one.to_search(value)
+    fit: Any = SimpleNamespace(problem=problem, outcome=SimpleNamespace(point=point))
+    judged = Judged(RECORDING, COMMAND, np.full(TIME_S.size, FIT, dtype=np.int8))
+    return Trial((effect,), fit, (judged,)).score.at_bounds
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "value", "expected"),
+    [
+        ("backlash", "backlash.gap", 2.0, ()),
+        ("backlash", "backlash.gap", 45.0, ("backlash",)),
+        ("backlash", "backlash.gap", 0.0, ()),  # neutral: no play at all
+        ("flexible_shaft", "flexible_shaft.damping", 0.0, ()),  # no friction is no odd value
+        ("supply_sag", "supply_sag.time", 0.002, ("supply_sag",)),
+        ("cogging", "cogging.phase", -np.pi, ()),  # a circle has no bound
+        ("rate_limit", "rate_limit.rate", np.inf, ()),
+    ],
+)
+def test_effects_on_a_bound_of_their_range(
+    effect: str, name: str, value: float, expected: tuple[str, ...]
+) -> None:
+    assert scored(effect, name, value) == expected
+
+
+def test_a_parameter_that_is_held_rests_on_no_bound() -> None:
+    assert scored("backlash", "backlash.gap", 45.0, **{"backlash.gap": 45.0}) == ()
