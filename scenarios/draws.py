@@ -40,6 +40,7 @@ DRAWS: Mapping[str, ParameterRanges] = {
     "dead_time": ParameterRanges({"delay": (0.009, 0.020)}),
     "command_quantization": ParameterRanges({"step": (2.5, 4.5)}),
     "rate_limit": ParameterRanges({"rate": (150.0, 300.0)}),
+    "motion_profile": ParameterRanges({"rate": (120.0, 250.0), "acceleration": (4e3, 2e4)}),
     "asymmetric_gain": ParameterRanges({"ratio": (0.55, 0.75)}),
     "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
     "torque_saturation": ParameterRanges({"limit": (4.0, 9.0)}),

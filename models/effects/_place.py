@@ -32,7 +32,8 @@ class Place(enum.Enum):
       a second inertia behind a spring, ``share`` its part of the total inertia.
     - ``TRANSMISSION``: ``(angle, last) -> angle``, ``last`` the term's own output so far.
 
-    DRIVE and LOAD terms with a state take it after ``w`` and return ``(torque, d_state)``.
+    DRIVE and LOAD terms with a state take it after ``w`` and return ``(torque, d_state)``. COMMAND
+    terms take it after ``last``; its rate holds for the returned horizon, from 0 at the start.
     """
 
     COMMAND = "command"
@@ -64,7 +65,7 @@ class Signature:
 
 SIGNATURES: dict[Place, Signature] = {
     Place.COMMAND: Signature(
-        ("value", "slope", "horizon", "last"), ("value", "slope", "horizon"), "value"
+        ("value", "slope", "horizon", "last"), ("value", "slope", "horizon"), "value", stateful=True
     ),
     Place.REDUCER: Signature(("theta", "last"), ("angle",), "theta", switched=True),
     Place.FEEDBACK: Signature(("theta",), ("theta",), "theta"),

@@ -15,6 +15,7 @@ CATALOGUE: tuple[str, ...] = (
     "dead_time",
     "command_quantization",
     "rate_limit",
+    "motion_profile",
     "asymmetric_gain",
     "dead_zone",
     "torque_saturation",

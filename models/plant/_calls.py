@@ -20,7 +20,8 @@ class Slots:
         # term remembers from one turn of the motor to the next stands behind all states.
         for effect in sorted(layout.effects, key=lambda effect: effect.place is not Place.SHAFT):
             self.state[effect.id] = count
-            count += effect.states
+            if effect.place is not Place.COMMAND:  # a command term's stand beside its last output
+                count += effect.states
         self.n_states = count = max(count, 2)
         for effect in layout.effects:
             if effect.memory:

@@ -13,7 +13,7 @@ from servosight.models.plant._calls import Slots, any_of, function, symbol
 def constants(slots: Slots) -> str:
     """How many command terms, memories and switches there are."""
     switches = sum(effect.switch is not None for effect in slots.layout.effects)
-    commands = sum(e.term is not None for _, e in slots.at(Place.COMMAND))
+    commands = sum(1 + e.states for _, e in slots.at(Place.COMMAND) if e.term is not None)
     return (
         f"N_COMMAND = {commands}\nN_MEMORY = {len(slots.at(Place.TRANSMISSION))}\n"
         f"N_SWITCHES = {switches}"
@@ -60,7 +60,7 @@ def queries(slots: Slots) -> str:
         "has_switches": [i for i, e in effects if e.switch is not None],
         "has_resolutions": [i for i, e in effects if e.resolution is not None],
         "has_shaft": [slots.any_at(Place.SHAFT)],
-        "has_states": [i for i, e in effects if e.states],
+        "has_states": [i for i, e in effects if e.states and e.place is not Place.COMMAND],
         "has_plant_terms": [slots.any_at(place) for place in plant],
     }
     return "\n\n".join(
@@ -110,16 +110,21 @@ def command(slots: Slots) -> str:
             delay.append(f"if on[{i}]:\n    s += {call}")
             continue
         call = symbol(effect, "term")
+        own = range(slot + 1, slot + 1 + effect.states)
+        still = "0.0, " * effect.states
+        kept = "".join(f"last[{j}], " for j in own)
+        rates = "".join(f", s[{j}]" for j in own)
         start.append(
             f"last[{slot}] = value\nif on[{i}]:\n"
-            f"    value, _, _ = {call}(value, 0.0, 1.0, value, {slots.values(i)})\n"
+            f"    value = {call}(value, 0.0, 1.0, value, {still}{slots.values(i)})[0]\n"
             f"    last[{slot}] = value"
         )
         chain.append(
-            f"if on[{i}]:\n    value, slope, horizon = {call}(value, slope, horizon, "
-            f"last[{slot}], {slots.values(i)})\nv[{slot}] = value\ns[{slot}] = slope"
+            "".join(f"v[{j}] = last[{j}]\n" for j in own)
+            + f"if on[{i}]:\n    value, slope, horizon{rates} = {call}(value, slope, horizon, "
+            f"last[{slot}], {kept}{slots.values(i)})\nv[{slot}] = value\ns[{slot}] = slope"
         )
-        slot += 1
+        slot += 1 + effect.states
     return "\n\n".join(
         [
             function("latency(p, on)", ["s = 0.0", *delay], "return s"),

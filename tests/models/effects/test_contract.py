@@ -184,8 +184,14 @@ def test_states_latencies_and_switches_stand_where_the_kernel_has_them() -> None
     def lagged(theta: float, w: float, state: float, size: float) -> tuple[float, float]:
         return size * state, theta - state
 
+    def ramped(
+        value: float, slope: float, horizon: float, last: float, state: float, size: float
+    ) -> tuple[float, float, float, float]:
+        return last, state, horizon, size
+
     assert declared(Place.COMMAND, None, latency=delay).latency is delay
     assert declared(Place.LOAD, lagged, states=1).states == 1
+    assert declared(Place.COMMAND, ramped, states=1).states == 1
     with pytest.raises(InputError, match="no latency"):
         declared(Place.LOAD, None, latency=delay)
     with pytest.raises(InputError, match="no switch"):

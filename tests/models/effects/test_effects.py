@@ -252,6 +252,7 @@ class Truth:
 TRUTHS: dict[str, Truth] = {
     "dead_time": Truth({"delay": 0.0137}),
     "rate_limit": Truth({"rate": 220.0}),
+    "motion_profile": Truth({"rate": 200.0, "acceleration": 8000.0}, independent=False),
     "dead_zone": Truth({"half_width": 1.3}),
     "torque_saturation": Truth({"limit": 6.0}),
     "coulomb_friction": Truth({"level": 1.2}),
