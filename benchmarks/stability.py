@@ -66,7 +66,7 @@ def forced(effect: str, seed: int) -> dict[str, Any]:
     criterion = AcceptanceCriterion(floor_deg([recording], noise, tolerance), tolerance)
     models = ModelSelection(Split.of(views([recording])), catalogue())
     singles = StepwiseSelector(models, criterion).first_step().singles
-    linear, right = models.linear(), models.trials[effect,]
+    linear, right = models.linear(), models.trials[(effect,), ()]
     wrong = [
         one
         for one in singles

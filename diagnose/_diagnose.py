@@ -18,7 +18,7 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, LadderStep, Verdict, recording_uses
-from servosight.diagnose.result.wording import Levels, doubts, next_experiment, told
+from servosight.diagnose.result.wording import Levels, assumed, doubts, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,
@@ -132,6 +132,7 @@ def diagnose(
             *notes,
             *thinning,
             *models.split.warnings,
+            *assumed(last.fit.problem.held, models.known.fixed),
             *doubts(verdict, ladder[-1], levels),
         ),
         seconds=time.perf_counter() - began,
@@ -248,7 +249,8 @@ def _rivals(
     evidence = criterion.evidence(chosen.score, linear.score)
     if chosen.effects == linear.effects or evidence <= criterion.policy.min_evidence:
         return ()
-    tried = [one for one in models.trials.values() if models.known.allows(one.effects)]
+    alike = [one for one in models.trials.values() if one.key[1] == chosen.key[1]]
+    tried = [one for one in alike if models.known.allows(one.effects)]
     return (chosen, *alternatives(chosen, tried, resolution, models.whole))
 
 

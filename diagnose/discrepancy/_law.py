@@ -124,7 +124,7 @@ def _best(
     """The best of ``base`` with one term more, everything fitted anew."""
     sketches = []
     for candidate in candidates:
-        problem = extended.problem((*base.effects, candidate.name))
+        problem = extended.problem((*base.effects, candidate.name), base.fit.problem.held)
         point = base.fit.outcome.point
         starts = np.array(
             [_start(problem, base, candidate, x) for x in (point, point + candidate.shift)]

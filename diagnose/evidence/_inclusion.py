@@ -51,6 +51,7 @@ def include(models: ModelSelection, trial: Trial, recording: Recording) -> Inclu
         trial.effects,
         (*models.split.masks, half),
         fit.problem.k_bounds,
+        fit.problem.held,
     )
     own = own_point(recording, alone, physical)[fit.problem.physical :]
     together = polish(problem, [np.concatenate([fit.outcome.point, own])], BUDGET)

@@ -268,6 +268,21 @@ def next_experiment(
     return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."
 
 
+def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
+    """A warning where the model holds parameters that are not ``fixed`` by the user.
+
+    >>> assumed({"k": 1.0}, {})[0][:14], assumed({"k": 1.0}, {"k": 1.0})
+    ('k is held at 1', [])
+    """
+    return [
+        f"{name} is held at {value:g} and has no sigma, as a loop with its sensor on the output "
+        f"reaches what it is asked for: with another {name} the model predicts the data no better "
+        f"(--fix {name}=VALUE where you know it)"
+        for name, value in held.items()
+        if name not in fixed
+    ]
+
+
 def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     """A warning where the test's error is above the limit, though no more than chance allows."""
     if verdict is Verdict.UNEXPLAINED or last.explained:

@@ -14,13 +14,14 @@ from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import carried_over, own_point
 from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection._trial import Key, Trial, key_of
 from servosight.identify.fit import (
     POLISH_BUDGET,
     OwnValues,
     Solution,
     contains,
     fit_effects,
+    fit_together,
     initial_changes,
     no_worse,
     own_values,
@@ -43,19 +44,18 @@ TRIAL_BUDGET = 150
 class ModelSelection:
     """Recordings, divided for fit, validation and test, and the catalogue to choose from.
 
-    ``trials`` keeps the best trial of each set of effects that was tried, ``wholes`` their fits to
-    the validation samples as well, ``screens`` what was screened behind each fit. No fit and no
-    score sees a test sample. ``known`` is what the user knows before.
+    ``trials`` keeps the best trial of each set of effects and held parameters that was tried,
+    ``wholes`` their fits to the validation samples as well, ``screens`` what was screened behind
+    each fit. A model made from another holds what that one holds. No fit and no score sees a test
+    sample. ``known`` is what the user knows before.
     """
 
     split: Split
     catalogue: Mapping[str, Effect]
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
-    trials: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
-    wholes: dict[tuple[str, ...], Trial] = field(default_factory=dict, compare=False)
-    screens: dict[tuple[tuple[str, ...], float], Screen] = field(
-        default_factory=dict, compare=False
-    )
+    trials: dict[Key, Trial] = field(default_factory=dict, compare=False)
+    wholes: dict[Key, Trial] = field(default_factory=dict, compare=False)
+    screens: dict[tuple[Key, float], Screen] = field(default_factory=dict, compare=False)
 
     def with_catalogue(self, catalogue: Mapping[str, Effect]) -> ModelSelection:
         """The same recordings with other effects, and nothing tried."""
@@ -85,34 +85,50 @@ class ModelSelection:
         _, most = CORE[0].search_bounds
         return (least, most) if k >= 0.0 else (-most, -least)
 
-    def problem(self, effects: Sequence[str]) -> Problem:
-        """The fit of some effects to the training samples."""
-        return self._problem(effects, self.split.masks)
+    def problem(self, effects: Sequence[str], held: Mapping[str, float] | None = None) -> Problem:
+        """The fit of some effects to the training samples; ``held`` is by default what is known."""
+        return self._problem(effects, self.known.fixed if held is None else held, self.split.masks)
 
-    def _problem(self, effects: Sequence[str], masks: Sequence[Mask] | None) -> Problem:
+    def _problem(
+        self, effects: Sequence[str], held: Mapping[str, float], masks: Sequence[Mask] | None
+    ) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
         bounds = self.k_bounds if ordered else None
-        held = self.known.fixed
         return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held)
 
     def linear(self) -> Trial:
         """The linear model."""
-        if () not in self.trials:
-            problem = self.problem(())
+        return self._linear(self.known.fixed)
+
+    def unloaded(self) -> Trial | None:
+        """The linear model with k held at 1, or -1; None where k is held or told apart anyway.
+
+        A loop with its sensor on the output reaches its command, but for load and friction. These
+        fall with the gain of the loop, which recordings at several gains show.
+        """
+        if "k" in self.known.fixed or len({one.relative_gain for one in self.recordings}) > 1:
+            return None
+        point = self.linear().fit.outcome.point
+        return self._linear({**self.known.fixed, "k": float(np.copysign(1.0, point[0]))})
+
+    def _linear(self, held: Mapping[str, float]) -> Trial:
+        problem = self.problem((), held)
+        if key_of(problem) not in self.trials:
             self.judge(polish(problem, [linear_start(problem)]))
-        return self.trials[()]
+        return self.trials[key_of(problem)]
 
     def first(self) -> Trial:
         """The model from which every selection starts: the linear one, or what is known."""
         known, first = self.known, self.linear()
-        if known.first and tuple(n for n in self.catalogue if n in known.first) not in self.trials:
+        key = key_of(self.problem(known.first))
+        if key not in self.trials:
             fit, begun = first.fit, len(known.start_effects)
             if begun:
                 fit = started(self.problem(known.start_effects), fit, known.start)
             each = range(begun + 1, len(known.first) + 1)
             fit = extended_by_each([self.problem(known.first[:count]) for count in each], fit)
             return self.judge(fit)
-        return self.trials[self.problem(known.first).effects]
+        return self.trials[key]
 
     def candidates(self, base: Trial) -> list[str]:
         """The effects that ``base`` lacks, that are no special case of one that it has, and that
@@ -125,7 +141,7 @@ class ModelSelection:
     def with_effect(self, base: Trial, name: str) -> Problem:
         """The fit of ``base`` and one effect more, which takes the place of what it contains."""
         kept = [own for own in base.effects if own not in self.catalogue[name].contains]
-        return self.problem((*kept, name))
+        return self.problem((*kept, name), base.fit.problem.held)
 
     def sketched(self, base: Trial, name: str) -> Trial:
         """``base`` with one effect more, fitted roughly: enough to see where it leads.
@@ -156,7 +172,7 @@ class ModelSelection:
     def screen(self, base: Trial) -> Screen:
         """What each candidate behind ``base`` would change in its error, to first order."""
         fit = base.fit
-        seen = (base.effects, fit.outcome.cost)
+        seen = (base.key, fit.outcome.cost)
         if seen not in self.screens:
             owners: list[str] = []
             changes = []
@@ -170,7 +186,8 @@ class ModelSelection:
 
     def without(self, base: Trial, name: str) -> Trial:
         """``base`` less one effect, all else unchanged: not fitted."""
-        problem = self.problem([own for own in base.effects if own != name])
+        kept = [own for own in base.effects if own != name]
+        problem = self.problem(kept, base.fit.problem.held)
         known = {
             (c.name, c.recording): x
             for c, x in zip(base.fit.problem.coordinates, base.fit.outcome.point, strict=True)
@@ -181,6 +198,16 @@ class ModelSelection:
             problem, Outcome(point, cost, 1, NOT_FITTED, np.array([cost]), point[None, :])
         )
         return Trial(problem.effects, fit, self._seen(fit))
+
+    def together(self, base: Trial, names: Sequence[str]) -> Trial:
+        """``base`` with several effects more, which are fitted at once from a wide grid."""
+        problem = self.problem((*base.effects, *names), base.fit.problem.held)
+        return self.judge(fit_together(problem, base.fit))
+
+    def released(self, trial: Trial) -> Trial:
+        """A model with nothing held but what the user holds, fitted from where ``trial`` is."""
+        problem = self.problem(trial.effects)
+        return self.judge(polish(problem, [np.clip(trial.fit.outcome.point, *problem.bounds)]))
 
     def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
@@ -196,11 +223,12 @@ class ModelSelection:
         """A model fitted anew to the fitted and the validation samples of its recordings."""
         if self.split.carried:
             return trial
-        known = self.wholes.get(trial.effects)
+        known = self.wholes.get(trial.key)
         if known is None:
-            problem = self._problem(trial.effects, self.split.untested)
+            held = trial.fit.problem.held
+            problem = self._problem(trial.effects, held, self.split.untested)
             fit = polish(problem, [trial.fit.outcome.point])
-            known = self.wholes[trial.effects] = Trial(trial.effects, fit, self._seen(fit))
+            known = self.wholes[trial.key] = Trial(trial.effects, fit, self._seen(fit))
         return known
 
     def explained_whole(self, trial: Trial, criterion: AcceptanceCriterion) -> bool:
@@ -221,9 +249,9 @@ class ModelSelection:
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
         ]
         trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
-        known = self.trials.get(trial.effects)
+        known = self.trials.get(trial.key)
         if known is None or trial.fit.outcome.cost <= known.fit.outcome.cost:
-            self.trials[trial.effects] = trial
+            self.trials[trial.key] = trial
         return trial
 
     def _no_worse(self, fit: Solution, budget: int) -> Solution:

@@ -204,6 +204,16 @@ class AcceptanceCriterion:
             and self.evidence(score, base) >= needed
         )
 
+    def frees(self, score: Score, held: Score) -> bool:
+        """True where data ask for a parameter to be fitted that ``held`` has at a likely value.
+
+        It must lower the error of fitted and of validation data as an effect must, which is not
+        asked where these are at the floor already.
+        """
+        lower = (1.0 - self.policy.min_gain) * held.validation_rmse_deg
+        falls = score.validation_rmse_deg <= lower and not self.explained(held)
+        return falls and self.learnt(score, held)
+
     def earns_as_pair(self, both: Score, rivals: Sequence[Score], tried: int) -> bool:
         """True where two effects together earn their place beside each of ``rivals``.
 

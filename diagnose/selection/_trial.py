@@ -10,6 +10,15 @@ import numpy as np
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.selection._policy import Score
 from servosight.identify.fit import Solution
+from servosight.identify.problem import Problem
+
+Key = tuple[tuple[str, ...], tuple[str, ...]]
+"""Effects, and the parameters that are held."""
+
+
+def key_of(problem: Problem) -> Key:
+    """What tells a model from others of the same selection."""
+    return problem.effects, tuple(sorted(problem.held))
 
 
 @dataclass(frozen=True)
@@ -22,6 +31,11 @@ class Trial:
     effects: tuple[str, ...]
     fit: Solution
     judged: tuple[Judged, ...]
+
+    @property
+    def key(self) -> Key:
+        """Its effects and what is held."""
+        return key_of(self.fit.problem)
 
     @cached_property
     def score(self) -> Score:

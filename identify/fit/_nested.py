@@ -20,7 +20,8 @@ _ROUNDING = 1.0 + 1e-9
 def contains(fit: Solution, smaller: Solution) -> bool:
     """True where ``smaller`` fits the same samples with some of the effects of ``fit``.
 
-    Not where a parameter of the others is held away from neutral.
+    Not where a parameter that the others lack is held away from neutral, nor where one that they
+    fit is held.
     """
     mine, other = fit.problem, smaller.problem
     alike = len(mine.recordings) == len(other.recordings) and all(
@@ -30,7 +31,10 @@ def contains(fit: Solution, smaller: Solution) -> bool:
         )
     )
     further = {c.name: c.parameter.neutral for c in mine.coordinates if c not in other.coordinates}
-    able = all(further.get(name) in (None, value) for name, value in mine.held.items())
+    able = all(
+        further[name] in (None, value) if name in further else other.held.get(name) == value
+        for name, value in mine.held.items()
+    )
     return alike and able and set(other.effects) < set(mine.effects)
 
 

@@ -6,6 +6,7 @@ A search that adds one after the other from the linear model stops before such a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection._models import ModelSelection
@@ -28,21 +29,46 @@ class BackwardSearch:
 
     def search(self, base: Trial) -> None:
         """Visit the rich model that extends ``base``, and what is left of it effect by effect."""
-        self.reduce(self.rich(base))
+        self.reduce(self.rich(base, self.visited.criterion.policy.ordinary))
 
-    def rich(self, base: Trial) -> Trial:
-        """``base`` with the effects of an ordinary servo whose parameters the fitted data move.
+    def search_unloaded(self) -> bool:
+        """The same with k held at 1; True where the data do not ask for another k.
+
+        Weight, load-dependent friction and k can stand in for one another: one run at one gain has
+        fits with all three wrong. With k held the others are determined, and from there k is
+        fitted, too. Held, the model has a parameter less.
+        """
+        criterion, known = self.visited.criterion, self.models.known
+        linear = self.models.unloaded()
+        if linear is None:
+            return False
+        first, candidates = criterion.policy.ordinary[:TOGETHER], self.models.candidates(linear)
+        allowed = [name for name in first if name in candidates]
+        begun = tuple(dict.fromkeys((*known.first, *allowed)))
+        if not begun:
+            return False
+        self.progress("rich model with k held", 0, len(criterion.policy.ordinary))
+        others = [name for name in criterion.policy.ordinary if name not in begun]
+        self.reduce(self.rich(self.models.together(linear, begun), others))
+        held = [one for one in self.visited.ranked() if one.key[1] == linear.key[1]]
+        best = self.models.finished(held[0])
+        released = self.models.released(best)
+        better = criterion.earns(best.score, self.models.first().score, 1)
+        return better and not criterion.frees(released.score, best.score)
+
+    def rich(self, base: Trial, names: Sequence[str]) -> Trial:
+        """``base`` with those effects of an ordinary servo that the fitted data move.
 
         They are fitted together: each is added to all before it, and all parameters follow.
         """
         trial = base
-        ordinary = self.visited.criterion.policy.ordinary
-        for i, name in enumerate(ordinary):
+        for i, name in enumerate(names):
             if name not in self.models.candidates(trial):
                 continue
-            self.progress(f"rich model: trying {name}", i, len(ordinary))
+            self.progress(f"rich model: trying {name}", i, len(names))
             larger = self.models.extended(trial, name)
-            if i < TOGETHER or self.visited.criterion.learnt(larger.score, trial.score):
+            needed = name in self.visited.criterion.policy.ordinary[:TOGETHER]
+            if needed or self.visited.criterion.learnt(larger.score, trial.score):
                 trial = larger
         return self.models.finished(trial)
 

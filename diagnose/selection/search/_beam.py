@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._steps import SearchEffort
-from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection._trial import Key, Trial, key_of
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
 
@@ -25,12 +25,12 @@ class BeamSearch:
 
     def search(self) -> None:
         """Extend the cheapest models as long as what they lead to is clearly cheaper."""
-        extended: set[tuple[str, ...]] = set()
+        extended: set[Key] = set()
         while True:
             best = self.visited.price(self.visited.ranked()[0])
-            beam = [trial for trial in self._beam() if trial.effects not in extended]
+            beam = [trial for trial in self._beam() if trial.key not in extended]
             for trial in beam:
-                extended.add(trial.effects)
+                extended.add(trial.key)
                 self._extend(self.models.finished(trial))
             if self.visited.price(self.visited.ranked()[0]) > best - WORTH_GOING_ON:
                 return
@@ -60,7 +60,7 @@ class BeamSearch:
         sketches = []
         for i, name in enumerate(names):
             self.progress(f"effect {len(base.effects) + 1}: trying {name}", i, len(names))
-            if self.models.with_effect(base, name).effects not in self.models.trials:
+            if key_of(self.models.with_effect(base, name)) not in self.models.trials:
                 sketches.append((self.models.sketched(base, name), name))
         sketches.sort(key=lambda pair: pair[0].fit.outcome.cost)
         for sketch, name in sketches[: self.effort.beam]:

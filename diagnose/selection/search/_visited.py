@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._models import TRIAL_BUDGET, ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion
-from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection._trial import Key, Trial
 
 
 @dataclass(frozen=True)
 class Visited:
     """All trials of a selection, ranked by price whatever way led to them.
 
-    ``ways`` are the reductions that were tried: from which effects and cost, by which one.
+    ``ways`` are the reductions that were tried: from which model and cost, by which effect.
     """
 
     models: ModelSelection
     criterion: AcceptanceCriterion
-    ways: set[tuple[tuple[str, ...], str, float]] = field(default_factory=set, compare=False)
+    ways: set[tuple[Key, str, float]] = field(default_factory=set, compare=False)
 
     def price(self, trial: Trial) -> float:
         """The lower the better: validation error and number of effects."""
@@ -33,17 +33,19 @@ class Visited:
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.
 
-        Without effects it is the linear model. Those that the user requires need not earn it.
+        Without effects it is the linear model. Those that the user requires need not earn it. k is
+        fitted where the same effects with k held do worse.
         """
-        refused: set[tuple[str, ...]] = set()
+        refused: set[Key] = set()
         while True:
-            first = next(one for one in self.ranked() if one.effects not in refused)
+            first = next(one for one in self.ranked() if one.key not in refused)
             if not first.fit.out_of_budget:
-                if all(self._earned(first, name) for name in self.removable(first)):
+                earned = all(self._earned(first, name) for name in self.removable(first))
+                if earned and self._frees(first):
                     return first
-                refused.add(first.effects)
+                refused.add(first.key)
             elif not self._finished(first):
-                refused.add(first.effects)
+                refused.add(first.key)
 
     def _finished(self, trial: Trial) -> bool:
         """True where the fit of ``trial`` comes to an end; that is what is visited from then on."""
@@ -54,17 +56,26 @@ class Visited:
         smaller = self.models.finished(self.without(trial, name))
         return self.criterion.earns(trial.score, smaller.score, 1)
 
+    def _frees(self, trial: Trial) -> bool:
+        """True unless the same effects were tried with more held, and do as well."""
+        held = [
+            self.models.finished(one)
+            for one in tuple(self.models.trials.values())
+            if one.effects == trial.effects and set(one.key[1]) > set(trial.key[1])
+        ]
+        return all(self.criterion.frees(trial.score, one.score) for one in held)
+
     def without(self, trial: Trial, name: str) -> Trial:
         """The best known model with one effect less than ``trial``, fitted from it as well.
 
         Such a model may have been fitted before and have ended in a worse minimum.
         """
         effects = tuple(own for own in trial.effects if own != name)
-        way = (trial.effects, name, trial.fit.outcome.cost)
+        way = (trial.key, name, trial.fit.outcome.cost)
         if way not in self.ways:
             self.ways.add(way)
             self.models.reduced(trial, name, TRIAL_BUDGET)
-        return self.models.trials[effects]
+        return self.models.trials[effects, trial.key[1]]
 
     def removable(self, trial: Trial) -> tuple[str, ...]:
         """The effects that the user does not require."""

@@ -21,7 +21,9 @@ def searched_widely(
     best model seen.
     """
     first, last = steps[0].trial, steps[-1].trial
-    BackwardSearch(visited.models, visited, progress).search(first)
+    backward = BackwardSearch(visited.models, visited, progress)
+    if not backward.search_unloaded():
+        backward.search(first)
     BeamSearch(visited.models, visited, effort, progress).search()
     best = visited.best()
     cheaper = visited.price(best) < visited.price(last)

@@ -130,18 +130,20 @@ def models(twin: Any) -> ModelSelection:
 
 
 def test_what_is_there_is_named_in_every_part(models: ModelSelection) -> None:
-    stable = stability(models, CRITERION, models.trials["backlash",])
+    stable = stability(models, CRITERION, models.trials[("backlash",), ()])
     assert stable.shares == {"backlash": 1.0}
     assert stable.resamples == 10
     assert not stable.uncertain
-    selected = Selected((Step(models.linear()), Step(models.trials["backlash",], "backlash")), ())
+    selected = Selected(
+        (Step(models.linear()), Step(models.trials[("backlash",), ()], "backlash")), ()
+    )
     assert stable_steps(models, CRITERION, selected, stable) == selected
 
 
 def test_most_resamples_put_another_model_in_the_place_of_a_wrong_one(
     models: ModelSelection,
 ) -> None:
-    wrong = models.trials["cogging",]
+    wrong = models.trials[("cogging",), ()]
     stable = stability(models, CRITERION, wrong)
     assert stable.shares == {"cogging": 0.0, "backlash": 1.0}
     selected = Selected((Step(models.linear()), Step(wrong, "cogging")), ())
@@ -151,7 +153,9 @@ def test_most_resamples_put_another_model_in_the_place_of_a_wrong_one(
 
 
 def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
-    selected = Selected((Step(models.linear()), Step(models.trials["cogging",], "cogging")), ())
+    selected = Selected(
+        (Step(models.linear()), Step(models.trials[("cogging",), ()], "cogging")), ()
+    )
     halves = {frozenset({"cogging"}): 0.5, frozenset[str](): 0.5}
     kept = stable_steps(models, CRITERION, selected, Stability({"cogging": 0.5}, 10, halves))
     assert kept == selected
@@ -163,7 +167,7 @@ def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
 
 def test_no_step_leads_to_a_model_of_a_higher_price(models: ModelSelection) -> None:
     """Without backlash the error is many times as large: the model keeps it, whatever its name."""
-    best = models.trials["backlash",]
+    best = models.trials[("backlash",), ()]
     assert CRITERION.price(models.linear().score) > CRITERION.price(best.score)
     selected = Selected((Step(models.linear()), Step(best, "backlash")), ())
     rare = Stability({"backlash": 0.4}, 10, {frozenset[str](): 0.6})
@@ -179,8 +183,8 @@ def test_the_linear_model_has_nothing_to_name(models: ModelSelection) -> None:
 def test_what_the_user_settled_is_no_question(models: ModelSelection) -> None:
     known = PriorKnowledge(with_effects=("cogging",))
     settled = replace(models, known=known, trials=dict(models.trials))
-    assert stability(settled, CRITERION, models.trials["cogging",]) == Stability()
-    both = settled.extended(models.trials["cogging",], "backlash")
+    assert stability(settled, CRITERION, models.trials[("cogging",), ()]) == Stability()
+    both = settled.extended(models.trials[("cogging",), ()], "backlash")
     assert stability(settled, CRITERION, both).shares == {"backlash": 1.0}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,20 @@ def test_the_first_model_has_what_is_known(twin: Any) -> None:
     assert found["k"] == 1.0
     assert found["backlash.gap"] == pytest.approx(truth, rel=0.02)
     assert first.score.parameters == len(found) - 1  # k does not count
+
+
+def test_a_user_who_holds_k_is_asked_for_no_other(twin: Any) -> None:
+    assert selection(twin, fix={"k": 0.9}).unloaded() is None
+    models = selection(twin)
+    unloaded = models.unloaded()
+    assert unloaded is not None
+    assert unloaded.fit.problem.held == {"k": 1.0}
+    assert unloaded is models.unloaded()
+    assert unloaded is not models.linear()  # the same effects, less one parameter
+    (one,) = models.recordings
+    both = Split.of([one, replace(one, relative_gain=2.0)], (), ())
+    assert models.with_split(both).unloaded() is None  # two gains tell k from load and friction
+    assert models.released(unloaded).score.parameters == unloaded.score.parameters + 1
 
 
 def test_what_is_ruled_out_is_no_candidate(twin: Any) -> None:

@@ -52,6 +52,11 @@ def test_only_a_model_with_fewer_of_the_same_effects_on_the_same_samples_is_cont
     fit, old = poor(smaller), smaller.problem
     linear = Problem(old.recordings, old.plant, (), old.masks)
     assert contains(fit, polish(linear, [linear_start(linear)]))
+    held = replace(smaller, problem=replace(old, held={"k": 1.0}))
+    assert contains(fit, held)  # it may have that k, too
+    pinned = replace(fit, problem=replace(fit.problem, held={"k": 1.0}))
+    assert contains(pinned, held)
+    assert not contains(pinned, smaller)  # which may have another
     fewer = tuple(np.arange(mask.size) % 2 == 0 for mask in old.masks)
     elsewhere = replace(smaller, problem=replace(old, masks=fewer))
     other = replace(smaller, problem=replace(old, effects=("dead_zone",)))
