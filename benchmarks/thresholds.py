@@ -1,6 +1,6 @@
 """How each threshold of the selection moves names, false alarms and error.
 
-    python benchmarks/thresholds.py --facts out/hidden/results.jsonl --trials 12
+    python benchmarks/thresholds.py --facts out/hidden/results --trials 12
 
 Trials of the hidden-effect benchmark whose facts a results file holds are diagnosed with the
 thresholds of docs/diagnosis.md, then with one of them changed at a time. What was fitted once is
@@ -10,7 +10,6 @@ not fitted again: only decisions change. Prints a table; docs/measured/threshold
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from hidden.draw import propose
+from hidden.run import Results
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
@@ -140,8 +140,7 @@ class BenchmarkTrial:
 def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[BenchmarkTrial]:
     """The first trials of each row in a results file that these sources would draw again."""
     left = dict.fromkeys(rows, trials)
-    for text in facts.read_text(encoding="utf-8").splitlines():
-        line = json.loads(text)
+    for line in Results.at(facts).every():
         row, seed, known = line["row"], line["seed"], line["facts"]
         if not left.get(row):
             continue
@@ -164,7 +163,9 @@ def described(outcomes: Sequence[SelectionOutcome]) -> str:
 def main() -> None:
     """Print the table, a line for each change."""
     parser = argparse.ArgumentParser(description="Move each threshold of the selection.")
-    parser.add_argument("--facts", type=Path, required=True, help="a results file of make hidden")
+    parser.add_argument(
+        "--facts", type=Path, required=True, help="the results folder of make hidden"
+    )
     parser.add_argument("--rows", default=",".join(ROWS))
     parser.add_argument("--trials", type=int, default=12, help="trials a row")
     args = parser.parse_args()

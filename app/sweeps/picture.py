@@ -35,10 +35,11 @@ def write_picture(found: Summary, path: Path) -> None:
             f"{path}: this sweep has no errors over two axes and no sizes of effects, expected one "
             f"of them to draw; print it without --plot"
         )
-    rows = max(len(errors), -(-len(panels) // 2))
-    figure = Figure(figsize=(9.6, 3.1 * rows + 0.5), layout="constrained")
+    columns = 1 if len(panels) == 1 and not errors else 2
+    rows = max(len(errors), -(-len(panels) // columns))
+    figure = Figure(figsize=(4.8 * max(columns, 1.5), 3.3 * rows + 0.4), layout="constrained")
     FigureCanvasAgg(figure)
-    grid = figure.subplots(rows, 2, squeeze=False)
+    grid = figure.subplots(rows, columns, squeeze=False)
     if errors and maps:
         for row, name in zip(grid, errors, strict=False):
             _map_pair(row, found.table, maps, name)
@@ -130,6 +131,9 @@ def _curves(axes: Axes, title: str, answers: Sequence[Found]) -> None:
             axes.plot([counts.size], [height], "|", color="black", markersize=8)
     axes.axhline(95.0, color="0.6", linewidth=0.8, linestyle=":")
     axes.set_xscale("log")
+    sizes = sorted({size for answer in answers for size in answer.detection.sizes})
+    axes.set_xticks(sizes, [f"{size:.3g}" for size in sizes])
+    axes.minorticks_off()
     unit = f" [{answers[0].unit}]" if answers[0].unit else ""
     axes.set_xlabel(f"{answers[0].what}{unit}")
     axes.set_ylabel("found in % of recordings")

@@ -3,9 +3,9 @@
     python benchmarks/hidden --rows single,pair --trials 40 --seed 1000
     python benchmarks/hidden --rows single --only 1007
 
-Results gather in out/hidden/results.jsonl, and a later run goes on from there. What was diagnosed
-wrong is printed with its candidates and the seed that runs it alone. Page and pictures
-are drawn by ``--page`` from all results that these sources made, half a run included.
+Results gather in out/hidden/results, the folder of a sweep, and a later run goes on from there.
+What was diagnosed wrong is printed with its candidates and the seed that runs it alone. Page and
+pictures are drawn by ``--page`` from all results that these sources made, half a run included.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .run import Line, Results, run_trials
 from .score import explain, right
 
 ROOT = Path(__file__).resolve().parents[2]
-RESULTS = ROOT / "out" / "hidden" / "results.jsonl"
+RESULTS = ROOT / "out" / "hidden" / "results"
 DOCS = ROOT / "docs"
 EVERY = (*ROWS, *COMPOUND_ROWS)
 

@@ -1,16 +1,17 @@
-"""Run trials in several processes, and keep their lines in one file that a later run resumes."""
+"""Run trials as cells of a sweep, and keep their lines in a folder that a later run resumes."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from servosight.scenarios.sweeps.measure import POOLS, warm
+from servosight.scenarios.sweeps.plan import content_digest
+from servosight.scenarios.sweeps.run import Limits, Store, Tally, Task, dask_engine, drive
 
 from .compound.trial import COMPOUND_ROWS, run_compound
 from .trial import NoDraw, run_trial
@@ -38,41 +39,52 @@ JUDGING = (*MAKING, "identify", "diagnose")
 
 @dataclass(frozen=True)
 class Results:
-    """A file of one JSON line a trial.
+    """A sweep's folder with one row a trial.
 
     ``version`` is of all sources that a result rests on: lines of another are not mixed in. Lines
     whose ``made`` agrees lend their facts (what was hidden, and the fits without noise), so that a
     change of the diagnosis alone costs only diagnoses.
     """
 
-    path: Path
+    store: Store
     version: str
     made: str
 
     @classmethod
-    def at(cls, path: Path) -> Results:
+    def at(cls, folder: Path) -> Results:
         """The results of the sources as they are."""
-        return cls(path, _digest(JUDGING), _digest(MAKING))
+        version, made = (content_digest(SOURCES, places) for places in (JUDGING, MAKING))
+        return cls(Store(folder), version, made)
 
     def lines(self) -> list[Line]:
-        """The lines that belong to these sources, the last of each trial."""
-        return list(self._of("version", self.version).values())
+        """The lines that belong to these sources."""
+        return [line for line in self.every() if line["version"] == self.version]
 
     def facts(self) -> dict[Job, Mapping[str, Any]]:
         """Facts that may be used again, by what they are of: see :func:`facts_of`."""
-        lines = self._of("made", self.made)
-        return {facts_of(job): line["facts"] for job, line in lines.items()}
+        mine = (line for line in self.every() if line["made"] == self.made)
+        return {facts_of((line["row"], line["seed"])): line["facts"] for line in mine}
 
-    def append(self, line: Line) -> None:
-        """Add a line; a run that is cut short leaves at most a last line that is not read."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(line, allow_nan=False) + "\n")
+    def task(self, job: Job, facts: Mapping[str, Any] | None) -> Task:
+        """The cell of a trial; it is the same trial with facts and without."""
+        row, seed = job
+        known = {"row": row, "seed": seed, "made": self.version, "facts_made": self.made}
+        return Task(self.key(job), (job, facts), known)
 
-    def _of(self, key: str, wanted: str) -> dict[Job, Line]:
-        return {
-            (line["row"], line["seed"]): line for line in _read(self.path) if line[key] == wanted
-        }
+    def key(self, job: Job) -> str:
+        """The name of a trial's row."""
+        return hashlib.sha256(f"{self.version} {job[0]} {job[1]}".encode()).hexdigest()[:32]
+
+    def new_lines(self, keys: Iterable[str]) -> list[Line]:
+        """The lines of cells that have just ended well."""
+        return [_line(row) for row in self.store.rows(keys) if row["status"] == "done"]
+
+    def every(self) -> list[Line]:
+        """All lines, whatever sources made them."""
+        frame = self.store.frame()
+        if "line" not in frame.columns:
+            return []
+        return [_line(row) for row in frame.iter_rows(named=True) if row["line"] is not None]
 
 
 def facts_of(job: Job) -> Job:
@@ -81,11 +93,11 @@ def facts_of(job: Job) -> Job:
     return (COMPOUND_ROWS[row].facts_row if row in COMPOUND_ROWS else row), seed
 
 
-def run_job(job: Job, facts: Mapping[str, Any] | None) -> Line:
-    """The line of one trial."""
-    row, seed = job
+def run_job(given: tuple[Job, Mapping[str, Any] | None]) -> dict[str, str]:
+    """The line of one trial, as the text that its cell's row keeps."""
+    (row, seed), facts = given
     run = run_compound if row in COMPOUND_ROWS else run_trial
-    return run(row, seed, facts)
+    return {"line": json.dumps(run(row, seed, facts), allow_nan=False)}
 
 
 def run_trials(
@@ -93,45 +105,49 @@ def run_trials(
 ) -> list[Line]:
     """Run what is not in the results yet; ``on_line`` receives each new line, done and total.
 
-    Returns the lines of all jobs but those for which no draw has the strength.
+    Returns the lines of all jobs but those for which no draw has the strength. Raises RuntimeError
+    at the end where another trial failed, with its error.
     """
-    done = {(line["row"], line["seed"]): line for line in results.lines()}
-    facts = results.facts()
-    missing = [job for job in jobs if job not in done]
-    os.environ["NUMBA_NUM_THREADS"] = "1"  # the processes share the cores
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
-        futures = [pool.submit(run_job, job, facts.get(facts_of(job))) for job in missing]
-        try:
-            for count, future in enumerate(as_completed(futures), start=1):
-                if isinstance(future.exception(), NoDraw):
-                    continue
-                line = {**future.result(), "version": results.version, "made": results.made}
-                results.append(line)
-                done[line["row"], line["seed"]] = line
-                on_line(line, count, len(missing))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-    return [done[job] for job in jobs if job in done]
+    store = results.store
+    with store.opened({"name": "hidden", "made": results.version}):
+        done, facts = store.done(), results.facts()
+        missing = [job for job in jobs if results.key(job) not in done]
+        tasks = (results.task(job, facts.get(facts_of(job))) for job in missing)
+
+        def on_progress(tally: Tally, said: Sequence[str]) -> None:
+            for line in results.new_lines(tally.latest):
+                on_line(line, tally.done, len(missing))
+
+        if missing:
+            with dask_engine(
+                run_job,
+                store.cells.resolve(),
+                Limits(),
+                workers=processes,
+                scheduler=None,
+                warm=warm,
+                environment=POOLS,
+                dashboard=False,
+            ) as engine:
+                drive(tasks, engine, store, Tally(len(missing)), on_progress)
+        store.tidy()
+    _check(store, [results.key(job) for job in jobs])
+    found = {(line["row"], line["seed"]): line for line in results.lines()}
+    return [found[job] for job in jobs if job in found]
 
 
-def _read(path: Path) -> Iterator[Line]:
-    if not path.is_file():
+def _check(store: Store, keys: Sequence[str]) -> None:
+    """Raise RuntimeError for a failed trial that is not just one that cannot be drawn."""
+    frame = store.frame()
+    if "error" not in frame.columns:
         return
-    for text in path.read_text(encoding="utf-8").splitlines():
-        try:
-            yield json.loads(text)
-        except ValueError:  # cut short
-            continue
+    mine = frame.filter(frame["cell"].is_in(list(keys)) & frame["error"].is_not_null())
+    for row in mine.iter_rows(named=True):
+        if not row["error"].startswith(NoDraw.__name__):
+            raise RuntimeError(f"{row['row']} {row['seed']}: {row['error']}")
 
 
-def _digest(places: Sequence[str]) -> str:
-    """A hash over some Python files, and those of some folders: their names and their text."""
-    total = hashlib.sha256()
-    for place in places:
-        path = SOURCES / place
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            total.update(f"{file.relative_to(SOURCES)}\0".encode())
-            total.update(file.read_bytes())
-    return total.hexdigest()[:16]
+def _line(row: Mapping[str, Any]) -> Line:
+    """The line in a row, with the versions of its sources."""
+    line: Line = json.loads(row["line"])
+    return {**line, "version": row["made"], "made": row["facts_made"]}

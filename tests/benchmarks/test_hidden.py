@@ -22,8 +22,9 @@ from hidden.draw import (
 )
 from hidden.page import page
 from hidden.pictures import pictures
-from hidden.run import Results
+from hidden.run import Results, run_trials
 from hidden.trial import Fits, NoDraw, find_facts, run_trial
+from servosight.scenarios.sweeps.run import Limits, Store, run_batch
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -140,15 +141,30 @@ def test_wilson_gives_the_published_interval() -> None:
 
 
 def test_results_of_other_sources_are_not_mixed_in(tmp_path: Path) -> None:
-    results = Results(tmp_path / "out" / "results.jsonl", "new", "same")
+    store = Store(tmp_path / "out")
+    results = Results(store, "new", "same")
     assert results.lines() == []
-    results.append({**line(seed=1), "version": "old", "made": "same"})
-    results.append({**line(seed=2), "version": "new", "made": "same"})
-    results.append({**line(seed=3), "version": "old", "made": "other"})
-    with results.path.open("a", encoding="utf-8") as stream:
-        stream.write(json.dumps(line(seed=4))[:50])  # a run that was cut short
+    with store.opened({}):
+        for seed, version, made in ((1, "old", "same"), (2, "new", "same"), (3, "old", "other")):
+            task = Results(store, version, made).task(("single", seed), None)
+            text = {"line": json.dumps(line(seed=seed))}
+            run_batch(lambda _, text=text: text, [task], str(store.cells), Limits())
+        (store.cells / "4.json.1-aa").write_text('{"line')  # a run that was cut short
     assert [one["seed"] for one in results.lines()] == [2]
     assert set(results.facts()) == {("single", 1), ("single", 2)}
+
+
+def test_a_trial_that_is_there_is_not_run_again(tmp_path: Path) -> None:
+    results = Results(Store(tmp_path / "out"), "new", "same")
+    jobs = [("single", seed) for seed in range(3)]
+    with results.store.opened({}):
+        for job in jobs:
+            text = {"line": json.dumps(line(seed=job[1]))}
+            task = results.task(job, None)
+            run_batch(lambda _, text=text: text, [task], str(results.store.cells), Limits())
+    found = run_trials(results, jobs[::-1], 1, lambda *_: pytest.fail("nothing is to be run"))
+    assert [one["seed"] for one in found] == [2, 1, 0]
+    assert {one["version"] for one in found} == {"new"}
 
 
 def test_a_half_done_run_can_be_drawn(tmp_path: Path) -> None:

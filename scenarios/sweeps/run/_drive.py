@@ -41,7 +41,8 @@ class Tally:
     failed: int = 0
     kinds: Counter[str] = field(default_factory=Counter)
     began: float = field(default_factory=time.monotonic)
-    told: list[str] = field(default_factory=list)
+    latest: tuple[str, ...] = ()
+    """Keys of the cells of the last batch."""
 
     @property
     def rate(self) -> float:
@@ -64,6 +65,7 @@ class Tally:
     def add(self, report: BatchReport) -> list[str]:
         """Count a batch; returns sentences on failures that have come up three times by now."""
         said = []
+        self.latest = tuple(key for key, _ in report.errors)
         for _, error in report.errors:
             self.done += 1
             if error:
@@ -72,7 +74,6 @@ class Tally:
                 self.kinds[kind] += 1
                 if self.kinds[kind] == ALIKE:
                     said.append(f"{ALIKE} cells have failed alike: {error}")
-        self.told += said
         return said
 
 

@@ -100,7 +100,7 @@ class Store:
     def gather(self, keys: Iterable[str]) -> None:
         """Move the rows of ``keys`` from their single files into a part."""
         paths = [row_path(self.cells, key) for key in sorted(keys)]
-        rows = [row for path in paths if (row := _read(path)) is not None]
+        rows = self.rows(path.stem for path in paths)
         if rows:
             self._write(frame_of(rows))
         for path in paths:
@@ -108,8 +108,12 @@ class Store:
 
     def errors(self, keys: Iterable[str]) -> dict[str, str]:
         """The errors in single files, by key; empty where a cell succeeded."""
-        rows = ((key, _read(row_path(self.cells, key))) for key in keys)
-        return {key: str(row["error"] or "") for key, row in rows if row is not None}
+        return {row[KEY]: str(row["error"] or "") for row in self.rows(keys)}
+
+    def rows(self, keys: Iterable[str]) -> list[Row]:
+        """The rows that stand in single files, of ``keys`` alone."""
+        found = (_read(row_path(self.cells, key)) for key in keys)
+        return [row for row in found if row is not None]
 
     def tidy(self, gone: Sequence[str] = ()) -> None:
         """Join all rows into few parts, each row once; rows whose status is in ``gone`` leave."""
