@@ -22,6 +22,7 @@ ORDINARY = (
     "gravity_load",
     "load_dependent_friction",
     "torque_saturation",
+    "current_limit",
     "supply_sag",
     "stribeck_friction",
     "coulomb_friction",

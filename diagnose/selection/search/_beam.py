@@ -51,10 +51,15 @@ class BeamSearch:
         return beam
 
     def _extend(self, base: Trial) -> None:
-        """Visit ``base`` with each of the effects that promise most, and its special cases."""
+        """Visit ``base`` with each of the effects that promise most, its special cases, and the
+        ordinary effects of which it has a special case: these promise little to first order."""
         for name in self.visited.removable(base):
             for simple in self.models.catalogue[name].contains:
                 self.models.swapped(base, name, simple)
+        for name in self.models.candidates(base):
+            special = set(self.models.catalogue[name].contains) & set(base.effects)
+            if special and name in self.visited.criterion.policy.ordinary:
+                self.models.extended(base, name)
         screen = self.models.screen(base)
         names = screen.best(self.effort.fitted)
         sketches = []

@@ -14,7 +14,7 @@ from servosight.diagnose.selection import (
     Split,
     StepwiseSelector,
 )
-from servosight.diagnose.selection.search import BackwardSearch, Visited
+from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
 from servosight.models.core import Recording, silent
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
@@ -71,6 +71,17 @@ def test_k_is_held_at_one_where_the_data_do_not_ask_for_another(k: float, unload
         best = visited.best()
         assert set(best.effects) == set(effects)
         assert best.fit.problem.values(best.fit.outcome.point)["k"] == k
+
+
+@pytest.mark.parametrize("ordinary", [True, False])
+def test_an_effect_is_exchanged_for_an_ordinary_one_that_contains_it(ordinary: bool) -> None:
+    effects = {name: catalogue()[name] for name in ("torque_saturation", "current_limit")}
+    models = ModelSelection(Split.of([_recording()]), effects)
+    policy = SelectionPolicy(ordinary=tuple(effects) if ordinary else ())
+    visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG, policy))
+    models.extended(models.linear(), "torque_saturation")
+    BeamSearch(models, visited, SearchEffort(fitted=0), silent).search()
+    assert ((("current_limit",), ()) in models.trials) is ordinary
 
 
 def first_deg(selected: Selected) -> float:
