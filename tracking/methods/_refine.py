@@ -7,8 +7,9 @@ from functools import partial
 import numpy as np
 
 from servosight.models.core import FrameProgress
-from servosight.tracking.core import Shutters, Track, TrackOptions
+from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.layers import LayerEstimator, layer_estimator
+from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
 from servosight.tracking.shutter import find_shutter, first_pass
 from servosight.tracking.video import Film
@@ -17,9 +18,23 @@ from servosight.tracking.video import Film
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """Fit the angle to all pixels of the moving part, its outline and shadow included.
 
-    Exposure and readout are found from the video where they are not given.
+    Exposure and readout are found from the video where they are not given. Where no track is found
+    so that the frames confirm, ``composite`` is tried.
     """
-    return track_frames(film, options, progress, prepare)
+    try:
+        return track_frames(film, options, progress, prepare)
+    except TrackRefused as refused:
+        if not _may_be_composite(options):
+            raise
+        try:
+            return composite(film, options, progress)
+        except TrackRefused as again:
+            raise refused from again
+
+
+def _may_be_composite(options: TrackOptions) -> bool:
+    """Whether what is given leaves the choice of the model open."""
+    return options.beside is None and options.camera is None and options.template is None
 
 
 def prepare(film: Film, part: MovingPart) -> TrackingSetup:

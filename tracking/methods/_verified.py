@@ -31,13 +31,14 @@ def refused_with_picture(film: Film) -> Iterator[None]:
 
 def verify(
     film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outline: Array,
-    sample: FrameSample,
+    sample: FrameSample, usable: Mask | None = None,
 ) -> None:  # fmt: skip
     """Compare a track with a sample of the frames; ``TrackRefused`` where they contradict it.
 
     ``flat_pivot`` (2,) and ``outline`` (points, 2) lie in the plane of motion, as the sample's
-    pictures do.
+    pictures do. ``usable`` (frames,) marks the frames in which the part was looked for.
     """
+    tried = np.ones(track.frames, bool) if usable is None else usable
     chosen, pictures = sample.chosen(track.found)
     if len(chosen) < _LEAST_FRAMES:
         why: str | None = f"the part was found in only {track.found.mean():.0%} of the frames"
@@ -50,9 +51,9 @@ def verify(
         )
         evidence = evidence_of(
             scene,
-            np.deg2rad(track.angle_deg),
-            np.deg2rad(track.sigma_deg),
-            track.found,
+            np.deg2rad(track.angle_deg[tried]),
+            np.deg2rad(track.sigma_deg[tried]),
+            track.found[tried],
             _elsewhere(options, film, scene.usual.shape),
         )
         why = contradiction(evidence, options.pivot is not None or options.template is not None)

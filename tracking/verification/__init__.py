@@ -1,6 +1,7 @@
 """Check of a track against the frames, by means that did not make it."""
 
 from servosight.tracking.verification._sample import FrameSample as FrameSample
+from servosight.tracking.verification._sample import small as small
 from servosight.tracking.verification._scene import TurningScene as TurningScene
 from servosight.tracking.verification._turning import PolarView as PolarView
 from servosight.tracking.verification._verify import Evidence as Evidence

@@ -1,0 +1,205 @@
+"""Film a clip: motion blur, camera, hand, phone's processing, codec; and keep its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image, Single
+from wild.drawing import FINER, MARGIN_PX, background, hand, part
+from wild.scene import WildScene, angles_rad, scene_of
+
+_MOST_PARTS = 24
+_GAMMA = 1.0 / 2.2
+
+
+@dataclass(frozen=True)
+class WildTruth:
+    """Mean angle [deg] of each frame's exposure (frames,), frames after the pan that no hand
+    crosses, and the pivot in the frames at rest [px]."""
+
+    angle_deg: Array
+    usable: Array
+    pivot_px: tuple[float, float]
+    turns: bool
+
+
+def filmed(number: int, folder: Path) -> tuple[Path, WildTruth]:
+    """The clip of that number and its truth, composed unless they are there."""
+    scene = scene_of(number)
+    video, table = folder / f"{number:04d}.mp4", folder / f"{number:04d}.npz"
+    if not table.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        usable = encode(scene, video)
+        at_s = scene.time_s[:, None] + scene.exposure_share / scene.rate_hz * (
+            np.linspace(-0.5, 0.5, 9)
+        )
+        angle = angles_rad(scene, at_s.ravel()).reshape(at_s.shape).mean(1)
+        np.savez(table, angle_deg=np.rad2deg(angle), usable=usable)
+    with np.load(table) as known:
+        return video, WildTruth(known["angle_deg"], known["usable"], scene.pivot_px, scene.turns)
+
+
+def encode(scene: WildScene, video: Path) -> Array:
+    """Compose and compress a clip; returns which frames are usable (frames,)."""
+    width, height = scene.size
+    usable = np.ones(scene.frames, bool)
+    rate = Fraction(scene.rate_hz).limit_denominator(1000)
+    options = {"preset": "veryfast"}
+    if scene.codec == "libx265":
+        options = {"preset": "ultrafast", "x265-params": "log-level=none:pools=1"}
+    with av.open(str(video), "w") as container:
+        stream = container.add_stream(scene.codec, rate=rate, options=options)
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        stream.bit_rate = int(scene.bits_s)
+        for number, (picture, clear) in enumerate(pictures(scene)):
+            usable[number] = clear
+            frame = av.VideoFrame.from_ndarray(picture, format="bgr24")
+            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+        container.mux(stream.encode())
+    return usable
+
+
+def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
+    """Each frame (height, width, 3) as the codec receives it, and whether it is usable."""
+    rng = np.random.default_rng([2031, scene.number])
+    bench, (sprite, middle), passing = background(scene), part(scene), hand(scene)
+    camera = _camera(scene, rng)
+    duration = scene.frames / scene.rate_hz
+    breath = rng.uniform(0.3, 1.0), rng.uniform(0, 2 * np.pi)
+    for number, start_s in enumerate(scene.time_s):
+        exposure_s = scene.exposure_share / scene.rate_hz
+        ends = angles_rad(scene, start_s + exposure_s * np.array([-0.5, 0.5]))
+        count = int(np.clip(np.ptp(ends) * scene.length_px, 1, _MOST_PARTS))
+        at_s = start_s + exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
+        view = camera[number]
+        picture = _behind(bench, view, scene.size)
+        if scene.bystander:
+            _bystander(picture, scene, start_s / duration)
+        _put(picture, sprite, middle, scene, view, angles_rad(scene, at_s))
+        covered = _passing(picture, passing, scene, start_s)
+        light = 1.0 + scene.breathing * np.sin(2 * np.pi * breath[0] * start_s + breath[1])
+        yield (
+            _processed(picture * np.float32(light), scene, rng),
+            not (covered or start_s < scene.pan_s),
+        )
+
+
+def _camera(scene: WildScene, rng: np.random.Generator) -> Array:
+    """The view of each frame: from the scene to the picture, (frames, 2, 3)."""
+    t = scene.time_s
+    views = np.zeros((scene.frames, 2, 3))
+    sway = np.zeros((3, scene.frames))
+    for axis in range(3):
+        for hz, size in ((0.4, 1.0), (1.3, 0.6), (3.1, 0.35), (7.0, 0.2)):
+            sway[axis] += size * np.sin(2 * np.pi * hz * t + rng.uniform(0, 2 * np.pi))
+    sway *= scene.shake_px / 0.9
+    late = np.clip(1.0 - t / scene.pan_s, 0.0, 1.0) if scene.pan_s else np.zeros_like(t)
+    heading = rng.uniform(0, 2 * np.pi)
+    away = rng.uniform(60, 180) * (0.5 - 0.5 * np.cos(np.pi * late))
+    roll = sway[2] * 6e-4
+    zoom = 1.0 + 0.06 * rng.uniform(-1, 1) * late
+    for number in range(scene.frames):
+        cos, sin = zoom[number] * np.cos(roll[number]), zoom[number] * np.sin(roll[number])
+        turn = np.array([[cos, sin], [-sin, cos]])
+        centre = 0.5 * np.array(scene.size)
+        shift = sway[:2, number] + away[number] * np.array([np.cos(heading), np.sin(heading)])
+        views[number] = np.column_stack([turn, centre + shift - turn @ centre])
+    return views
+
+
+def _behind(bench: Single, view: Array, size: tuple[int, int]) -> Single:
+    shifted = view.copy()
+    shifted[:, 2] -= view[:, :2] @ np.array([MARGIN_PX, MARGIN_PX])
+    seen = cv2.warpAffine(
+        bench, shifted, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT
+    )
+    return np.asarray(seen, np.float32)
+
+
+def _put(
+    picture: Single, sprite: Single, middle: tuple[float, float], scene: WildScene, view: Array,
+    angles: Array,
+) -> None:  # fmt: skip
+    """Lay the part over the picture at the mean of these angles, its shadow first."""
+    pivot = view[:, :2] @ np.array(scene.pivot_px) + view[:, 2]
+    reach = int(1.25 * scene.length_px * 1.1 + 14)
+    low = np.maximum(np.floor(pivot).astype(int) - reach, 0)
+    high = np.minimum(np.floor(pivot).astype(int) + reach, scene.size)
+    if (high - low < 8).any():
+        return
+    total = np.zeros((int(high[1] - low[1]), int(high[0] - low[0]), 4), np.float32)
+    for angle in angles:
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = view[:, :2] @ np.array([[cos, sin], [-sin, cos]]) / FINER
+        # Pixel centres of the enlarged picture.
+        shift = pivot - low - turn @ (np.array(middle) - 0.5 * (FINER - 1))
+        matrix = np.column_stack([turn, shift])
+        total += cv2.warpAffine(sprite, matrix, total.shape[1::-1], flags=cv2.INTER_LINEAR)
+    total /= len(angles)
+    place = picture[low[1] : high[1], low[0] : high[0]]
+    if scene.shadow:
+        soft = cv2.GaussianBlur(np.roll(total[:, :, 3], (7, 5), (0, 1)), (0, 0), 4.0)
+        place *= 1.0 - scene.shadow * soft[:, :, None]
+    place *= 1.0 - total[:, :, 3:]
+    place += total[:, :, :3]
+
+
+def _bystander(picture: Single, scene: WildScene, share: float) -> None:
+    """Someone who sways at the edge of the picture."""
+    width, height = scene.size
+    at = (int(width * (0.02 + 0.05 * np.sin(9 * share))), int(0.4 * height))
+    cv2.ellipse(
+        picture, at, (int(0.09 * width), int(0.5 * height)), 4, 0, 360, (0.3, 0.2, 0.15), -1
+    )
+
+
+def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -> bool:
+    """Lay the hand over the picture while it passes; whether it hides some of the part."""
+    if scene.hand_s is None:
+        return False
+    lasting = 0.16 * scene.frames / scene.rate_hz
+    share = (now_s - scene.hand_s) / lasting
+    if not 0.0 <= share <= 1.0:
+        return False
+    size = passing.shape[0]
+    width, height = scene.size
+    at = np.array(
+        [(1.6 * share - 0.3) * width - size / 2, height - 0.95 * size * np.sin(np.pi * share)]
+    )
+    matrix = np.array([[1.0, 0.0, at[0]], [0.0, 1.0, at[1]]])
+    laid = cv2.warpAffine(passing, matrix, (width, height), flags=cv2.INTER_LINEAR)
+    picture *= 1.0 - laid[:, :, 3:]
+    picture += laid[:, :, :3]
+    y, x = np.nonzero(laid[:, :, 3] > 0.5)
+    away = np.hypot(x - scene.pivot_px[0], y - scene.pivot_px[1])
+    return bool(away.size) and float(away.min()) < 1.2 * scene.length_px
+
+
+def _processed(linear: Single, scene: WildScene, rng: np.random.Generator) -> Image:
+    """Tone curve, noise, sharpening, bars and caption; uint8 (height, width, 3)."""
+    tone = np.clip(linear, 0.0, 1.0) ** _GAMMA
+    tone = tone + 0.12 * (tone * (1 - tone) * (2 * tone - 1)) * 2
+    grey = 255.0 * np.asarray(tone, np.float32)
+    noise = rng.standard_normal(grey.shape[:2], np.float32)
+    grey += scene.noise * cv2.GaussianBlur(noise, (0, 0), 0.6)[:, :, None] * 1.6
+    if scene.sharpening:
+        grey += scene.sharpening * (grey - cv2.GaussianBlur(grey, (0, 0), 1.2))
+    picture = np.clip(np.round(grey), 0, 255).astype(np.uint8)
+    height, width = picture.shape[:2]
+    if scene.bars:
+        across = 0.09 if width > height else 0.06
+        bar = int(across * width)
+        picture[:, :bar], picture[:, -bar:] = 0, 0
+    if scene.caption:
+        cv2.putText(
+            picture, "Test run", (int(0.3 * width), int(0.1 * height)),
+            cv2.FONT_HERSHEY_DUPLEX, 0.9, (255, 255, 255), 2, cv2.LINE_AA,
+        )  # fmt: skip
+    return picture

@@ -1,0 +1,122 @@
+"""The camera's own motion in footage that is held by hand: its rest, and frames brought to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image, Mask, Single
+
+_POINTS, _FAINTEST, _APART_PX = 400, 5e-4, 8
+_LEAST_FOUND = 12
+_GATE_PX = 1.0
+_WINDOW = (21, 21)
+_LEVELS = 4
+_REST_SHARE = 0.04  # of the longer side: at rest the camera stays so near its usual place
+_STILL = np.eye(2, 3)
+
+
+def motion_between(first: Image, second: Image, mask: Image | None = None) -> Array | None:
+    """The similarity (2, 3) that takes most features of a picture to another; None if unknown.
+
+    ``mask`` is 0 where no features are wanted.
+    """
+    points: Any = cv2.goodFeaturesToTrack(first, _POINTS, _FAINTEST, _APART_PX, mask=mask)
+    if points is None or len(points) < _LEAST_FOUND:
+        return None
+    nothing = np.empty(0, np.float32)
+    found, status, _ = cv2.calcOpticalFlowPyrLK(
+        first, second, points, nothing, winSize=_WINDOW, maxLevel=_LEVELS
+    )
+    kept = status.ravel() > 0
+    if kept.sum() < _LEAST_FOUND:
+        return None
+    cv2.setRNGSeed(1)
+    estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
+        points[kept], found[kept], method=cv2.RANSAC, ransacReprojThreshold=_GATE_PX
+    )
+    matrix, inlier = estimate
+    if matrix is None or inlier.sum() < _LEAST_FOUND:
+        return None
+    return np.asarray(matrix, np.float64)
+
+
+@dataclass(frozen=True)
+class CameraPath:
+    """The camera over sampled pictures: ``rest`` (from, to) are the first and the last one of the
+    longest stretch in which it stays in place, ``moves`` whether it moves there at all,
+    ``onto`` (pictures, 2, 3) takes the stretch's ``reference`` picture to each one's pixels."""
+
+    rest: tuple[int, int]
+    reference: int
+    onto: Array
+    moves: bool
+
+    @classmethod
+    def of(cls, pictures: Sequence[Image]) -> CameraPath:
+        """From pictures in the order of time, close enough that neighbours show the same."""
+        count = len(pictures)
+        chain = np.tile(_STILL, (count, 1, 1))
+        for number in range(1, count):
+            step = motion_between(pictures[number - 1], pictures[number])
+            chain[number] = _joined(step if step is not None else _STILL, chain[number - 1])
+        middle = 0.5 * np.array(pictures[0].shape[1::-1], np.float64)
+        place = chain[:, :, :2] @ middle + chain[:, :, 2] - middle
+        low, high = longest_rest(place, _REST_SHARE * max(pictures[0].shape))
+        reference = (low + high) // 2
+        onto = np.tile(_STILL, (count, 1, 1))
+        home = _inverse(chain[reference])
+        for number in range(low, high + 1):
+            rough = _joined(chain[number], home)
+            onto[number] = _refined(pictures[reference], pictures[number], rough)
+        away = onto[low : high + 1, :, :2] @ middle + onto[low : high + 1, :, 2] - middle
+        moves = float(np.sqrt((away**2).sum(1).mean())) > 0.15
+        return cls((low, high), reference, onto, moves)
+
+
+def aligned(picture: Single, onto: Array) -> tuple[Single, Mask]:
+    """A picture as the reference's camera sees it, and where it is known; (height, width) each."""
+    size = (picture.shape[1], picture.shape[0])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    seen = cv2.warpAffine(picture, onto, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    known = cv2.warpAffine(np.ones(picture.shape, np.uint8), onto, size, flags=flags)
+    return np.asarray(seen, np.float32), np.asarray(known > 0)
+
+
+def longest_rest(place_px: Array, reach_px: float) -> tuple[int, int]:
+    """First and last of the longest stretch of places (n, 2) within ``reach_px`` of its median."""
+    best = (0, 0)
+    count = len(place_px)
+    for low in range(0, count, max(1, count // 48)):
+        for high in range(count - 1, low + best[1] - best[0], -1):
+            inside = place_px[low : high + 1]
+            if np.abs(inside - np.median(inside, axis=0)).max() <= reach_px:
+                best = (low, high)
+                break
+    return best
+
+
+def _refined(reference: Image, picture: Image, rough: Array) -> Array:
+    """The motion from the reference to a picture, from a rough one."""
+    size = (picture.shape[1], picture.shape[0])
+    near = cv2.warpAffine(
+        picture, rough, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
+    rest = motion_between(reference, np.asarray(near, np.uint8))
+    return _joined(rough, rest) if rest is not None else rough
+
+
+def _joined(after: Array, before: Array) -> Array:
+    """One motion (2, 3) after another."""
+    turn = after[:, :2] @ before[:, :2]
+    return np.column_stack([turn, after[:, :2] @ before[:, 2] + after[:, 2]])
+
+
+def _inverse(motion: Array) -> Array:
+    turn = np.linalg.inv(motion[:, :2])
+    return np.column_stack([turn, -turn @ motion[:, 2]])

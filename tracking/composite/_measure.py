@@ -1,0 +1,227 @@
+"""Sampled frames brought to one camera position, the part in them, and every frame measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.composite._camera import CameraPath, aligned, motion_between
+from servosight.tracking.composite._model import CompositeModel, PoseFit, cover_in, pivot_step
+from servosight.tracking.composite._part import TurningPart, gains_of
+from servosight.tracking.composite._search import FoundPart
+from servosight.tracking.verification import FrameSample, PolarView, small
+from servosight.tracking.video import Frame
+
+_DARK, _BAR_SHARE, _BAR_EDGE_PX = 20, 0.9, 5
+_ROUNDS, _ENOUGH_PX = 7, 0.05
+_UNKNOWN_PX = 3.0
+_LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
+_AS_GOOD = 0.8
+_NEAR_PX = 12
+
+
+@dataclass(frozen=True)
+class SteadySample:
+    """Sampled frames of the stretch in which the camera rests, as one camera position shows them.
+
+    ``pictures`` (n, height, width) are small and evenly lit, ``index`` (n,) their frames' numbers,
+    ``reference`` the picture that all are aligned with, ``content`` (height, width) where it is
+    neither a bar nor outside of some frame. ``moves`` says that the camera does.
+    """
+
+    pictures: Single
+    index: Array
+    reference: Image
+    content: Mask
+    moves: bool
+    scale: float
+
+    @classmethod
+    def of(cls, sample: FrameSample) -> SteadySample:
+        """From frames sampled as they are in the file."""
+        grey = [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in sample.pictures]
+        path = CameraPath.of(grey)
+        low, high = path.rest
+        shown = [aligned(sample.pictures[n], path.onto[n]) for n in range(low, high + 1)]
+        content = np.stack([known for _, known in shown]).all(0) & ~bars(grey)
+        stack = np.stack([picture for picture, _ in shown])
+        usual = np.median(stack, axis=0)
+        stack = np.where(content, stack, usual).astype(np.float32)
+        for number, picture in enumerate(stack):
+            stack[number] = evenly(picture, usual)
+        index = np.array(sample.index[low : high + 1])
+        return cls(stack, index, grey[path.reference], content, path.moves, sample.scale)
+
+
+def bars(pictures: list[Image]) -> Mask:
+    """The dark bars that letterboxing adds at the sides; (height, width)."""
+    usual = np.median(np.stack(pictures), axis=0)
+    mask = np.zeros(usual.shape, bool)
+    for axis in (0, 1):
+        dark = np.quantile(usual, _BAR_SHARE, axis=axis) < _DARK
+        lit = np.flatnonzero(~dark)
+        if lit.size == 0:
+            continue
+        lines = np.moveaxis(mask, 1 - axis, 0)
+        if lit[0] > 0:
+            lines[: lit[0] + _BAR_EDGE_PX] = True
+        if lit[-1] < dark.size - 1:
+            lines[lit[-1] + 1 - _BAR_EDGE_PX :] = True
+    return mask
+
+
+def evenly(picture: Single, usual: Array | Single) -> Single:
+    """A picture scaled to the brightness of the usual one."""
+    ratio = float(np.median((usual[::3, ::3] + 1.0) / (picture[::3, ::3] + 1.0)))
+    return np.asarray(picture * ratio, np.float32)
+
+
+@dataclass(frozen=True)
+class PartMeter:
+    """Measures a found part in frame after frame; pixels are those of the steady sample.
+
+    ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
+    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot.
+    """
+
+    steady: SteadySample
+    model: CompositeModel
+    view: PolarView
+    shape: Single
+    rough: TurningPart
+    rough_scale: float
+    features: Image
+    doubt_px: float
+
+    @classmethod
+    def of(cls, steady: SteadySample, found: FoundPart, pivot_given: bool) -> PartMeter:
+        """Learn the part on all sampled pictures, its pivot with it unless that is given."""
+        rough = found.part
+        rough_scale = (rough.view.pivot_px[0] + 0.5) / (found.pivot_px[0] + 0.5)
+        pivot = np.array(found.pivot_px)
+        for number in range(_ROUNDS):
+            view, shape = _finer(rough, rough_scale, pivot)
+            if number == 0:
+                angles = np.array([_searched(rough, rough_scale, p)[0] for p in steady.pictures])
+                good = np.ones(len(angles), bool)
+            place = (float(pivot[0]), float(pivot[1]))
+            model = CompositeModel.of(steady.pictures[good], angles[good], place, shape, view)
+            angles, good, step, doubt_px = _refitted(model, steady.pictures, angles)
+            if number and (pivot_given or np.hypot(*step) < _ENOUGH_PX):
+                break
+            pivot = pivot if pivot_given else pivot + step
+        swept = np.zeros(steady.content.shape, np.uint8)
+        for angle in angles[good][:: max(1, int(good.sum()) // 24)]:
+            swept |= cover_in(view, shape > 0.5, float(angle), swept.shape).astype(np.uint8)
+        clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
+        features = np.asarray(255 * clear, np.uint8)
+        return cls(steady, model, view, shape, rough, rough_scale, features, doubt_px)
+
+    @property
+    def pivot_px(self) -> Array:
+        """In the pixels of the steady sample (2,)."""
+        return np.array(self.model.pivot_px)
+
+    def outline(self, angle_rad: float) -> Array:
+        """The part's contour at an angle (points, 2)."""
+        cover = cover_in(self.view, self.shape > 0.5, angle_rad, self.steady.content.shape)
+        lines, _ = cv2.findContours(
+            cover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+        )
+        return np.asarray(max(lines, key=len)[:, 0, :], np.float64)
+
+    @property
+    def radius_px(self) -> float:
+        """Of the part's farthest cell."""
+        return float(self.model.radius_px.max())
+
+    def measured(
+        self, frames: Iterable[Frame], first: int, last: int
+    ) -> Iterator[tuple[Frame, PoseFit | None]]:
+        """Each frame with its fit; None where the part is not found, and outside of the frames
+        ``first`` to ``last``."""
+        before: float | None = None
+        for frame in frames:
+            inside = first <= frame.index <= last
+            fit = self._fit(small(frame.image), before) if inside else None
+            before = fit.angle_rad if fit is not None else None
+            yield frame, fit
+
+    def _fit(self, picture: Single, before: float | None) -> PoseFit | None:
+        onto = np.eye(2, 3)
+        if self.steady.moves:
+            grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
+            motion = motion_between(self.steady.reference, grey, self.features)
+            if motion is None:
+                return None
+            onto = motion
+        still, _ = aligned(picture, onto)
+        still = evenly(still, self.model.behind)
+        angle, sure = _searched(self.rough, self.rough_scale, still, before)
+        fit = self.model.fit(still, angle) if sure else None
+        if fit is None or fit.explained < _LEAST_EXPLAINED or fit.kept < _LEAST_KEPT:
+            return None
+        return fit
+
+
+def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:
+    """The raster of a part in pictures larger by 1 / ``scale``, about a pivot, and its shape."""
+    reach = part.view.rows * part.view.step_px / scale
+    rows = np.flatnonzero(part.cover.any(1))
+    reach = min(reach, (float(part.view.radius_px[rows[-1]]) / scale) + 8.0)
+    view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
+    row = (view.radius_px * scale - 0.5) / 1.0
+    column = np.arange(view.columns) * part.view.columns / view.columns
+    x, y = np.meshgrid(column, row)
+    tiled = np.hstack([part.cover, part.cover[:, :1]])
+    shape = cv2.remap(tiled, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
+    return view, np.asarray(shape > 0.5, np.float32)
+
+
+def _searched(
+    part: TurningPart, scale: float, picture: Single, before: float | None = None
+) -> tuple[float, bool]:
+    """The angle of the largest gain, or of one nearly as large that is nearer the frame before's;
+    and whether the part explains anything there."""
+    coarse = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    seen = part.view.of(np.asarray(coarse, np.float32))[None]
+    gain = gains_of(part.view, seen, part.behind, part.part, part.cover)[0]
+    angles = part.view.angles()
+    best = int(np.argmax(gain))
+    if before is not None:
+        apart = np.abs(np.angle(np.exp(1j * (angles - before))))
+        near = np.where(apart < _NEAR_PX / part.view.rows + 0.3, gain, -np.inf)
+        if near.max() > _AS_GOOD * gain[best]:
+            best = int(np.argmax(near))
+    found = float(angles[best])
+    if before is not None:
+        found = before + float(np.angle(np.exp(1j * (found - before))))
+    return found, bool(gain[best] > 0.0)
+
+
+def _refitted(
+    model: CompositeModel, pictures: Single, angles: Array
+) -> tuple[Array, Mask, Array, float]:
+    """Better angles, which pictures show the part, by how much the pivot is off, and its sigma."""
+    fits = [model.fit(p, float(a), shifted=True) for p, a in zip(pictures, angles, strict=True)]
+    good = np.array(
+        [f is not None and f.explained > _LEAST_EXPLAINED and f.kept > _LEAST_KEPT for f in fits]
+    )
+    refined, shifts = angles.copy(), np.zeros((len(fits), 2))
+    for number, fit in enumerate(fits):
+        if fit is not None and good[number]:
+            refined[number], shifts[number] = fit.angle_rad, fit.shift_px
+    if good.sum() < 6:
+        return angles, np.ones(len(fits), bool), np.zeros(2), _UNKNOWN_PX
+    middle = np.median(shifts[good], axis=0)
+    spread = 5.0 * float(np.median(np.abs(shifts[good] - middle))) + 0.3
+    near = good & (np.abs(shifts - middle) < spread).all(1)
+    known = np.stack([np.zeros((2, 2)) if fit is None else fit.covariance[1:, 1:] for fit in fits])
+    step, doubt = pivot_step(refined[near], shifts[near], known[near])
+    # The angle was fitted beside the shift: about the better pivot it is fitted alone.
+    step *= min(1.0, 6.0 / max(float(np.hypot(*step)), 1e-9))
+    return refined, good, step, float(np.sqrt(np.trace(doubt)))

@@ -1,0 +1,205 @@
+"""Background and turning part as one model of a picture, and the fit of its angle.
+
+The part is a set of cells about the pivot, each with a grey level and a cover between 0 and 1; what
+it does not cover is the background. A plain bar is located by its edges against that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import Index, turning
+from servosight.tracking.verification import PolarView
+
+_GROW_PX = 3.0
+_EDGE_PX = 1.0
+_HUBER = 1.5
+_ROUNDS = 6
+_COMMON_PX = 0.1
+_MOST_CELLS = 20_000
+_FARTHEST_RAD = np.deg2rad(12.0)
+
+
+@dataclass(frozen=True)
+class PoseFit:
+    """Angle [rad] and shift [px] of the part in one picture.
+
+    ``sigma_rad`` as for residuals that are correlated over the model's blocks; ``kept`` is the
+    share of cells that the model explains, ``explained`` how much better it does than the
+    background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3).
+    """
+
+    angle_rad: float
+    shift_px: Array
+    covariance: Array
+    kept: float
+    explained: float
+    noise: float
+
+    @property
+    def sigma_rad(self) -> float:
+        """Standard deviation of the angle."""
+        return float(np.sqrt(self.covariance[0, 0]))
+
+
+@dataclass(frozen=True)
+class CompositeModel:
+    """Cells (cells,) at ``radius_px`` and ``phi_rad``, counter-clockwise, at angle zero.
+
+    ``cover`` and ``level`` with their slopes by radius [1/px] and angle [1/rad]; ``behind`` is the
+    background's picture (height, width); ``block`` numbers the cells by their place.
+    """
+
+    pivot_px: tuple[float, float]
+    radius_px: Array
+    phi_rad: Array
+    cover: Array
+    level: Array
+    slopes: Array
+    behind: Single
+    block: Index
+
+    @classmethod
+    def of(
+        cls, pictures: Single, angle_rad: Array, pivot_px: tuple[float, float],
+        cover: Single, view: PolarView,
+    ) -> CompositeModel:  # fmt: skip
+        """From pictures (n, height, width) at known angles, and the part's shape on a raster.
+
+        ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part.
+        """
+        soft = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)[
+            :, view.columns : 2 * view.columns
+        ]
+        grown = ndimage.binary_dilation(np.tile(cover > 0.5, (1, 3)), iterations=int(_GROW_PX))
+        near = grown[:, view.columns : 2 * view.columns]
+        behind = _background(pictures, angle_rad, view, near)
+        seen = np.stack([view.of(p, float(a)) for p, a in zip(pictures, angle_rad, strict=True)])
+        still = np.stack([view.of(behind, float(a)) for a in angle_rad])
+        still = np.where(np.isfinite(still), still, seen)
+        with np.errstate(all="ignore"):
+            level = _median(seen - (1.0 - soft) * still)
+        level = np.where(np.isfinite(level), level, 0.0).astype(np.float32)
+        chosen = near & np.isfinite(seen).any(0)
+        rows, columns = np.nonzero(chosen)
+        every = 1 + rows.size // _MOST_CELLS
+        rows, columns = rows[::every], columns[::every]
+        step = view.step_rad
+        by_angle = [(np.roll(f, -1, 1) - np.roll(f, 1, 1)) / (2.0 * step) for f in (soft, level)]
+        by_radius = [np.gradient(f, view.step_px, axis=0) for f in (soft, level)]
+        radius = np.asarray(view.radius_px[rows], np.float64)
+        block = (radius // 8).astype(int) * 100_000 + (columns * step * radius // 8).astype(int)
+        return cls(
+            pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
+            level[rows, columns].astype(float),
+            np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
+            np.asarray(np.where(np.isfinite(behind), behind, _median(pictures)), np.float32),
+            np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
+        )  # fmt: skip
+
+    def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
+        """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None: diverged."""
+        start, shift = angle_rad, np.zeros(2)
+        unknowns = 3 if shifted else 1
+        for _ in range(_ROUNDS):
+            left, rows, area, still = self._linear(picture, angle_rad, shift)
+            rows = rows[:unknowns]
+            scale = 1.4826 * float(np.median(np.abs(left))) + 0.3
+            weight = area / np.maximum(1.0, np.abs(left) / (_HUBER * scale))
+            weight *= np.abs(left) < 6.0 * scale + 12.0
+            normal = (rows * weight) @ rows.T
+            if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
+                return None
+            step = -np.linalg.solve(normal, (rows * weight) @ left)
+            angle_rad += float(step[0])
+            shift = shift + step[1:3] if shifted else shift
+            if abs(angle_rad - start) > _FARTHEST_RAD or np.abs(shift).max() > 12.0:
+                return None
+            if abs(step[0]) * self.radius_px.max() < 0.003:
+                break
+        inverse = np.linalg.inv(normal)
+        score = np.stack([np.bincount(self.block, row) for row in rows * weight * left])
+        covariance = np.zeros((3, 3))
+        covariance[:unknowns, :unknowns] = inverse @ (score @ score.T) @ inverse
+        inside = self.cover > 0.5
+        model = float((area * np.minimum(left**2, 3600.0))[inside].sum())
+        plain = float((area * np.minimum(still**2, 3600.0))[inside].sum())
+        kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
+        return PoseFit(angle_rad, shift, covariance, kept, 1.0 - model / max(plain, 1e-9), scale)
+
+    def _linear(self, picture: Single, angle_rad: float, shift: Array) -> tuple[Array, ...]:
+        """Picture less model, its slopes by angle and shift, the cells' areas, picture less
+        background; cells outside the picture have no area."""
+        phi = self.phi_rad + angle_rad
+        cos, sin = np.cos(phi), np.sin(phi)
+        x = (self.pivot_px[0] + self.radius_px * cos + shift[0]).astype(np.float32)
+        y = (self.pivot_px[1] - self.radius_px * sin + shift[1]).astype(np.float32)
+        seen, behind = (_at(image, x, y)[: x.size] for image in (picture, self.behind))
+        height, width = picture.shape
+        inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
+        m_phi, p_phi, m_r, p_r = self.slopes
+        by_phi, by_r = p_phi - m_phi * behind, p_r - m_r * behind
+        around = by_phi / np.maximum(self.radius_px, 1.0)
+        rows = np.stack([by_phi, cos * by_r - sin * around, -sin * by_r - cos * around])
+        left = seen - (1.0 - self.cover) * behind - self.level
+        return left, rows, self.radius_px * inside, seen - behind
+
+
+def _at(image: Single, x: Single, y: Single) -> Array:
+    # OpenCV takes at most 32,767 points in a row.
+    wide = -(-x.size // 1024) * 1024
+    x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
+    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(seen, np.float64).ravel()
+
+
+def cover_in(view: PolarView, near: Mask, angle_rad: float, shape: tuple[int, ...]) -> Mask:
+    """A shape on the raster as pixels of a picture (height, width), turned by an angle."""
+    y, x = np.indices(shape, dtype=np.float32)
+    dx, dy = x - view.pivot_px[0], view.pivot_px[1] - y
+    row = (np.hypot(dx, dy) / view.step_px - 0.5).astype(np.float32)
+    column = np.mod(np.arctan2(dy, dx) - angle_rad, 2 * np.pi) / view.step_rad
+    found = cv2.remap(near.astype(np.uint8), column.astype(np.float32), row, cv2.INTER_NEAREST)
+    return np.asarray(found > 0)
+
+
+def _background(pictures: Single, angle_rad: Array, view: PolarView, near: Mask) -> Single:
+    """Median of the pictures where the part is not; NaN where it always is."""
+    shown = pictures.copy()
+    for picture, angle in zip(shown, angle_rad, strict=True):
+        picture[cover_in(view, near, float(angle), picture.shape)] = np.nan
+    return _median(shown)
+
+
+def _median(stack: Single) -> Single:
+    ordered = np.sort(stack, axis=0)
+    count = np.isfinite(ordered).sum(0)
+    middle = np.maximum(count - 1, 0)
+    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
+    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
+    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), np.float32)
+
+
+def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:
+    """By how much the pivot is off (2,) [px], and the covariance of that (2, 2).
+
+    From the part's shifts (n, 2) at its angles (n,), with their covariances (n, 2, 2): a bar's
+    shift along itself is little known. A pivot that is off by d shifts the part by ``(1 - R) d``;
+    an error of the part's own picture turns with it. Both by weighted least squares.
+    """
+    turns = turning(angle_rad)
+    rows = np.concatenate([np.eye(2) - turns, turns], axis=2)
+    white = np.linalg.inv(np.linalg.cholesky(covariances + _COMMON_PX**2 * np.eye(2)))
+    known = (white @ rows).reshape(-1, 4)
+    target = (white @ shifts_px[:, :, None]).reshape(-1)
+    prior = np.diag([1e-2, 1e-2, 1.0, 1.0])  # the picture's own error is a pixel or so
+    inverse = np.linalg.inv(known.T @ known + prior)
+    found = inverse @ (known.T @ target)
+    left = target - known @ found
+    spread = max(float(np.median(np.abs(left))) / 0.6745, 0.5)
+    return found[:2], inverse[:2, :2] * spread**2

@@ -1,0 +1,214 @@
+"""A turning part from pictures in which nothing is known: pivot, angles, picture and shape.
+
+For every possible pivot: how much of what changes does a piece of one picture, turned about it,
+explain in the others? In polar coordinates that is a correlation. No features are needed, so that a
+plain bar does; from the best pivots on, part and background are learnt in turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, ndimage
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.verification import PolarView
+
+_SIGMAS, _LEAST_STEP = 4.0, 5.0
+_REFERENCES = (0.5, 0.75, 0.95)  # quantiles of the change
+_ROUNDS = 4
+_OWN_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class TurningPart:
+    """A part found in sampled pictures; all on the raster ``view``.
+
+    ``angle_rad`` (pictures,) relative to the picture it was learnt from, ``behind`` the background,
+    ``part`` and ``cover`` its picture and shape (rows, columns) at angle zero, ``explained`` the
+    mean share of a picture's change that it explains.
+    """
+
+    view: PolarView
+    angle_rad: Array
+    behind: Single
+    part: Single
+    cover: Single
+    explained: float
+
+
+def gains_of(view: PolarView, seen: Single, behind: Single, part: Single, cover: Single) -> Array:
+    """By how much the part explains pictures better than the background; (pictures, columns).
+
+    As ``PolarView.gains``, of many pictures (pictures, rows, columns) at once.
+    """
+    known = np.isfinite(behind) & np.isfinite(seen).all(0)
+    weight = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
+    still = np.nan_to_num(behind)
+    frames = np.nan_to_num(seen)
+    on = np.where(np.isfinite(part), cover, 0.0).astype(np.float32)
+    picture = np.nan_to_num(part)
+
+    def spectrum(values: Single) -> NDArray[np.complex64]:
+        return np.asarray(fft.rfft(values, axis=-1))
+
+    first = spectrum(weight * ((frames - still) ** 2 - frames**2))
+    second = spectrum(2.0 * weight * frames)
+    total = np.einsum("nrk,rk->nk", first, np.conj(spectrum(on)))
+    total += np.einsum("nrk,rk->nk", second, np.conj(spectrum(on * picture)))
+    total -= (spectrum(weight) * np.conj(spectrum(on * picture**2))).sum(0)
+    return np.roll(fft.irfft(total, view.columns, axis=-1), view.columns // 2, axis=-1)
+
+
+def diverse(pictures: Single, count: int) -> list[int]:
+    """Pictures (n, height, width) that differ most from each other, by number; rising.
+
+    A part that rests long in one place is then seen as often elsewhere.
+    """
+    small = np.stack([cv2.resize(p, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+                      for p in pictures])  # fmt: skip
+    small = np.minimum(np.abs(small - np.median(small, axis=0)), 40.0).reshape(len(small), -1)
+    chosen = [int(np.argmin(small.sum(1)))]
+    away = np.full(len(small), np.inf)
+    while len(chosen) < min(count, len(small)):
+        away = np.minimum(away, ((small - small[chosen[-1]]) ** 2).sum(1))
+        chosen.append(int(np.argmax(away)))
+    return sorted(set(chosen))
+
+
+@dataclass(frozen=True)
+class Change:
+    """What changes in pictures (n, height, width): their median, each one's difference from it with
+    noise set to zero, and the energy of that (n,)."""
+
+    usual: Single
+    energy: Array
+    moved: Mask
+    noise: float
+
+    @classmethod
+    def of(cls, pictures: Single) -> Change:
+        """By the pictures' own noise."""
+        usual = np.asarray(np.median(pictures, axis=0), np.float32)
+        away = pictures - usual
+        noise = 1.4826 * float(np.median(np.abs(away[:, ::2, ::2])))
+        moved = np.abs(away) > _SIGMAS * noise + _LEAST_STEP
+        return cls(usual, (away**2 * moved).sum((1, 2)), moved, noise)
+
+
+def pivot_scores(pictures: Single, change: Change, pivots: Array, reach_px: float) -> Array:
+    """Share of the change that a turn about each of the pivots (m, 2) explains, by the best
+    reference picture; (m, references)."""
+    order = np.argsort(change.energy)
+    references = [int(order[int(q * (len(order) - 1))]) for q in _REFERENCES]
+    telling = change.energy > 0.1 * np.median(change.energy)
+    scores = np.zeros((len(pivots), len(references)))
+    for place, pivot in enumerate(pivots):
+        view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
+        seen = np.stack([view.of(picture) for picture in pictures])
+        behind = view.of(change.usual)
+        for column, reference in enumerate(references):
+            cover = view.of(change.moved[reference].astype(np.float32))
+            best = gains_of(view, seen, behind, seen[reference], np.nan_to_num(cover)).max(1)
+            # The raster's weight is the area, so that gains are those of pixels.
+            share = best * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
+            share[reference] = 0.0
+            scores[place, column] = np.clip(share[telling], 0.0, 1.0).mean()
+    return scores
+
+
+def learnt(
+    pictures: Single,
+    change: Change,
+    pivot_px: tuple[float, float],
+    reach_px: float,
+    start: tuple[Single, Single] | None = None,
+) -> TurningPart | None:
+    """The part about a pivot, learnt in turn with the background; None where nothing holds.
+
+    ``start`` is a picture (height, width) and a cover at angle zero; without it, the reference
+    picture that explains most.
+    """
+    view = PolarView.around(pivot_px, reach_px)
+    seen = np.stack([view.of(picture) for picture in pictures])
+    behind = view.of(change.usual)
+    if start is None:
+        scores = pivot_scores(pictures, change, np.array([pivot_px]), reach_px)[0]
+        order = np.argsort(change.energy)
+        reference = int(order[int(_REFERENCES[int(np.argmax(scores))] * (len(order) - 1))])
+        start = pictures[reference], change.moved[reference].astype(np.float32)
+    part, cover = view.of(start[0]), np.nan_to_num(view.of(start[1]))
+    angles = view.angles()
+    for _ in range(_ROUNDS):
+        gains = gains_of(view, seen, behind, part, cover)
+        found = angles[np.argmax(gains, axis=1)]
+        turns = np.round(found / view.step_rad).astype(int)
+        good = gains.max(1) > 0.0
+        if good.sum() < 5:
+            return None
+        back = np.stack(
+            [np.roll(s, -t, axis=1) for s, t in zip(seen[good], turns[good], strict=True)]
+        )
+        thick = cv2.dilate(np.tile(cover, (1, 3)), np.ones((5, 5)))[
+            :, view.columns : 2 * view.columns
+        ]
+        on = np.stack([np.roll(thick, t, axis=1) for t in turns]) > 0.3
+        behind = _nanmedian(np.where(on, np.float32(np.nan), seen))
+        part = _nanmedian(back)
+        own = _local(_nanmean((back - part) ** 2))
+        still = np.stack([np.roll(behind, -t, axis=1) for t in turns[good]])
+        against = _local(_nanmean((back - still) ** 2))
+        cover = _shape(own, against, change.noise, view)
+        if not cover.any():
+            return None
+    gains = gains_of(view, seen, behind, part, cover)
+    share = gains.max(1) * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
+    telling = change.energy > 0.1 * np.median(change.energy)
+    explained = float(np.clip(share[telling], 0.0, 1.0).mean())
+    return TurningPart(view, angles[np.argmax(gains, axis=1)], behind, part, cover, explained)
+
+
+def _shape(own: Single, against: Single, noise: float, view: PolarView) -> Single:
+    """1 on cells that turn with the part rather than stay with the background; largest piece."""
+    never = np.isnan(against)
+    turns = np.where(never, False, (own < _OWN_SHARE * against) & (against > 9.0 * noise**2 + 16.0))
+    tiled = ndimage.binary_closing(np.tile(turns, (1, 3)), iterations=3)
+    labels, count = ndimage.label(
+        tiled[:, view.columns // 2 : view.columns // 2 + 2 * view.columns]
+    )
+    if count == 0:
+        return np.zeros(own.shape, np.float32)
+    # Rounded, so that a piece counts once although the raster is shown twice.
+    area = np.broadcast_to(view.radius_px[:, None], labels.shape)
+    sizes = ndimage.sum_labels(area, labels, np.arange(1, count + 1))
+    kept = np.isin(labels, 1 + np.flatnonzero(sizes > 0.25 * sizes.max()))
+    first = view.columns // 2
+    whole = kept[:, : view.columns] | kept[:, view.columns :]
+    return np.asarray(np.roll(whole, first, axis=1), np.float32)
+
+
+def _local(values: Array | Single) -> Single:
+    known = np.isfinite(values)
+    mode = ("nearest", "wrap")
+    total = ndimage.uniform_filter(np.where(known, values, 0.0), 3, mode=mode)
+    share = ndimage.uniform_filter(known.astype(np.float32), 3, mode=mode)
+    return np.asarray(np.where(share > 0.3, total / np.maximum(share, 0.3), np.nan), np.float32)
+
+
+def _nanmean(stack: Single) -> Single:
+    known = np.isfinite(stack)
+    count = known.sum(0)
+    total = np.where(known, stack, 0.0).sum(0)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
+
+
+def _nanmedian(stack: Single) -> Single:
+    ordered = np.sort(stack, axis=0)
+    count = np.isfinite(ordered).sum(0)
+    middle = np.maximum(count - 1, 0)
+    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
+    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
+    return np.asarray(np.where(count > 1, 0.5 * (low + high), np.nan), np.float32)
