@@ -10,7 +10,7 @@ from types import ModuleType
 from servosight.app.commands.about import completion, demo, effects
 from servosight.app.commands.model import add, compare, diagnose, identify, predict, report
 from servosight.app.commands.recording import calibrate, excite, import_log, simulate, track
-from servosight.app.commands.sweeps import results, sweep
+from servosight.app.commands.sweeps import advise, results, sweep
 
 COMMANDS: dict[str, ModuleType] = {
     "demo": demo,
@@ -28,6 +28,7 @@ COMMANDS: dict[str, ModuleType] = {
     "excite": excite,
     "sweep": sweep,
     "results": results,
+    "advise": advise,
     "completion": completion,
 }
 """By name, in the order of the help."""

@@ -124,8 +124,8 @@ def _curves(axes: Axes, title: str, answers: Sequence[Found]) -> None:
         label = ", ".join(f"{n} {value_text(v)}" for n, v in settings.items())
         (line,) = axes.plot(counts.sizes, shares, "o-", markersize=3.5, linewidth=1.2, label=label)
         if counts.size is not None:
-            low = counts.low if counts.low is not None else min(counts.sizes)
-            high = counts.high if counts.high is not None else max(counts.sizes)
+            low = max(counts.low or 0.0, min(counts.sizes))  # open ends stop at what was tried
+            high = min(counts.high or np.inf, max(counts.sizes))
             height = 100.0 * counts.share - 3.0 * number
             axes.plot([low, high], [height, height], color=line.get_color(), linewidth=2.5)
             axes.plot([counts.size], [height], "|", color="black", markersize=8)

@@ -1,4 +1,4 @@
-"""From a sweep to a folder of rows, and from the folder to a frame."""
+"""From a sweep to a folder of rows."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from servosight.models.core import InputError, check_path
+from servosight.models.core import check_path
 from servosight.scenarios.sweeps.measure import POOLS, CellWork, warm
 from servosight.scenarios.sweeps.plan import Cell, Sweep, cells
 from servosight.scenarios.sweeps.run import (
@@ -22,13 +22,8 @@ from servosight.scenarios.sweeps.run import (
     drive,
 )
 
-if TYPE_CHECKING:
-    import polars as pl
-
 OnProgress = Callable[[Tally, Sequence[str]], None]
 OnStart = Callable[[Engine], None]
-
-_LAST = ("made", "versions", "cell")
 
 
 def run_sweep(
@@ -66,35 +61,6 @@ def run_sweep(
             drive(todo, engine, store, tally, on_progress)
         store.tidy()
     return tally
-
-
-def results(folder: Path | str) -> pl.DataFrame:
-    """The rows of a sweep's folder as a Polars frame, in the order of the axes and seeds.
-
-    Rows of earlier code or settings are left out. Raises InputError where ``folder`` is none of a
-    sweep.
-    """
-    return with_facts(folder)[0]
-
-
-def with_facts(folder: Path | str) -> tuple[pl.DataFrame, dict[str, Any]]:
-    """:func:`results`, and what the last run wrote of itself, with ``left_out`` rows added."""
-    import polars as pl
-
-    store = Store(Path(folder))
-    facts = store.facts()
-    whole = store.frame()
-    if not whole.height:
-        raise InputError(
-            f"{folder}: holds no rows yet, expected those of a sweep; run `servosight sweep` again"
-        )
-    mine = whole.filter(pl.col("made") == facts["made"])
-    axes = [name for name in facts["axes"] if name in mine.columns]
-    first = [*axes, "seed", "status", "error"]
-    last = [name for name in _LAST if name in mine.columns]
-    middle = [name for name in mine.columns if name not in (*first, *last)]
-    frame = mine.select([*first, *middle, *last]).sort([*axes, "seed"])
-    return frame, {**facts, "left_out": whole.height - mine.height}
 
 
 def _facts(sweep: Sweep) -> dict[str, Any]:

@@ -1,5 +1,9 @@
 """What the rows of a sweep say: tables by axis, detection by size, and what to buy."""
 
+from servosight.scenarios.sweeps.answers._advice import SHIPPED as SHIPPED
+from servosight.scenarios.sweeps.answers._advice import Advice as Advice
+from servosight.scenarios.sweeps.answers._advice import advise as advise
+from servosight.scenarios.sweeps.answers._advice import saved_answers as saved_answers
 from servosight.scenarios.sweeps.answers._detection import Detection as Detection
 from servosight.scenarios.sweeps.answers._detection import detection as detection
 from servosight.scenarios.sweeps.answers._detection import share_at as share_at
