@@ -13,7 +13,7 @@ import argparse
 import json
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,8 @@ import numpy as np
 from real_servos.emps import emps
 from real_servos.logs import XL330_GAINS, RunResult, error_mrad, log
 from real_servos.page import page
-from servosight.diagnose import LadderStep, diagnose, predictions
-from servosight.identify.fit import fit_effects
+from servosight.diagnose import diagnose, predictions
+from servosight.identify.fit import OwnValues, fit_effects, own_values
 from servosight.identify.problem import Problem
 from servosight.models.core import Estimate, Recording, write_text
 from servosight.models.effects import catalogue
@@ -34,16 +34,21 @@ PAGE = ROOT / "docs" / "measured" / "real.md"
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # as the command line has it
 
 
-def carried(step: LadderStep, held: Sequence[Recording]) -> list[float]:
+def carried(
+    effects: Sequence[str],
+    values: Mapping[str, float],
+    fitted: Sequence[OwnValues],
+    held: Sequence[Recording],
+) -> list[float]:
     """Errors [mrad] on other runs, each with the bias of the fitted run at its place.
 
     Nothing is fitted to the other run: it begins at its first angle, at rest.
     """
     errors = []
-    for recording, own in zip(held, step.own, strict=False):
-        alone = Problem.of([recording], catalogue(), step.effects)
+    for recording, own in zip(held, fitted, strict=False):
+        alone = Problem.of([recording], catalogue(), effects)
         physical = [
-            coordinate.to_search(step.value(coordinate.name))
+            coordinate.to_search(values[coordinate.name])
             for coordinate in alone.coordinates[: alone.physical]
         ]
         start = [own.bias_deg, recording.angle_deg[0], 0.0]
@@ -57,22 +62,18 @@ def ladder(fitted: Sequence[Recording], held: Sequence[Recording]) -> RunResult:
     began, used = time.perf_counter(), time.process_time()
     found = diagnose(fitted, held, catalogue=catalogue(), auto=True)
     seconds, cpu_s = time.perf_counter() - began, time.process_time() - used
-    steps = [
-        {
-            "effects": step.effects,
-            "fit": [
-                error_mrad(one.recording, one.predicted_deg)
-                for one in predictions(found, [*fitted, *held], place)[: len(fitted)]
-            ],
-            "held": carried(step, held),
-            "parameters": {
-                name: one.value
-                for name, one in step.parameters.items()
-                if isinstance(one, Estimate)
-            },
-        }
-        for place, step in enumerate(found.ladder)
-    ]
+    steps = []
+    for place, step in enumerate(found.ladder):
+        values = {n: one.value for n, one in step.parameters.items() if isinstance(one, Estimate)}
+        seen = predictions(found, [*fitted, *held], place)[: len(fitted)]
+        steps.append(
+            {
+                "effects": step.effects,
+                "fit": [error_mrad(one.recording, one.predicted_deg) for one in seen],
+                "held": carried(step.effects, values, step.own, held),
+                "parameters": values,
+            }
+        )
     return {
         "steps": steps,
         "verdict": found.verdict,
@@ -97,12 +98,14 @@ def given() -> RunResult:
         chosen = [name for name in catalogue() if name in CHOSEN[:count]]
         fit = fit_effects(Problem.of(fitted, catalogue(), chosen), fit)
         predicted = fit.problem.predict(fit.outcome.point)
+        values = fit.problem.values(fit.outcome.point)
+        own = own_values(fit.problem, fit.outcome.point)
         steps.append(
             {
                 "effects": chosen,
                 "fit": [error_mrad(r, y[0]) for r, y in zip(fitted, predicted, strict=True)],
-                "held": carried(fit, held),
-                "parameters": fit.problem.values(fit.outcome.point),
+                "held": carried(fit.problem.effects, values, own, held),
+                "parameters": values,
             }
         )
     return {"steps": steps, "cpu_s": time.process_time() - used}
