@@ -67,7 +67,7 @@ def detection(
     Sizes are above 0; at least two are needed, otherwise the size is None.
 
     >>> detection([0.1, 0.2, 0.4, 0.8], [0, 4, 19, 20], [20] * 4).sentence("play", "deg")
-    'smallest play found in 95 % of recordings: 0.4 deg (0.3 to 0.56)'
+    'smallest play found in 95 % of recordings: 0.4 deg (0.31 to 0.56)'
     """
     x = np.log(np.asarray(sizes, dtype=np.float64))
     hits, trials = np.asarray(found, dtype=np.float64), np.asarray(of, dtype=np.float64)

@@ -30,8 +30,8 @@ def sweep(
     Raises InputError for a sweep that makes no sense; a cell that fails is a row with its error.
 
     >>> import servosight as ss
-    >>> table = {"do": ["identify"], "axes": {"noise_deg": [0.01, 0.1]}}
-    >>> frame = ss.sweep(table, "noise", workers=0)
+    >>> table = {"do": ["identify"], "axes": {"duration_s": [2.0, 3.0]}}
+    >>> frame = ss.sweep(table, "out", workers=0)
     >>> frame["status"].to_list()
     ['done', 'done']
     """
@@ -59,10 +59,10 @@ def results(folder: Path | str) -> pl.DataFrame:
     ``.to_pandas()`` gives a pandas frame. Raises InputError where the folder is none of a sweep.
 
     >>> import servosight as ss
-    >>> table = {"do": ["identify"], "axes": {"noise_deg": [0.01, 0.1]}}
-    >>> _ = ss.sweep(table, "noise", workers=0)
-    >>> ss.results("noise").columns[:4]
-    ['noise_deg', 'seed', 'status', 'error']
+    >>> table = {"do": ["identify"], "axes": {"duration_s": [2.0, 3.0]}}
+    >>> _ = ss.sweep(table, "out", workers=0)
+    >>> ss.results("out").columns[:4]
+    ['duration_s', 'seed', 'status', 'error']
     """
     from servosight.scenarios.sweeps import results
 
