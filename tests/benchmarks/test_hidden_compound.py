@@ -10,7 +10,7 @@ import numpy as np
 from hidden.compound import score
 from hidden.compound.bus import logged
 from hidden.compound.draw import FAMILIES, HIDDEN, CompoundSetup, propose
-from hidden.compound.facts import _fit
+from hidden.compound.facts import fit_from
 from hidden.compound.page import compound_table
 from hidden.compound.servo import ENCODER_DEG
 from hidden.run import facts_of
@@ -42,7 +42,7 @@ def test_the_truth_in_the_catalogues_words_is_what_the_servo_does() -> None:
     gentle = next(s for s in (propose(seed, 0) for seed in range(2, 99, 3)) if len(s.gains) == 2)
     setup = ideal(gentle)
     fitted = [logged(setup, "first", "fast", gain, 2.0, faults=False) for gain in setup.gains]
-    fit = _fit([log.ideal for log in fitted], setup.effects, setup.truth)
+    fit = fit_from([log.ideal for log in fitted], setup.effects, setup.truth)
     assert setup.family == "pendulum"
     assert {"load_dependent_friction", "gravity_load"} <= set(setup.effects)
     assert fit.rmse_deg < 0.01

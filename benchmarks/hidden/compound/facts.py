@@ -59,20 +59,20 @@ def find_facts(seed: int, run: str) -> dict[str, Any]:
     """
     setup, own = _accepted(seed)
     fitted = logs(setup, run, "fit", faults=False)
-    noise = _rms([log.noise_deg for log in fitted])
+    noise = rms([log.noise_deg for log in fitted])
     ideal = [log.ideal for log in fitted]
     tests = [log.ideal for log in logs(setup, run, "test", faults=False)]
-    full = own if run == RUNS[0] else _fit(ideal, setup.effects, setup.truth)
+    full = own if run == RUNS[0] else fit_from(ideal, setup.effects, setup.truth)
     weights: dict[str, float] = {}
     stand_ins: dict[str, dict[str, float]] = {}
     for name in setup.effects:
         others = [effect for effect in setup.effects if effect != name]
-        without = _fit(ideal, others, setup.truth)
-        weights[name] = _added(without, full, noise)
+        without = fit_from(ideal, others, setup.truth)
+        weights[name] = added(without, full, noise)
         for other in STAND_INS.get(name, ()):
             if weights[name] >= ABSENT and other not in others:
-                problem = Problem.of(ideal, catalogue(), _ordered([*others, other]))
-                instead = _added(fit_effects(problem, without), full, noise)
+                problem = Problem.of(ideal, catalogue(), ordered([*others, other]))
+                instead = added(fit_effects(problem, without), full, noise)
                 stand_ins.setdefault(name, {})[other] = instead
     return {
         "attempt": setup.attempt,
@@ -82,7 +82,7 @@ def find_facts(seed: int, run: str) -> dict[str, Any]:
         "hidden": list(setup.effects),
         "noise_deg": noise,
         "own_deg": full.rmse_deg,
-        "test_own_deg": _missed(full, tests),
+        "test_own_deg": missed(full, tests),
         "weights": weights,
         "stand_ins": stand_ins,
         "samples": sum(one.time_s.size for one in ideal),
@@ -95,13 +95,13 @@ def _accepted(seed: int) -> tuple[CompoundSetup, Solution]:
     for attempt in range(ATTEMPTS):
         setup = propose(seed, attempt)
         fitted = logs(setup, RUNS[0], "fit", faults=False)
-        full = _fit([log.ideal for log in fitted], setup.effects, setup.truth)
-        if full.rmse_deg <= OWN * _rms([log.noise_deg for log in fitted]):
+        full = fit_from([log.ideal for log in fitted], setup.effects, setup.truth)
+        if full.rmse_deg <= OWN * rms([log.noise_deg for log in fitted]):
             return setup, full
     raise NoDraw(f"compound {seed}: no draw is within {OWN} noises of the catalogue; widen it")
 
 
-def _missed(full: Solution, tests: Sequence[Recording]) -> float:
+def missed(full: Solution, tests: Sequence[Recording]) -> float:
     """Rms error [deg] of a fit on other recordings, each from its first angle at rest."""
     physical = full.outcome.point[: full.problem.physical]
     errors = []
@@ -109,14 +109,14 @@ def _missed(full: Solution, tests: Sequence[Recording]) -> float:
         problem = Problem.of([recording], catalogue(), full.problem.effects)
         point = np.array([*physical, 0.0, recording.angle_deg[0], 0.0])
         errors.append(recording.angle_deg - problem.predict(point)[0][0])
-    return _rms(np.concatenate(errors))
+    return rms(np.concatenate(errors))
 
 
-def _fit(
+def fit_from(
     recordings: Sequence[Recording], effects: Sequence[str], truth: Mapping[str, float]
 ) -> Solution:
     """The best fit from the truth, the parameters of effects that are left out aside."""
-    problem = Problem.of(recordings, catalogue(), _ordered(effects))
+    problem = Problem.of(recordings, catalogue(), ordered(effects))
     own = {"bias": 0.0, "initial_speed": 0.0}
     start = [
         coordinate.to_search(
@@ -129,13 +129,13 @@ def _fit(
     return polish(problem, [np.clip(np.array(start), *problem.bounds)])
 
 
-def _added(fit: Solution, full: Solution, noise: float) -> float:
+def added(fit: Solution, full: Solution, noise: float) -> float:
     return math.sqrt(max(fit.rmse_deg**2 - full.rmse_deg**2, 0.0)) / noise
 
 
-def _ordered(effects: Sequence[str]) -> tuple[str, ...]:
+def ordered(effects: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in catalogue() if name in set(effects))
 
 
-def _rms(values: Sequence[float] | Array) -> float:
+def rms(values: Sequence[float] | Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))

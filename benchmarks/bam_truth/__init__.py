@@ -1,0 +1,1 @@
+"""Servos of BAM's own simulator as truth: which of their effects the diagnosis names."""
