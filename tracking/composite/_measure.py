@@ -103,11 +103,15 @@ class PartMeter:
         rough = found.part
         rough_scale = (rough.view.pivot_px[0] + 0.5) / (found.pivot_px[0] + 0.5)
         pivot = np.array(found.pivot_px)
+        angles = np.array([_searched(rough, rough_scale, p)[0] for p in steady.pictures])
+        good = np.ones(len(angles), bool)
+        first, rough_shape = _finer(rough, rough_scale, pivot)
+        # At angle zero the part lies where it lies, whatever its pivot is.
+        still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
         for number in range(_ROUNDS):
-            view, shape = _finer(rough, rough_scale, pivot)
-            if number == 0:
-                angles = np.array([_searched(rough, rough_scale, p)[0] for p in steady.pictures])
-                good = np.ones(len(angles), bool)
+            reach = first.rows * first.step_px + float(np.hypot(*(pivot - first.pivot_px)))
+            view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
+            shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
             model = CompositeModel.of(steady.pictures[good], angles[good], place, shape, view)
             angles, good, step, doubt_px = _refitted(model, steady.pictures, angles)
