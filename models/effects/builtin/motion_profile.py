@@ -24,8 +24,9 @@ def term(
     as chords within 0.0005 deg.
     """
     gap = value - last
-    ahead = speed - slope  # faster than the goal by this much
-    if math.isinf(acceleration):
+    # Faster than the goal by this much, or than what can be followed of it.
+    ahead = speed - min(max(slope, -rate), rate)
+    if acceleration >= 1e7 * rate or math.isinf(acceleration):  # at speed within 0.1 us: at once
         way = 1.0 if gap > 0.0 else -1.0
         if abs(gap) <= 1e-9 * rate:
             way = 1.0 if slope > 0.0 else -1.0
@@ -52,6 +53,8 @@ def term(
             lasts = horizon
             if way * ahead > 0.0:
                 lasts = abs(left) / abs(ahead)
+    if abs(slope) > rate and gap * (speed - slope) > 0.0:
+        lasts = min(lasts, gap / (speed - slope))  # the goal runs past: then plan anew
     lasts = max(min(lasts, horizon), 1e-9)
     if change != 0.0:
         lasts = lasts / math.ceil(lasts / math.sqrt(4e-3 / acceleration))

@@ -82,3 +82,15 @@ def test_without_a_limit_of_the_speed_it_accelerates_half_way() -> None:
     lasts = 2.0 * math.sqrt(90.0 / ACCELERATION)
     at, speed, _ = follow(90.0, 0.5 * lasts, limits=(math.inf, ACCELERATION))
     assert (at, speed) == pytest.approx((45.0, math.sqrt(90.0 * ACCELERATION)), abs=1e-3)
+
+
+@pytest.mark.parametrize("rate", [3.0, 21.7, math.inf])
+@pytest.mark.parametrize("acceleration", [2400.0, 1e6, 1e11])
+def test_a_goal_that_runs_past_faster_than_the_rate_is_not_followed(
+    rate: float, acceleration: float
+) -> None:
+    """It comes from behind at 267 deg/s; the speed stays within the limit, the pieces few."""
+    at, speed, pieces = follow(-2.0, 0.05, slope=267.0, limits=(rate, acceleration))
+    assert abs(speed) <= min(rate, 267.0) * (1.0 + 1e-6)
+    assert pieces < 2000
+    assert at <= -2.0 + 267.0 * 0.05 + 1e-6
