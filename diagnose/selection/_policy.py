@@ -22,7 +22,6 @@ ORDINARY = (
     "gravity_load",
     "load_dependent_friction",
     "torque_saturation",
-    "current_limit",
     "supply_sag",
     "stribeck_friction",
     "coulomb_friction",
@@ -30,6 +29,7 @@ ORDINARY = (
     "backlash",
     "rate_limit",
     "speed_limit",
+    "current_limit",
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
 
