@@ -21,6 +21,8 @@ from servosight.scenarios.sweeps.run._watch import Limits
 LOOPBACK = "127.0.0.1"
 CONNECT_S = 10.0
 WORKERS_S = 60.0
+START_S = 600.0
+"""A worker that is started anew may take so long on a crowded machine."""
 
 
 class OnDask:
@@ -150,6 +152,7 @@ def _local(workers: int, environment: Sequence[str], dashboard: bool) -> Any:
         worker_dashboard_address=None,
         memory_limit=0,  # a cell's own limit holds
         silence_logs=logging.CRITICAL,
+        death_timeout=START_S,
         env=dict.fromkeys(environment, "1"),
     )
 
