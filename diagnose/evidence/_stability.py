@@ -35,6 +35,7 @@ EffectSet = frozenset[str]
 class Stability:
     """Shares of the ``resamples`` that name each effect; the chosen ones, then others so named.
 
+    A resample that names an effect which contains a chosen one counts for the chosen one as well.
     ``models`` has the share of each set of effects.
     """
 
@@ -69,14 +70,35 @@ def stability(models: ModelSelection, criterion: AcceptanceCriterion, last: Tria
         frozenset(winner(scores, models.catalogue, criterion, whole, settled))
         for scores in zip(*tables, strict=True)
     ]
-    seen = Counter(name for names in named for name in sorted(names - settled))
-    others = (name for name, _ in seen.most_common())
-    order = dict.fromkeys([*known.removable(last.effects), *others])
     return Stability(
-        {name: seen[name] / len(parts) for name in order},
+        shares(named, known.removable(last.effects), settled, models.catalogue),
         len(parts),
         {names: count / len(parts) for names, count in Counter(named).items()},
     )
+
+
+def shares(
+    named: Sequence[EffectSet],
+    chosen: Sequence[str],
+    settled: EffectSet,
+    catalogue: Mapping[str, Effect],
+) -> dict[str, float]:
+    """The share of ``named`` sets for each effect but the ``settled``: the ``chosen`` ones first.
+
+    A set with an effect that contains a chosen one counts for the chosen one as well: it is there,
+    and more beside it.
+
+    >>> from servosight.models.effects import catalogue
+    >>> sets = [frozenset({"coulomb_friction"}), frozenset({"presliding"})]
+    >>> shares(sets, ["coulomb_friction"], frozenset(), catalogue())
+    {'coulomb_friction': 1.0, 'presliding': 0.5}
+    """
+    seen: Counter[str] = Counter()
+    for names in named:
+        special = {simple for name in names for simple in catalogue[name].contains}
+        seen.update(sorted((names | special & set(chosen)) - settled))
+    order = dict.fromkeys([*chosen, *(name for name, _ in seen.most_common())])
+    return {name: seen[name] / len(named) for name in order}
 
 
 def stable_steps(

@@ -16,6 +16,7 @@ from servosight.diagnose.evidence import (
     stable_steps,
     winner,
 )
+from servosight.diagnose.evidence._stability import shares
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result.wording import stability_words, uncertain_words
 from servosight.diagnose.selection import (
@@ -150,6 +151,15 @@ def test_most_resamples_put_another_model_in_the_place_of_a_wrong_one(
     step = stable_steps(models, CRITERION, selected, stable).steps[-1]
     assert step.trial.effects == ("backlash",)
     assert (step.added, step.removed) == ("backlash", "cogging")
+
+
+def test_who_names_the_whole_names_its_special_case() -> None:
+    """Only of what was chosen, and not the other way round; what was settled does not count."""
+    limits = [frozenset({"current_limit", "backlash"}), frozenset({"torque_saturation"})]
+    found = shares(limits, ["torque_saturation"], frozenset({"backlash"}), catalogue())
+    assert found == {"torque_saturation": 1.0, "current_limit": 0.5}
+    found = shares(limits, ["current_limit"], frozenset(), catalogue())
+    assert found == {"current_limit": 0.5, "backlash": 0.5, "torque_saturation": 0.5}
 
 
 def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
