@@ -8,7 +8,6 @@ import inspect
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import av
@@ -128,9 +127,8 @@ class Frame(dict[str, Any]):
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working directory, and pandas as far as it is needed."""
+    """An empty working directory."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
     return tmp_path
 
 

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose import diagnose
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator, Array, Estimate, Recording
 from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
@@ -337,14 +336,3 @@ def test_it_is_recovered_from_a_finer_integration(name: str, reference: Any) -> 
     found = identify([recording], [name, *beside], catalogue=catalogue(), method="gradient")
     assert_recovered(name, dict(found.actuator.parameters))
     assert found.rmse_deg == pytest.approx(NOISE_DEG, rel=0.06)
-
-
-@pytest.mark.parametrize("name", [name for name in ALL if truth_of(name).independent])
-def test_it_is_named_when_left_out(name: str, reference: Any) -> None:
-    """By the ladder, from the linear model, no sigma given; held-out error within 1.10 of it."""
-    found = diagnose([synthetic(name, reference)], catalogue=catalogue(), auto=True)
-    assert found.effects == (name,)
-    assert found.verdict == "explained"
-    last = found.ladder[-1]
-    assert last.held_out_rmse_deg <= 1.10 * found.floor_deg
-    assert_recovered(name, dict(last.parameters))
