@@ -64,8 +64,8 @@ k = 1.0
 T = 0.03
 xi = 0.7
 
-[command]
-shape = "standard"
+[motion]
+kind = "standard"
 amplitude_deg = 10.0
 
 [effects.backlash]
@@ -74,6 +74,15 @@ gap = 0.5
 [camera]
 rate_hz = 120.0
 exposure_s = 0.001
+"""
+SWEEP = """scenario = "scenario.toml"
+seeds = 1
+through = "angles"
+do = ["identify"]
+
+[axes]
+noise_deg = [0.02]
+"camera.rate_hz" = { from = 100, to = 120, steps = 2, scale = "log" }
 """
 SETTINGS_TOML = """format = 1
 hold = "linear"
@@ -139,6 +148,10 @@ TARGETS = (
     Target("clip.mkv", BYTES, ("track clip.mkv -o new.csv",), 4),
     Target("film/frames.csv", TABLE, ("track film",), 1),
     Target("plugin.py", TEXT, ("effects --plugin plugin.py",), 8),
+    # Read to its end, then refused, as the rows would replace a file.
+    Target("sweep.toml", SETTINGS, ("sweep sweep.toml -o log.csv --workers 0",), 6),
+    Target("swept/sweep.json", TEXT, ("results swept --json -",), 3),
+    Target("swept/part-0.parquet", BYTES, ("results swept --json -",), 2),
 )
 OPTIONS = {
     "simulate": ("--effect", "--set", "--seed", "-o"),
@@ -166,6 +179,9 @@ OPTIONS = {
     "calibrate": ("--board", "--columns", "--rows", "--square-mm", "--plane", "--print", "-o"),
     "predict": ("-o",),
     "report": ("-o",),
+    "sweep": ("-o", "--workers", "--scheduler", "--retry"),
+    "results": ("--json", "--plot"),
+    "advise": ("--effect", "--size", "--results", "--json"),
 }
 PLACES = (
     *("log.csv", "rec", "model.toml", "scenario.toml", "camera.toml", "command.csv", "plugin.py"),
@@ -246,6 +262,7 @@ def write_inputs(folder: Path) -> None:
         "rec/track.toml": TRACK_TOML,
         "camera.toml": CAMERA,
         "scenario.toml": SCENARIO,
+        "sweep.toml": SWEEP,
         "plugin.py": PLUGIN,
         "bam.json": json.dumps(_bam(both)),
     }
@@ -255,6 +272,12 @@ def write_inputs(folder: Path) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         words = ["identify", str(folder / "log.csv"), "--method", "gradient"]
         assert main([*words, "-o", str(folder / "model.toml")]) == 0
+        rows = folder / "swept"
+        words = ["sweep", str(folder / "sweep.toml"), "--workers", "0", "-q"]
+        assert main([*words, "-o", str(rows)]) == 0
+    (part,) = rows.glob("part-*.parquet")
+    part.rename(rows / "part-0.parquet")
+    (rows / ".lock").unlink()
     _write_mat(folder / "log.mat", both)
     write_logs(folder, both)
     _write_film(folder / "clip.mkv")

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from servosight.models.core import InputError, json_text, new_file, read_json, write_text
 from servosight.scenarios.sweeps.run._batch import DONE, Row, row_path
-from servosight.scenarios.sweeps.run._table import KEY, frame_of, joined
+from servosight.scenarios.sweeps.run._table import KEY, frame_of, joined, read_part
 
 if TYPE_CHECKING:
     import polars as pl
@@ -77,18 +77,16 @@ class Store:
 
     def done(self) -> set[str]:
         """The keys of all rows there are."""
-        import polars as pl
-
         found = {path.stem for path in self.cells.glob("*.json")}
         for part in self.parts():
-            found |= set(pl.read_parquet(part, columns=[KEY])[KEY])
+            found |= set(read_part(part, [KEY])[KEY])
         return found
 
     def frame(self) -> pl.DataFrame:
         """All rows, each once, those of single files among them."""
         import polars as pl
 
-        frames = [pl.read_parquet(part) for part in self.parts()]
+        frames = [read_part(part) for part in self.parts()]
         rows = [row for path in self.cells.glob("*.json") if (row := _read(path)) is not None]
         if rows:
             frames.append(frame_of(rows))

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from servosight.models.core import InputError
 
 if TYPE_CHECKING:
     import polars as pl
@@ -28,6 +31,23 @@ def frame_of(rows: Sequence[Mapping[str, Any]]) -> pl.DataFrame:
             values = [None if value is None else float(value) for value in values]
         columns.append(pl.Series(name, values, kind))
     return pl.DataFrame(columns)
+
+
+def read_part(path: Path, columns: Sequence[str] | None = None) -> pl.DataFrame:
+    """The rows of a Parquet file, ``columns`` of them; InputError where it is damaged."""
+    import polars as pl
+
+    damaged = InputError(
+        f"{path}: is no whole Parquet file with the columns {KEY} and status, expected a part that "
+        f"`servosight sweep` wrote; remove it and run the sweep again, which runs its cells anew"
+    )
+    try:
+        types = pl.read_parquet_schema(path)
+        if types.get(KEY) != pl.String or types.get("status") != pl.String:
+            raise damaged
+        return pl.read_parquet(path, columns=None if columns is None else list(columns))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError):
+        raise damaged from None
 
 
 def joined(frames: Iterable[pl.DataFrame]) -> pl.DataFrame:

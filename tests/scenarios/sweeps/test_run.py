@@ -205,3 +205,18 @@ def test_rows_of_other_settings_are_left_out_and_said(tmp_path: Path) -> None:
     assert sum(found.kinds.values()) == 4
     again = run_sweep(read_sweep({**TABLE, "do": do}), tmp_path / "s", workers=0, retry=True)
     assert (again.done, again.failed) == (4, 4)
+
+
+@pytest.mark.parametrize("damage", ["cut", "text", "other columns"])
+def test_a_damaged_part_is_refused(damage: str, tmp_path: Path) -> None:
+    store = Store(tmp_path / "s")
+    ran(store, tasks(3))
+    (part,) = store.parts()
+    if damage == "cut":
+        part.write_bytes(part.read_bytes()[:-40])
+    elif damage == "text":
+        part.write_text("no table")
+    else:
+        store.frame().drop("status").write_parquet(part)
+    with pytest.raises(InputError, match=rf"{part.name}: is no whole Parquet file .*; remove it"):
+        store.frame()
