@@ -15,23 +15,9 @@ import numpy as np
 from scipy.special import chdtri
 
 from servosight.diagnose.residuals import EXPLAINED
+from servosight.diagnose.selection._ordinary import ORDINARY
 
 T = TypeVar("T")
-
-ORDINARY = (
-    "gravity_load",
-    "load_dependent_friction",
-    "torque_saturation",
-    "supply_sag",
-    "stribeck_friction",
-    "coulomb_friction",
-    "dead_time",
-    "backlash",
-    "rate_limit",
-    "speed_limit",
-    "current_limit",
-)
-"""What an ordinary geared servo has; in this order each has what it needs to show before it."""
 
 
 @dataclass(frozen=True, kw_only=True)
