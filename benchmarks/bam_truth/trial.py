@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from hidden.compound.facts import ABSENT, added, fit_from, missed, ordered, rms
+from hidden.compound.facts import fit_from, missed, rms, weighed
 from servosight.diagnose import diagnose, predictions
-from servosight.identify.fit import fit_effects
-from servosight.identify.problem import Problem
 from servosight.models.effects import catalogue
 
 from .draw import BamTrial, simulated
@@ -64,22 +62,10 @@ def find_facts(trial: BamTrial) -> dict[str, Any]:
         )
     )
     full = fit_from(ideal, trial.effects, trial.truth)
-    weights: dict[str, float] = {}
-    stand_ins: dict[str, dict[str, float]] = {}
-    for name in trial.effects:
-        others = [effect for effect in trial.effects if effect != name]
-        without = fit_from(ideal, others, trial.truth)
-        weights[name] = added(without, full, noise)
-        for other in STAND_INS.get(name, ()):
-            if weights[name] >= ABSENT and other not in others:
-                problem = Problem.of(ideal, catalogue(), ordered([*others, other]))
-                instead = added(fit_effects(problem, without), full, noise)
-                stand_ins.setdefault(name, {})[other] = instead
     return {
         "truth": dict(trial.truth),
         "noise_deg": noise,
         "own_deg": full.rmse_deg,
         "test_own_deg": missed(full, trial.ideal["test"]),
-        "weights": weights,
-        "stand_ins": stand_ins,
+        **weighed(full, trial.truth, noise, STAND_INS),
     }

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import Index, turning
+from servosight.tracking.core import Index, known_median, turning
 from servosight.tracking.verification import PolarView
 
 _GROW_PX = 3.0
@@ -83,7 +83,7 @@ class CompositeModel:
         still = np.stack([view.of(behind, float(a)) for a in angle_rad])
         still = np.where(np.isfinite(still), still, seen)
         with np.errstate(all="ignore"):
-            level = _median(seen - (1.0 - soft) * still)
+            level = known_median(seen - (1.0 - soft) * still)
         level = np.where(np.isfinite(level), level, 0.0).astype(np.float32)
         chosen = near & np.isfinite(seen).any(0)
         rows, columns = np.nonzero(chosen)
@@ -98,7 +98,7 @@ class CompositeModel:
             pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
-            np.asarray(np.where(np.isfinite(behind), behind, _median(pictures)), np.float32),
+            np.asarray(np.where(np.isfinite(behind), behind, known_median(pictures)), np.float32),
             np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
         )  # fmt: skip
 
@@ -173,16 +173,7 @@ def _background(pictures: Single, angle_rad: Array, view: PolarView, near: Mask)
     shown = pictures.copy()
     for picture, angle in zip(shown, angle_rad, strict=True):
         picture[cover_in(view, near, float(angle), picture.shape)] = np.nan
-    return _median(shown)
-
-
-def _median(stack: Single) -> Single:
-    ordered = np.sort(stack, axis=0)
-    count = np.isfinite(ordered).sum(0)
-    middle = np.maximum(count - 1, 0)
-    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
-    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
-    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), np.float32)
+    return known_median(shown)
 
 
 def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import known_median
 from servosight.tracking.verification import PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
@@ -156,8 +157,8 @@ def learnt(
             :, view.columns : 2 * view.columns
         ]
         on = np.stack([np.roll(thick, t, axis=1) for t in turns]) > 0.3
-        behind = _nanmedian(np.where(on, np.float32(np.nan), seen))
-        part = _nanmedian(back)
+        behind = known_median(np.where(on, np.float32(np.nan), seen), least=2)
+        part = known_median(back, least=2)
         own = _local(_nanmean((back - part) ** 2))
         still = np.stack([np.roll(behind, -t, axis=1) for t in turns[good]])
         against = _local(_nanmean((back - still) ** 2))
@@ -203,12 +204,3 @@ def _nanmean(stack: Single) -> Single:
     count = known.sum(0)
     total = np.where(known, stack, 0.0).sum(0)
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
-
-
-def _nanmedian(stack: Single) -> Single:
-    ordered = np.sort(stack, axis=0)
-    count = np.isfinite(ordered).sum(0)
-    middle = np.maximum(count - 1, 0)
-    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
-    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
-    return np.asarray(np.where(count > 1, 0.5 * (low + high), np.nan), np.float32)

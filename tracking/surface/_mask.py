@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import known_median
 from servosight.tracking.fit import PolarGrid
 
 
@@ -30,7 +31,7 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, f
     seen = np.where(inside, seen, np.nan)
     noise = _temporal_noise(stack)
     with np.errstate(invalid="ignore"):
-        mean = _nanmedian(seen)
+        mean = known_median(seen)
         own = _nanmean((seen - mean) ** 2)
     for _ in range(3):
         bench = _bench(stack, angles_rad, grid, mask)
@@ -82,17 +83,7 @@ def _bench(
         m = np.mod(phi - angle - grid.phi_rad, 2 * np.pi) / grid.step_rad
         hidden = cv2.remap(cover, m.astype(np.float32), r, cv2.INTER_NEAREST)
         image[hidden > 0] = np.nan
-    return _nanmedian(shown)
-
-
-def _nanmedian(stack: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Median over the first axis without NaN (which numpy's own does slowly, with a warning)."""
-    ordered = np.sort(stack, axis=0)  # NaN last
-    count = np.isfinite(ordered).sum(0)
-    middle = np.maximum(count - 1, 0)
-    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
-    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
-    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), dtype=np.float32)
+    return known_median(shown)
 
 
 def _nanmean(stack: NDArray[np.float32]) -> NDArray[np.float32]:

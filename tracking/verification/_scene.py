@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import turned
+from servosight.tracking.core import known_median, turned
 from servosight.tracking.verification._turning import PolarView
 
 _MARGIN_PX = 3
@@ -53,7 +53,7 @@ class TurningScene:
         covers = np.stack([_filled(outline, shape) for outline in outlines])
         swept = cv2.dilate(covers.max(0), _disc(_SHADOW_PX))
         near = np.stack([cv2.dilate(cover, _disc(_MARGIN_PX)) for cover in covers])
-        behind = _nanmedian(np.where(near > 0, np.float32(np.nan), frames))
+        behind = known_median(np.where(near > 0, np.float32(np.nan), frames))
         reach = float(np.hypot(*(outline_px - pivot_px).T).max()) + 2.0
         view = PolarView.around(pivot_px, reach)
         back = [view.of(f, float(a)) for f, a in zip(frames, angle_rad, strict=True)]
@@ -63,7 +63,7 @@ class TurningScene:
         usual = np.asarray(np.median(frames, axis=0), np.float32)
         return cls(
             frames, angle_rad, view, covers > 0, swept > 0, behind, usual,
-            _nanmedian(np.stack(back)), cover,
+            known_median(np.stack(back)), cover,
         )  # fmt: skip
 
     def gains(self) -> Array:
@@ -134,13 +134,3 @@ def _inner(shape: tuple[int, ...]) -> Mask:
     high, wide = (int(np.ceil(_EDGE_SHARE * side)) for side in shape)
     inner[high:-high, wide:-wide] = True
     return inner
-
-
-def _nanmedian(stack: Single) -> Single:
-    """Median over the first axis without NaN; NaN where there is nothing else."""
-    ordered = np.sort(stack, axis=0)  # NaN last
-    count = np.isfinite(ordered).sum(0)
-    middle = np.maximum(count - 1, 0)
-    low = np.take_along_axis(ordered, (middle // 2)[None], 0)[0]
-    high = np.take_along_axis(ordered, ((middle + 1) // 2)[None], 0)[0]
-    return np.asarray(np.where(count > 0, 0.5 * (low + high), np.nan), np.float32)

@@ -63,17 +63,6 @@ def find_facts(seed: int, run: str) -> dict[str, Any]:
     ideal = [log.ideal for log in fitted]
     tests = [log.ideal for log in logs(setup, run, "test", faults=False)]
     full = own if run == RUNS[0] else fit_from(ideal, setup.effects, setup.truth)
-    weights: dict[str, float] = {}
-    stand_ins: dict[str, dict[str, float]] = {}
-    for name in setup.effects:
-        others = [effect for effect in setup.effects if effect != name]
-        without = fit_from(ideal, others, setup.truth)
-        weights[name] = added(without, full, noise)
-        for other in STAND_INS.get(name, ()):
-            if weights[name] >= ABSENT and other not in others:
-                problem = Problem.of(ideal, catalogue(), ordered([*others, other]))
-                instead = added(fit_effects(problem, without), full, noise)
-                stand_ins.setdefault(name, {})[other] = instead
     return {
         "attempt": setup.attempt,
         "family": setup.family,
@@ -83,8 +72,7 @@ def find_facts(seed: int, run: str) -> dict[str, Any]:
         "noise_deg": noise,
         "own_deg": full.rmse_deg,
         "test_own_deg": missed(full, tests),
-        "weights": weights,
-        "stand_ins": stand_ins,
+        **weighed(full, setup.truth, noise, STAND_INS),
         "samples": sum(one.time_s.size for one in ideal),
         "rate_hz": setup.bus.rate_hz,
     }
@@ -99,6 +87,31 @@ def _accepted(seed: int) -> tuple[CompoundSetup, Solution]:
         if full.rmse_deg <= OWN * rms([log.noise_deg for log in fitted]):
             return setup, full
     raise NoDraw(f"compound {seed}: no draw is within {OWN} noises of the catalogue; widen it")
+
+
+def weighed(
+    full: Solution,
+    truth: Mapping[str, float],
+    noise: float,
+    stand_ins: Mapping[str, tuple[str, ...]],
+) -> dict[str, dict[str, Any]]:
+    """What the misfit gains without each effect of a fit, and with another one in its place.
+
+    In noises; all else is fitted anew from the truth, to the recordings of ``full``.
+    """
+    recordings, effects = full.problem.recordings, full.problem.effects
+    weights: dict[str, float] = {}
+    instead: dict[str, dict[str, float]] = {}
+    for name in effects:
+        others = [effect for effect in effects if effect != name]
+        without = fit_from(recordings, others, truth)
+        weights[name] = added(without, full, noise)
+        for other in stand_ins.get(name, ()):
+            if weights[name] >= ABSENT and other not in others:
+                problem = Problem.of(recordings, catalogue(), ordered([*others, other]))
+                fit = fit_effects(problem, without)
+                instead.setdefault(name, {})[other] = added(fit, full, noise)
+    return {"weights": weights, "stand_ins": instead}
 
 
 def missed(full: Solution, tests: Sequence[Recording]) -> float:
