@@ -249,8 +249,7 @@ def _rivals(
     evidence = criterion.evidence(chosen.score, linear.score)
     if chosen.effects == linear.effects or evidence <= criterion.policy.min_evidence:
         return ()
-    alike = [one for one in models.trials.values() if one.key[1] == chosen.key[1]]
-    tried = [one for one in alike if models.known.allows(one.effects)]
+    tried = [one for one in models.alike(chosen) if models.known.allows(one.effects)]
     return (chosen, *alternatives(chosen, tried, resolution, models.whole))
 
 

@@ -138,7 +138,7 @@ def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
     added, removed = best - mine, mine - best
     if found.models[best] <= LEAST or not added or len(added) > 1 or len(removed) > 1:
         return None
-    tried = {frozenset(one.effects): one for one in _alike(models, last)}
+    tried = {frozenset(one.effects): one for one in models.alike(last)}
     (name,) = added
     return Step(models.finished(tried[best]), name, next(iter(removed), None))
 
@@ -148,7 +148,7 @@ def rivals(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) 
     known = models.known
     smaller = [_without(models, last, name) for name in known.removable(last.effects)]
     others = criterion.ranked(
-        [one for one in _alike(models, last) if len(one.effects) <= len(last.effects) + 1],
+        [one for one in models.alike(last) if len(one.effects) <= len(last.effects) + 1],
         lambda one: one.score,
     )
     allowed = [one for one in (models.linear(), *smaller, *others) if known.allows(one.effects)]
@@ -224,9 +224,4 @@ def _simpler(
 
 def _without(models: ModelSelection, trial: Trial, name: str) -> Trial:
     kept = tuple(own for own in trial.effects if own != name)
-    return models.trials.get((kept, trial.key[1])) or models.reduced(trial, name)
-
-
-def _alike(models: ModelSelection, trial: Trial) -> list[Trial]:
-    """All that were tried with the same parameters held."""
-    return [one for one in models.trials.values() if one.key[1] == trial.key[1]]
+    return models.trials.get((kept, trial.held)) or models.reduced(trial, name)

@@ -225,8 +225,7 @@ class ModelSelection:
             return trial
         known = self.wholes.get(trial.key)
         if known is None:
-            held = trial.fit.problem.held
-            problem = self._problem(trial.effects, held, self.split.untested)
+            problem = self._problem(trial.effects, trial.fit.problem.held, self.split.untested)
             fit = polish(problem, [trial.fit.outcome.point])
             known = self.wholes[trial.key] = Trial(trial.effects, fit, self._seen(fit))
         return known
@@ -259,6 +258,10 @@ class ModelSelection:
         if fit.out_of_budget or not smaller:
             return fit
         return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost), budget)
+
+    def alike(self, trial: Trial) -> list[Trial]:
+        """All that were tried with the same parameters held, the best of each set of effects."""
+        return [one for one in self.trials.values() if one.held == trial.held]
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""

@@ -37,6 +37,11 @@ class Trial:
         """Its effects and what is held."""
         return key_of(self.fit.problem)
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """The parameters that are held."""
+        return self.key[1]
+
     @cached_property
     def score(self) -> Score:
         """What it amounts to on the fitted and the validation samples.

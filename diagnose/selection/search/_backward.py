@@ -50,7 +50,7 @@ class BackwardSearch:
         self.progress("rich model with k held", 0, len(criterion.policy.ordinary))
         others = [name for name in criterion.policy.ordinary if name not in begun]
         self.reduce(self.rich(self.models.together(linear, begun), others))
-        held = [one for one in self.visited.ranked() if one.key[1] == linear.key[1]]
+        held = [one for one in self.visited.ranked() if one.held == linear.held]
         best = self.models.finished(held[0])
         released = self.models.released(best)
         better = criterion.earns(best.score, self.models.first().score, 1)

@@ -61,7 +61,7 @@ class Visited:
         held = [
             self.models.finished(one)
             for one in tuple(self.models.trials.values())
-            if one.effects == trial.effects and set(one.key[1]) > set(trial.key[1])
+            if one.effects == trial.effects and set(one.held) > set(trial.held)
         ]
         return all(self.criterion.frees(trial.score, one.score) for one in held)
 
@@ -75,7 +75,7 @@ class Visited:
         if way not in self.ways:
             self.ways.add(way)
             self.models.reduced(trial, name, TRIAL_BUDGET)
-        return self.models.trials[effects, trial.key[1]]
+        return self.models.trials[effects, trial.held]
 
     def removable(self, trial: Trial) -> tuple[str, ...]:
         """The effects that the user does not require."""
