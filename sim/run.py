@@ -195,7 +195,7 @@ def angle_recording(
     duration_s = trajectory.duration_s - camera.readout_s  # the last row ends within the record
     starts = camera.frame_starts(duration_s, float(trajectory.time_s[0]))
     time_s = camera.mid_exposure(starts)
-    noise = np.random.default_rng(seed).normal(0.0, noise_deg, time_s.size)
+    noise = noise_deg * np.random.default_rng(seed).standard_normal(time_s.size)
     return Recording(
         name=name,
         command_time_s=np.asarray(trajectory.excitation.time_s, dtype=np.float64),

@@ -18,6 +18,7 @@ from servosight.scenarios.draws import (
     hidden_effects,
 )
 from servosight.scenarios.limits import KINDS
+from servosight.scenarios.produce import simulated
 from servosight.scenarios.scenario import (
     CommandSettings,
     Scenario,
@@ -210,3 +211,9 @@ def test_drawn_scenarios_pass_the_checks_of_a_file(effect: str) -> None:
         scenario = hidden_effect(effect, seed)
         assert with_effects(scenario, [], {}) == scenario
         assert 12.0 <= scenario.duration_s <= 15.0
+
+
+def test_a_noise_of_minus_zero_is_none() -> None:
+    """TOML has a -0.0, which numpy refuses as a standard deviation."""
+    recordings = [simulated(Scenario(duration_s=1.0, noise_deg=noise)) for noise in (0.0, -0.0)]
+    np.testing.assert_array_equal(recordings[0].angle_deg, recordings[1].angle_deg)
