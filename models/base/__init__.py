@@ -19,6 +19,7 @@ from servosight.models.base._files import shown as shown
 from servosight.models.base._json import json_text as json_text
 from servosight.models.base._json import plain as plain
 from servosight.models.base._json import read_json as read_json
+from servosight.models.base._json import read_typed as read_typed
 from servosight.models.base._json import typed as typed
 from servosight.models.base._mark import MARK as MARK
 from servosight.models.base._mark import Kind as Kind

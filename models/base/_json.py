@@ -65,6 +65,14 @@ def typed(table: Any, kind: type[T]) -> T:
         raise InputError(f"{what}; correct that value, or save the result again") from None
 
 
+def read_typed(path: Path | str, kind: type[T]) -> T:
+    """The object in a JSON file as a ``kind``; InputError names the file and the key."""
+    try:
+        return typed(read_json(path), kind)
+    except InputError as error:
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+
+
 def _decoded(kind: Any, value: Any) -> Any:
     """What JSON has no type for."""
     import numpy as np  # not at the top: the command line's help comes without it

@@ -24,6 +24,7 @@ from servosight.models.base import read_bytes as read_bytes
 from servosight.models.base import read_json as read_json
 from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text
+from servosight.models.base import read_typed as read_typed
 from servosight.models.base import require as require
 from servosight.models.base import share as share
 from servosight.models.base import silent as silent

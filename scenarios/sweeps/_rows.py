@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from servosight.models.core import InputError
-from servosight.scenarios.sweeps.run import Store
+from servosight.scenarios.sweeps.run import Facts, Store
 
 if TYPE_CHECKING:
     import polars as pl
 
+_NEEDED = ("made", "seed", "status", "error")
 _LAST = ("made", "versions", "cell")
 
 
@@ -23,8 +25,8 @@ def results(folder: Path | str) -> pl.DataFrame:
     return with_facts(folder)[0]
 
 
-def with_facts(folder: Path | str) -> tuple[pl.DataFrame, dict[str, Any]]:
-    """:func:`results`, and what the last run wrote of itself, with ``left_out`` rows added."""
+def with_facts(folder: Path | str) -> tuple[pl.DataFrame, Facts]:
+    """:func:`results`, and what the last run wrote of itself, with the number ``left_out``."""
     import polars as pl
 
     store = Store(Path(folder))
@@ -34,10 +36,16 @@ def with_facts(folder: Path | str) -> tuple[pl.DataFrame, dict[str, Any]]:
         raise InputError(
             f"{folder}: holds no rows yet, expected those of a sweep; run `servosight sweep` again"
         )
-    mine = whole.filter(pl.col("made") == facts["made"])
-    axes = [name for name in facts["axes"] if name in mine.columns]
+    missing = [name for name in _NEEDED if name not in whole.columns]
+    if missing:
+        raise InputError(
+            f"{folder}: its rows have no column {missing[0]}, expected those that `servosight "
+            f"sweep` wrote; run the sweep again into another folder"
+        )
+    mine = whole.filter(pl.col("made") == facts.made)
+    axes = [name for name in facts.axes if name in mine.columns]
     first = [*axes, "seed", "status", "error"]
     last = [name for name in _LAST if name in mine.columns]
     middle = [name for name in mine.columns if name not in (*first, *last)]
     frame = mine.select([*first, *middle, *last]).sort([*axes, "seed"])
-    return frame, {**facts, "left_out": whole.height - mine.height}
+    return frame, replace(facts, left_out=whole.height - mine.height)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from servosight.app.main import main
-from servosight.models.core import InputError
-from servosight.scenarios.sweeps import advise, saved_answers
+from servosight.models.core import InputError, json_text
+from servosight.scenarios.sweeps import SHIPPED, advise, saved_answers
 from servosight.scenarios.sweeps.answers import Found, detection
 
 
@@ -54,7 +53,7 @@ def test_the_results_that_come_with_the_program_answer(capsys: pytest.CaptureFix
     [
         (["--size", "0"], "above 0"),
         (["--size", "1", "--effect", "dead_time"], "did not look for it"),
-        (["--size", "1", "--results", "other.json"], "holds no answers"),
+        (["--size", "1", "--results", "other.json"], "other.json: Object missing required field"),
     ],
 )
 def test_bad_input(
@@ -71,10 +70,15 @@ def test_bad_input(
 
 
 def test_a_summary_is_read_back(tmp_path: Path) -> None:
-    from servosight.models.core import plain
+    whole = saved_answers(SHIPPED)
+    (tmp_path / "s.json").write_text(json_text(whole))
+    again = saved_answers(tmp_path / "s.json")
+    assert again == whole
+    assert again.found[0].detection.sizes
 
-    table: dict[str, Any] = {"axes": [], "found": plain(ANSWERS)}
-    (tmp_path / "s.json").write_text(json.dumps(table))
-    found, whole = saved_answers(tmp_path / "s.json")
-    assert found == ANSWERS
-    assert whole == table
+
+@pytest.mark.parametrize("text", ["{}", '{"found": 3}', '{"axes": [], "found": [1]}'])
+def test_what_is_no_summary_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "s.json").write_text(text)
+    with pytest.raises(InputError, match=r"s.json: .*servosight results --json"):
+        saved_answers(tmp_path / "s.json")

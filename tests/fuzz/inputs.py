@@ -15,6 +15,8 @@ from pathlib import Path
 from fuzz.logs import write_logs
 from fuzz.mutations import BYTES, NUMBERS, SETTINGS, TABLE, TEXT, Mutation, mutated
 
+from servosight.scenarios.sweeps import SHIPPED
+
 PLUGIN = '''"""A term of one's own."""
 
 from servosight.models.core import FIXED, Parameter
@@ -151,6 +153,7 @@ TARGETS = (
     # Read to its end, then refused, as the rows would replace a file.
     Target("sweep.toml", SETTINGS, ("sweep sweep.toml -o log.csv --workers 0",), 6),
     Target("swept/sweep.json", TEXT, ("results swept --json -",), 3),
+    Target("answers.json", TEXT, ("advise --size 0.5 --results answers.json --json -",), 1),
     Target("swept/part-0.parquet", BYTES, ("results swept --json -",), 2),
 )
 OPTIONS = {
@@ -265,6 +268,7 @@ def write_inputs(folder: Path) -> None:
         "sweep.toml": SWEEP,
         "plugin.py": PLUGIN,
         "bam.json": json.dumps(_bam(both)),
+        "answers.json": SHIPPED.read_text(encoding="utf-8"),
     }
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, add_json, any_path, number
 from servosight.app.output import check_outputs, console, write_json
 
 if TYPE_CHECKING:
-    from servosight.scenarios.sweeps import Found
+    from servosight.scenarios.sweeps import Summary
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,13 +39,13 @@ def run(args: argparse.Namespace) -> None:
     from servosight.scenarios.sweeps import advise
 
     check_outputs(args)
-    found, summary = _answers(args)
-    answers = advise(found, args.effect, args.size)
+    summary = _answers(args.results)
+    answers = advise(summary.found, args.effect, args.size)
     out = console(args)
-    mine = next(one for one in found if one.effect == args.effect)
+    mine = next(one for one in summary.found if one.effect == args.effect)
     out.print(
         f"{mine.what} of {args.size:g} {mine.unit}".rstrip()
-        + f", by {summary['cells']} recordings of the sweep {summary['name']}:"
+        + f", by {summary.cells} recordings of the sweep {summary.name}:"
     )
     for answer in answers:
         share = ""
@@ -61,14 +62,12 @@ def run(args: argparse.Namespace) -> None:
     )
 
 
-def _answers(args: argparse.Namespace) -> tuple[list[Found], dict[str, Any]]:
-    from servosight.models.core import plain
+def _answers(path: Path | None) -> Summary:
     from servosight.scenarios.sweeps import SHIPPED, saved_answers, summary, with_facts
 
-    if args.results is not None and args.results.is_dir():
-        whole = summary(*with_facts(args.results))
-        return list(whole.found), plain(whole)
-    return saved_answers(args.results or SHIPPED)
+    if path is not None and path.is_dir():
+        return summary(*with_facts(path))
+    return saved_answers(path or SHIPPED)
 
 
 def _size(text: str) -> float:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from servosight.models.core import InputError, Table, did_you_mean, read_json, typed
+from servosight.models.core import InputError, Table, did_you_mean, read_typed
 from servosight.scenarios.sweeps.answers._detection import share_at
 from servosight.scenarios.sweeps.answers._found import Found
+from servosight.scenarios.sweeps.answers._summary import Summary
 
 SHIPPED = Path(__file__).parents[1] / "camera_for_backlash.json"
 """The summary of a ready sweep, as ``servosight results --json`` writes it."""
@@ -49,15 +50,14 @@ def advise(found: Sequence[Found], effect: str, size: float) -> Table[Advice]:
     return Table(sorted(answers, key=lambda one: (order[one.enough], one.smallest or 1e300)))
 
 
-def saved_answers(path: Path) -> tuple[list[Found], dict[str, Any]]:
-    """The answers in a summary's JSON, and all of it; InputError where it is none."""
-    table = read_json(path)
-    if "found" not in table or "axes" not in table:
+def saved_answers(path: Path) -> Summary:
+    """A summary from its JSON; InputError where it is none."""
+    try:
+        return read_typed(path, Summary)
+    except InputError as error:
         raise InputError(
-            f"{path}: holds no answers of a sweep, expected what `servosight results --json` "
-            f"writes; name that file or the sweep's folder"
-        )
-    return [typed(one, Found) for one in table["found"]], table
+            f"{error}; expected what `servosight results --json` writes, or a sweep's folder"
+        ) from None
 
 
 def _held_against(one: Found, size: float) -> Advice:

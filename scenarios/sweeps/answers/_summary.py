@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from servosight.models.core import Table
 from servosight.scenarios.sweeps.answers._found import Found, found_by_size
+from servosight.scenarios.sweeps.run import Facts
 
 if TYPE_CHECKING:
     import polars as pl
-
-Facts = Mapping[str, Any]
 
 CORE = ("k", "T", "xi")
 _NUMBERS = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?", re.IGNORECASE)
@@ -65,19 +64,19 @@ def summary(frame: pl.DataFrame, facts: Facts) -> Summary:
     """Group the rows of a sweep by its axes. ``facts`` is what its folder says of it."""
     import polars as pl
 
-    axes = [name for name in facts["axes"] if name in frame.columns]
+    axes = [name for name in facts.axes if name in frame.columns]
     failed = frame.filter(pl.col("status") != "done")
     kinds = Counter(_NUMBERS.sub("#", error) for error in failed["error"] if error)
     table = _grouped(frame, axes)
     return Summary(
         schema=1,
-        name=facts["name"],
-        about=facts["about"],
+        name=facts.name,
+        about=facts.about,
         axes=tuple(axes),
         cells=frame.height,
-        planned=int(facts["cells"]),
+        planned=facts.cells,
         failed=failed.height,
-        left_out=int(facts["left_out"]),
+        left_out=facts.left_out,
         kinds=dict(kinds.most_common(_MOST_KINDS)),
         table=Table(table.to_dicts()),
         found=found_by_size(frame, axes),

@@ -13,10 +13,11 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servosight.models.core import InputError, json_text, new_file, read_json, write_text
+from servosight.models.core import InputError, json_text, new_file, read_typed, write_text
 from servosight.scenarios.sweeps.run._batch import DONE, Row, row_path
 from servosight.scenarios.sweeps.run._table import KEY, frame_of, joined, read_part
 
@@ -29,6 +30,21 @@ GATHERED = 2000
 """Rows from which a part is written."""
 LARGEST_PART = 50_000
 """Rows up to which small parts are joined when a run ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facts:
+    """What the last run in a folder wrote of its sweep.
+
+    ``made`` stands in the rows of the same settings and code; ``left_out`` counts the others.
+    """
+
+    name: str
+    about: str
+    made: str
+    axes: tuple[str, ...]
+    cells: int
+    left_out: int = 0
 
 
 class Store:
@@ -62,14 +78,14 @@ class Store:
         finally:
             os.close(handle)
 
-    def facts(self) -> dict[str, Any]:
-        """What the last run wrote of itself; InputError where there was none."""
+    def facts(self) -> Facts:
+        """What the last run wrote of itself; InputError where there was none or it is damaged."""
         if not (self.folder / SIGN).is_file():
             raise InputError(
                 f"{self.folder}: holds no {SIGN}, expected the folder of a sweep; name the folder "
                 f"that `servosight sweep` wrote with -o"
             )
-        return read_json(self.folder / SIGN)
+        return read_typed(self.folder / SIGN, Facts)
 
     def parts(self) -> list[Path]:
         """The Parquet files."""
@@ -161,6 +177,13 @@ def _read(path: Path) -> Row | None:
     """A row; None where another process has just gathered it."""
     try:
         row: Row = json.loads(path.read_text(encoding="utf-8"))
+        if row[KEY] != path.stem or not isinstance(row["status"], str):
+            raise ValueError
     except FileNotFoundError:
         return None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(
+            f"{path}: is no row of a sweep, expected one that `servosight sweep` wrote; remove it "
+            f"and run the sweep again, which runs its cell anew"
+        ) from None
     return row

@@ -11,6 +11,7 @@ import pytest
 
 from servosight.scenarios.sweeps import summary
 from servosight.scenarios.sweeps.answers import detection, share_at
+from servosight.scenarios.sweeps.run import Facts
 
 
 def test_the_size_and_its_interval_hold_what_they_say() -> None:
@@ -78,9 +79,9 @@ def rows() -> pl.DataFrame:
     return pl.DataFrame(made)
 
 
-def facts(**changes: Any) -> dict[str, Any]:
-    axes = ["noise_deg", "effects.backlash.gap"]
-    return {"name": "s", "about": "", "axes": axes, "cells": 81, "left_out": 0, **changes}
+def facts(cells: int = 81) -> Facts:
+    axes = ("noise_deg", "effects.backlash.gap")
+    return Facts(name="s", about="", made="m", axes=axes, cells=cells)
 
 
 def test_a_table_by_axis_and_an_answer_for_each_camera() -> None:

@@ -198,7 +198,7 @@ def test_rows_of_other_settings_are_left_out_and_said(tmp_path: Path) -> None:
     for do in (["math:hypot"], ["servosight.scenarios.sweeps.plan:hidden_names"]):
         run_sweep(read_sweep({**TABLE, "do": do}), tmp_path / "s", workers=0)
     frame, facts = with_facts(tmp_path / "s")
-    assert (frame.height, facts["left_out"]) == (4, 4)
+    assert (frame.height, facts.left_out) == (4, 4)
     assert frame["status"].unique().to_list() == ["failed"]
     found = summary(frame, facts)
     assert "4 rows of other code or settings left out" in found.headline
@@ -220,3 +220,25 @@ def test_a_damaged_part_is_refused(damage: str, tmp_path: Path) -> None:
         store.frame().drop("status").write_parquet(part)
     with pytest.raises(InputError, match=rf"{part.name}: is no whole Parquet file .*; remove it"):
         store.frame()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("sweep.json", "{}", "sweep.json: .*name"),
+        ("sweep.json", '{"name": "s", "about": "", "axes": [], "cells": 1}', "sweep.json: .*made"),
+        ("sweep.json", '{"name": 3}', "sweep.json: .*name"),
+        ("cells/0.json", "[1]", "0.json: is no row of a sweep"),
+        ("cells/0.json", '{"cell": "1", "status": "done"}', "0.json: is no row of a sweep"),
+        ("cells/0.json", '{"cell": "0", "status": "done"}', "have no column made"),
+    ],
+)
+def test_a_damaged_folder_is_refused_by_name(
+    tmp_path: Path, name: str, text: str, told: str
+) -> None:
+    whole = {"name": "s", "about": "", "made": "m", "axes": ["n"], "cells": 1}
+    with Store(tmp_path / "s").opened(whole):
+        (tmp_path / "s" / "cells" / "0.json").write_text('{"cell": "0", "status": "done"}')
+    (tmp_path / "s" / name).write_text(text)
+    with pytest.raises(InputError, match=told):
+        results(tmp_path / "s")
