@@ -24,6 +24,7 @@ from servosight.models.core import InputError, write_text
 from servosight.models.effects import Effect, parsed
 from servosight.models.plant import _integrator as integrator
 from servosight.models.plant import _linear_core as linear_core
+from servosight.models.plant import _piece as piece
 from servosight.models.plant import _steps as steps
 from servosight.models.plant._calls import Slots, symbol
 from servosight.models.plant._layout import Layout
@@ -50,7 +51,7 @@ def source(effects: Iterable[Effect]) -> str:
         for role, function in effect.hooks.items():
             parts.append(_printed(function, symbol(effect, role)))
     parts += [_body(linear_core.__file__), _dispatchers(layout)]
-    parts += [_body(steps.__file__), _body(integrator.__file__)]
+    parts += [_body(module.__file__) for module in (steps, piece, integrator)]
     return "\n\n".join(parts)
 
 

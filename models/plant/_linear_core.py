@@ -4,7 +4,7 @@ State x = (theta, w), theta' = w, w' = -(theta + 2 xi T w) / T^2 + N(t). Over a 
 x1 = E x0 + S N(0) + ..., where S, R and Q answer to N = 1, s/h and (s/h)^2 from rest. These are the
 phi functions of an exponential integrator (Cox and Matthews, J. Comput. Phys. 176 (2002)).
 
-This file is compiled into the plant kernel; see codegen.py.
+This file is compiled into the plant kernel; see _codegen.py.
 """
 
 from __future__ import annotations
@@ -13,9 +13,29 @@ import math
 
 from numba import njit
 
+STEP_SHARE = 0.2  # default step as a share of the time constant T
+_SHORTEST_S = 2e-4
+_LONGEST_S = 5e-3
 _SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
 _TERMS = 14
 _INVERSE = tuple(1.0 / max(n, 1) for n in range(_TERMS + 3))  # no divisions in the series
+
+
+@njit
+def step_length(time):  # type: ignore[no-untyped-def]
+    """The default step for a time constant [s], on a ladder, so that neighbours share one."""
+    length = 2.0 ** (math.floor(4.0 * math.log2(STEP_SHARE * time)) / 4.0)
+    return min(max(length, _SHORTEST_S), _LONGEST_S)
+
+
+@njit
+def step_lengths(T, xi):  # type: ignore[no-untyped-def]
+    """Default steps [s]: for the time constant, and the longest, for the slow pole of stiff cores.
+
+    The core is updated exactly, and once its fast pole has died away what moves is slow.
+    """
+    slow = T * (xi + math.sqrt(xi * xi - 1.0)) if xi > 1.0 else T
+    return step_length(T), step_length(slow)
 
 
 @njit

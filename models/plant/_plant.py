@@ -13,10 +13,6 @@ from servosight.models.effects import Effect
 from servosight.models.plant._codegen import kernel, not_compiled
 from servosight.models.plant._layout import Layout
 
-STEP_SHARE = 0.2
-"""Default step as a share of the time constant T."""
-STEP_BOUNDS_S = (2e-4, 5e-3)
-
 
 @dataclass(frozen=True)
 class Stimulus:
@@ -74,10 +70,6 @@ class Plant:
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
-        if step_s is None:
-            steps = _steps_s(batch[:, 1], batch[:, 2])
-        else:
-            steps = np.full((len(batch), 2), step_s)
         out = np.empty((batch.shape[0], stimulus.samples_s.size))
         arguments = (
             np.ascontiguousarray(batch),
@@ -86,7 +78,7 @@ class Plant:
             stimulus.linear,
             stimulus.samples_s,
             stimulus.horn,
-            steps,
+            0.0 if step_s is None else step_s,
             out,
         )
         try:
@@ -96,18 +88,6 @@ class Plant:
         if stimulus.weights.size > 1:
             out = out.reshape(batch.shape[0], -1, stimulus.weights.size) @ stimulus.weights
         return out if np.ndim(rows) == 2 else out[0]
-
-
-def _steps_s(T_s: Array, xi: Array) -> Array:
-    """Default steps [s], (batch, 2): for the time constants, and for the slow poles of stiff cores.
-
-    Both stand on a ladder, so that neighbours share one. The core is updated exactly, and once its
-    fast pole has died away what moves is slow.
-    """
-    slow_s = T_s * np.where(xi > 1.0, xi + np.sqrt(np.maximum(xi * xi - 1.0, 0.0)), 1.0)
-    times = np.stack([T_s, slow_s], axis=1)
-    exponents = np.floor(4.0 * np.log2(STEP_SHARE * times)) / 4.0
-    return np.asarray(np.clip(2.0**exponents, *STEP_BOUNDS_S))
 
 
 @functools.lru_cache(maxsize=8)
