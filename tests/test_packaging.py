@@ -194,6 +194,9 @@ def test_private_modules_are_imported_by_their_own_package_alone(
         ("diagnose", "servosight.sim", False),
         ("diagnose", "servosight.tracking", False),
         ("scenarios", "servosight.app", False),
+        ("bench", "servosight.models", True),
+        ("bench", "servosight.sim", False),
+        ("bench", "servosight.identify", False),
         ("a_new_folder", "servosight.models", False),
     ],
 )

@@ -1,0 +1,72 @@
+"""The coded light: an LED in the picture that tells the time of the command's clock.
+
+The light follows a maximal-length sequence (m-sequence) of order 10: 1023 bits of 40 ms, repeated
+every 40.92 s. Any ten bits in a row occur once in a period, so that 0.4 s of video suffice to place
+it, and a second, which holds 24 whole bits at least, has 14 bits to spare for errors. Its
+autocorrelation is 1023 in place and -1 everywhere else (Golomb, Shift Register Sequences, 1967).
+
+A bit of 40 ms lasts one to three frames at 30 to 60 frames a second, and it is a whole number of
+pulses of a hobby servo at 50, 100, 125, 200 and 250 Hz, so that board and light share one timer.
+
+The recurrence is ``b[n + 10] = b[n + 3] xor b[n]`` and starts with ten ones; the firmware has the
+same in C. The light is off before the command starts and after it ends; bit 0 starts with the
+command.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from servosight.models.core import Array, Mask
+
+ORDER = 10
+PERIOD_BITS = 2**ORDER - 1
+BIT_S = 0.04
+
+
+@cache
+def pattern() -> Mask:
+    """The bits of one period, (1023,): True where the light is on.
+
+    >>> int(pattern().sum()), pattern()[:14].astype(int).tolist()
+    (512, [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0])
+    """
+    bits = np.ones(PERIOD_BITS, dtype=bool)
+    for n in range(PERIOD_BITS - ORDER):
+        bits[n + ORDER] = bits[n + 3] ^ bits[n]
+    bits.setflags(write=False)
+    return bits
+
+
+def lit(time_s: Array) -> Mask:
+    """Whether the light is on at times since the start of the command, in s; same shape.
+
+    >>> lit(np.array([-0.01, 0.0, 0.399, 0.4])).tolist()
+    [False, True, True, False]
+    """
+    # A time that is a whole number of bits belongs to the bit that starts there.
+    bit = np.floor(np.asarray(time_s) / BIT_S + 1e-9).astype(np.int64)
+    return np.asarray((bit >= 0) & pattern()[bit % PERIOD_BITS])
+
+
+def lit_share(start_s: Array, end_s: Array) -> Array:
+    """The share of the time from ``start_s`` to ``end_s`` during which the light is on.
+
+    What an exposure sees of it: times since the start of the command, of one shape; 0 to 1.
+
+    >>> lit_share(np.array([0.39]), np.array([0.41])).round(6).tolist()
+    [0.5]
+    """
+    start, end = np.asarray(start_s, dtype=np.float64), np.asarray(end_s, dtype=np.float64)
+    return np.asarray((_lit_time(end) - _lit_time(start)) / (end - start))
+
+
+def _lit_time(time_s: Array) -> Array:
+    """How long the light has been on since the start of the command, in s."""
+    bits = np.maximum(time_s, 0.0) / BIT_S
+    whole = np.floor(bits).astype(np.int64)
+    total = np.concatenate(([0], np.cumsum(pattern())))
+    before = (whole // PERIOD_BITS) * total[-1] + total[whole % PERIOD_BITS]
+    return np.asarray(BIT_S * (before + (bits - whole) * pattern()[whole % PERIOD_BITS]))

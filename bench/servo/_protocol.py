@@ -1,0 +1,57 @@
+"""What the bench asks of a servo, and what a servo answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from servosight.bench.safety import Limits
+from servosight.models.core import InputError
+
+
+class LinkLost(InputError):
+    """The servo answers no longer, or its port is gone; one sentence, as every InputError has."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """What a servo reports of itself; None for what it does not measure.
+
+    ``time_s`` is the host's monotonic clock (``time.monotonic``, which V4L2 cameras use as well),
+    halfway between question and answer.
+    """
+
+    time_s: float
+    angle_deg: float | None = None
+    current_a: float | None = None
+    voltage_v: float | None = None
+    temperature_c: float | None = None
+
+
+class Servo(Protocol):
+    """A servo that is connected, and moves only between ``arm`` and ``release``.
+
+    Angles are in degrees from the servo's own middle, positive in its own direction. Every method
+    returns within the time-outs of its driver, and raises LinkLost where the servo does not answer.
+    """
+
+    name: str
+    limits: Limits
+
+    def arm(self) -> None:
+        """Switch the torque on where the servo stands; it does not move."""
+
+    def send(self, angle_deg: float) -> float:
+        """Command an angle; return the monotonic host time of the write, in s.
+
+        InputError for an angle outside the limits and for a servo that is not armed.
+        """
+
+    def read(self) -> Reading:
+        """Ask the servo for what it measures."""
+
+    def release(self) -> None:
+        """Move to neutral within the limits, as far as the link allows, and switch torque off."""
+
+    def close(self) -> None:
+        """Release, and let go of the port."""
