@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from servosight.identify.discrete._discrete import METHODS, Linear, to_linear
+from servosight.identify.discrete._discrete import METHODS, to_linear
 from servosight.identify.fit import fit_effects
 from servosight.identify.problem import Problem, coordinate_scale, difference_quotient, noise_deg
 from servosight.identify.uncertainty import Uncertainty
 from servosight.models.core import Array, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.excitation import multisine, sine, standard, steps, triangle
+from servosight.models.plant import Linear
 
 PAGE = Path(__file__).parent.parent / "docs" / "measured" / "accuracy.md"
 TRUE = Linear(1.027, 0.0078, 0.55)

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT
-from servosight.identify.discrete import Difference
-from servosight.identify.discrete._discrete import Linear, to_difference, to_linear
+from servosight.identify.discrete._discrete import to_linear
 from servosight.identify.fit import Solution, identify
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
+from servosight.models.plant import Difference, Linear, to_difference
 from servosight.scenarios.produce import produce
 from servosight.scenarios.scenario import CommandSettings
 from servosight.sources import read

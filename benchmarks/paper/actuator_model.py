@@ -1,6 +1,6 @@
 """The paper's actuator (section E), and what can be identified from its command, a sine.
 
-identify/discrete/_discrete.py says how its coefficients and its T, xi and k belong together, and
+models/plant/_difference.py says how its coefficients and its T, xi and k belong together, and
 which of them is a misprint.
 """
 
@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.identify.discrete import Difference
 from servosight.identify.problem import Problem, coordinate_scale, linear_start
 from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
-from servosight.models.plant import Plant, Stimulus
+from servosight.models.plant import Difference, Plant, Stimulus
 from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 
 TRUE = LinearServo(1.027, 0.0078, 0.55, 0.0)

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.identify.design import assess, better_command
-from servosight.identify.discrete import Linear, to_difference
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._nested import contains, no_worse
@@ -33,6 +32,7 @@ from servosight.identify.search import ESTIMATORS, SearchSpace, drive
 from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
+from servosight.models.plant import Linear, to_difference
 
 SEARCH_BUDGET = 6_000
 METHODS = tuple(ESTIMATORS)

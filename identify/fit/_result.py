@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from servosight.identify.design import InformationSummary
-from servosight.identify.discrete import Difference
 from servosight.identify.fit._dynamics import Dynamics
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
@@ -27,6 +26,7 @@ from servosight.models.core import (
 )
 from servosight.models.effects import catalogue as built_in
 from servosight.models.io import load_recording
+from servosight.models.plant import Difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

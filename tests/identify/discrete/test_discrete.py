@@ -13,18 +13,15 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from servosight.app.main import main
-from servosight.identify.discrete import Difference
 from servosight.identify.discrete._discrete import (
     METHODS,
-    TRANSFORMS,
-    Linear,
     by_arx,
     by_output_error,
     simulate,
-    to_difference,
     to_linear,
 )
 from servosight.models.core import InputError
+from servosight.models.plant import TRANSFORMS, Difference, Linear, to_difference
 
 PAPER = Linear(1.027, 0.0078, 0.55)
 
