@@ -24,7 +24,9 @@ HEADING = re.compile(r"^#+ +(.+)$", re.MULTILINE)
 FENCE = re.compile(r"^ *```(\w*)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"^ {4,}(?:\$ )?(servosight .*)$", re.MULTILINE)
 INLINE = re.compile(r"(?<!`)`(servosight [^`]+)`(?!`)")
-FOLDERS = "app|bench|benchmarks|diagnose|docs|identify|models|scenarios|sim|tests|tools|tracking"
+FOLDERS = (
+    "app|bench|benchmarks|diagnose|docs|export|identify|models|scenarios|sim|tests|tools|tracking"
+)
 FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
 MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 

@@ -20,7 +20,9 @@ from servosight.models.core import Result
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 BY_NAME = {"parameters", "start", "fixed", "relative_sigma", "change"}
 """What is keyed by the names of parameters or effects, not by keys of the format."""
-RESULTS: tuple[type[Result], ...] = (ss.Fit, ss.Comparison, ss.Diagnosis, ss.Track, ss.ServoChange)
+RESULTS: tuple[type[Result], ...] = (
+    *(ss.Fit, ss.Comparison, ss.Diagnosis, ss.Track, ss.ServoChange, ss.ExportResult),
+)
 
 
 def documented() -> set[str]:

@@ -8,7 +8,15 @@ from __future__ import annotations
 from types import ModuleType
 
 from servosight.app.commands.about import completion, demo, effects
-from servosight.app.commands.model import add, compare, diagnose, identify, predict, report
+from servosight.app.commands.model import (
+    add,
+    compare,
+    diagnose,
+    export,
+    identify,
+    predict,
+    report,
+)
 from servosight.app.commands.recording import calibrate, excite, import_log, simulate, track
 from servosight.app.commands.sweeps import advise, results, sweep
 
@@ -23,6 +31,7 @@ COMMANDS: dict[str, ModuleType] = {
     "diagnose": diagnose,
     "add": add,
     "predict": predict,
+    "export": export,
     "report": report,
     "effects": effects,
     "excite": excite,

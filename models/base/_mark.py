@@ -1,6 +1,7 @@
 """The mark by which the program recognises what it wrote, so that it replaces nothing else.
 
-TOML and HTML carry it at their head, PNG and video in their metadata; a JSON result is known by how
+TOML and HTML carry it at their head, PNG and video in their metadata, exported models in a comment
+at their head or, where they are archives, at their end; a JSON result is known by how
 it begins. CSV carries no mark, for other programs read it: an existing table counts as the user's.
 So does a drafted plugin, which is there to be edited.
 """
@@ -31,6 +32,7 @@ class Kind(Enum):
     VIDEO = "video"
     TABLE = "table"
     PLUGIN = "plugin"
+    EXPORT = "export"
 
 
 def kind_of(path: Path) -> Kind | None:
@@ -46,6 +48,9 @@ def kind_of(path: Path) -> Kind | None:
     for kind in (Kind.MODEL, Kind.CAMERA):
         if head.startswith(_head(kind).encode()):
             return kind
+    exported = f"{MARK}: {Kind.EXPORT.value}".encode()
+    if exported in head[:_PAGE_HEAD] or exported in tail[-_PAGE_HEAD:]:
+        return Kind.EXPORT
     if head.startswith(_JSON):
         return Kind.JSON
     if head.startswith(b"<!doctype html>") and mark in head[:_PAGE_HEAD]:

@@ -31,6 +31,7 @@ _VERBS = (
     "load",
     "sweep",
     "results",
+    "export",
 )
 _HOMES = {
     **{verb: ("servosight._verbs", verb) for verb in _VERBS},
@@ -41,6 +42,7 @@ _HOMES = {
     "Comparison": ("servosight.diagnose", "Comparison"),
     "Diagnosis": ("servosight.diagnose", "Diagnosis"),
     "ServoChange": ("servosight.diagnose.change", "ServoChange"),
+    "ExportResult": ("servosight.export.core", "ExportResult"),
     "Track": ("servosight.tracking.core", "Track"),
 }
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604, each is a string

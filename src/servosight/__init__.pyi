@@ -3,6 +3,7 @@ from servosight._verbs import (
     compare,
     diagnose,
     effects,
+    export,
     identify,
     load,
     read,
@@ -13,6 +14,7 @@ from servosight._verbs import (
 )
 from servosight.diagnose import Comparison, Diagnosis
 from servosight.diagnose.change import ServoChange
+from servosight.export.core import ExportResult
 from servosight.identify.fit import Fit
 from servosight.models.core import Actuator, InputError, Recording
 from servosight.tracking.core import Track
@@ -23,6 +25,7 @@ __all__ = [
     "Actuator",
     "Comparison",
     "Diagnosis",
+    "ExportResult",
     "Fit",
     "InputError",
     "Recording",
@@ -33,6 +36,7 @@ __all__ = [
     "compare",
     "diagnose",
     "effects",
+    "export",
     "identify",
     "load",
     "read",

@@ -69,6 +69,8 @@ FILES: list[tuple[str, list[str]]] = [
     ("r.json", ["excite", "sine", "-o", "NEW", "--json"]),
     ("board.png", ["calibrate", "--columns", "9", "--rows", "6", "--print"]),
     ("camera.toml", ["calibrate", "BOARD", "--columns", "9", "--rows", "6", "-o"]),
+    ("servo.h", ["export", "MODEL", "--to", "header", "-o"]),
+    ("servo.csv", ["export", "MODEL", "--to", "csv", "-o"]),
     ("angle.csv", ["track", "VIDEO", "-o"]),
     ("seen.mp4", ["track", "VIDEO", "-o", "NEW", "--overlay"]),
     ("seen.png", ["track", "VIDEO", "-o", "NEW", "--sheet"]),

@@ -74,6 +74,7 @@ _RESULTS = {
     "comparison": ("servosight.diagnose", "Comparison"),
     "diagnosis": ("servosight.diagnose", "Diagnosis"),
     "track": ("servosight.tracking.core", "Track"),
+    "export": ("servosight.export.core", "ExportResult"),
     "change": ("servosight.diagnose.change", "ServoChange"),
 }
 """Where the class of each result is, by the ``type`` in its JSON."""

@@ -1,0 +1,1 @@
+"""Models that leave the program: one exporter for each kind of file, compared with the model."""

@@ -1,0 +1,157 @@
+"""Write a model, run what was written, compare it with the model, then put it in its place."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from servosight.export.core._contract import (
+    Exporter,
+    ExportOptions,
+    ExportRequest,
+    Response,
+    Trial,
+)
+from servosight.export.core._result import ExportResult, OmittedEffect
+from servosight.export.core._trial import model_angle, trial_of
+from servosight.export.kinds import kind_named
+from servosight.models.core import Actuator, Array, InputError, Recording, Table, new_file
+from servosight.models.effects import Effect, catalogue
+from servosight.models.plant import TRANSFORMS
+
+SAMPLE_TIME_S = (1e-5, 1.0)
+"""Shortest and longest sample time of a difference equation."""
+
+
+def export_model(
+    actuator: Actuator,
+    to: str,
+    output: Path,
+    *,
+    effects: Mapping[str, Effect] | None = None,
+    options: ExportOptions | None = None,
+    on: Recording | None = None,
+) -> ExportResult:
+    """Write ``actuator`` as the kind ``to`` (one of ``KINDS``) to ``output``.
+
+    The file appears when it has been run in its target, where that is installed, on the recording
+    ``on`` or a standard command. ``effects`` is the catalogue (default: the built-in one). Raises
+    InputError for a kind or an option that is none, RuntimeError where an export that must equal
+    the model does not: then nothing is written.
+    """
+    home = kind_named(to)
+    options = _checked(options or ExportOptions())
+    exporter: Exporter = getattr(import_module(f"servosight.export.{home.home}"), home.exporter)
+    request = ExportRequest(
+        actuator=actuator,
+        catalogue=catalogue() if effects is None else effects,
+        name=identifier(output.stem),
+        options=options,
+    )
+    trial = trial_of(actuator, on)
+    reason = exporter.missing()
+    with new_file(output) as place:
+        exporter.write(request, place)
+        response = None if reason else exporter.run(request, place, trial)
+        return _result(to, output, exporter, request, trial, response, reason, on is not None)
+
+
+def identifier(text: str) -> str:
+    """A name that C and Python accept, from a file's name.
+
+    >>> identifier("fin-2 left"), identifier("9g"), identifier("")
+    ('fin_2_left', 'servo_9g', 'servo')
+    """
+    word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
+    return word if word[:1].isalpha() else f"servo_{word}".rstrip("_")
+
+
+def _checked(options: ExportOptions) -> ExportOptions:
+    low, high = SAMPLE_TIME_S
+    if not low <= options.sample_time_s <= high:
+        raise InputError(
+            f"--sample-time {options.sample_time_s:g}: is out of range, expected {low:g} to "
+            f"{high:g} s; give the period of your control loop"
+        )
+    if options.transform not in TRANSFORMS:
+        raise InputError(
+            f"--transform {options.transform}: no such method of sampling, expected one of "
+            f"{', '.join(TRANSFORMS)}; see docs/export.md"
+        )
+    return options
+
+
+def _result(
+    to: str,
+    output: Path,
+    exporter: Exporter,
+    request: ExportRequest,
+    trial: Trial,
+    response: Response | None,
+    reason: str | None,
+    measured: bool,
+) -> ExportResult:
+    whole = model_angle(request, trial)
+    rows = Table(
+        OmittedEffect(
+            one.effect,
+            one.approximation,
+            rms(model_angle(request, trial, without=one.effect) - whole),
+        )
+        for one in exporter.omissions(request)
+    )
+    difference = None if response is None else _difference(request, trial, response)
+    largest = None if difference is None else float(np.max(np.abs(difference)))
+    if exporter.exact_deg is not None and largest is not None and largest > exporter.exact_deg:
+        raise RuntimeError(
+            f"the {to} export differs from the model by {largest:.3g} deg, at most "
+            f"{exporter.exact_deg:.3g} expected; nothing was written"
+        )
+    errors = _errors(request, trial, response, difference) if measured else (None, None)
+    return ExportResult(
+        kind=to,
+        file=str(output),
+        target=exporter.target,
+        trial=trial.recording.name,
+        samples=int(trial.recording.time_s.size),
+        difference_rms_deg=None if difference is None else rms(difference),
+        difference_max_deg=largest,
+        model_rmse_deg=errors[0],
+        target_rmse_deg=errors[1],
+        not_run=reason,
+        omissions=rows,
+        notes=exporter.notes(request),
+    )
+
+
+def _difference(request: ExportRequest, trial: Trial, response: Response) -> Array:
+    """Target minus model at the target's own times [deg], (samples,)."""
+    if not np.all(np.isfinite(response.angle_deg)):
+        raise RuntimeError("the export gives angles that are not finite; nothing was written")
+    return response.angle_deg - model_angle(request, trial, time_s=response.time_s)
+
+
+def _errors(
+    request: ExportRequest, trial: Trial, response: Response | None, difference: Array | None
+) -> tuple[float, float | None]:
+    """Rms error of model and target against the measured angle [deg].
+
+    The target's angle at the recording's times is the model's, averaged over the exposure, plus the
+    difference between the two, which is small and therefore safe to interpolate.
+    """
+    recording = trial.recording
+    model = model_angle(request, trial, averaged=True)
+    error = model - recording.angle_deg
+    if response is None or difference is None:
+        return rms(error), None
+    between = np.interp(recording.time_s, response.time_s, difference)
+    return rms(error), rms(error + between)
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
