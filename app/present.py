@@ -29,6 +29,7 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
     for warning in result["warnings"]:
         out.print(f"note: {warning}")
+    show_blind(out, result["detectable"])
 
 
 def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
@@ -112,11 +113,17 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> No
 
 
 def show_blind(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
-    """The effects that these recordings could not have shown, whatever their size."""
+    """Which effects these recordings could have shown, and which not, whatever their size."""
+    if not detectable:
+        return
     unseen = [one["effect"] for one in detectable if one["value"] is None]
+    seen = f"{len(detectable) - len(unseen)} further effects (from which size on: --json)"
     if unseen:
-        out.print(f"These recordings could not have shown: {', '.join(unseen)}")
-        out.print()
+        out.print(f"These recordings could not have shown {', '.join(unseen)};")
+        out.print(f"they could have shown {seen}")
+    else:
+        out.print(f"These recordings could have shown {seen}")
+    out.print()
 
 
 def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> None:

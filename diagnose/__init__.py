@@ -7,6 +7,7 @@ from servosight.diagnose._compare import judge as judge
 from servosight.diagnose._diagnose import diagnose as diagnose
 from servosight.diagnose._predictions import law_predictions as law_predictions
 from servosight.diagnose._predictions import predictions as predictions
+from servosight.diagnose.evidence import with_detectable as with_detectable
 from servosight.diagnose.residuals import listed as listed
 from servosight.diagnose.result import Candidate as Candidate
 from servosight.diagnose.result import Diagnosis as Diagnosis

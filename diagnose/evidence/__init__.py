@@ -1,8 +1,7 @@
 """What a diagnosis rests on: the regimes of the data, and what they can and cannot show."""
 
-from servosight.diagnose.evidence._detectable import Detectable as Detectable
 from servosight.diagnose.evidence._detectable import detectable as detectable
-from servosight.diagnose.evidence._detectable import smallest as smallest
+from servosight.diagnose.evidence._detectable import with_detectable as with_detectable
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
 from servosight.diagnose.evidence._inclusion import Inclusion as Inclusion

@@ -1,44 +1,23 @@
-"""Whether these recordings could have shown an effect at all, and from which size on.
-
-A motion that never reverses shows no play, and one that stays slow no limit of the speed: such an
-effect is neither found nor ruled out. So each effect is added to the first model in growing sizes,
-simulated with the recordings' own commands; what the model's parameters cannot take up of the
-change must be as large as the selection asks for. No measured angle enters but through the model.
-"""
+"""From which size on recordings would have shown each effect, by what the selection asks for."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from servosight.diagnose.residuals import turning_points
-from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
-from servosight.identify.problem import Problem, effect_guesses, neutral_start, projected_out
-from servosight.models.core import Array, Parameter, rounded
-
-COUNT = 9
-"""Sizes that are simulated, from a small share of the first guess up to the parameter's bound."""
-SMALL = 1.0 / 64.0
-LEAST_REACH = 1e-4
-"""A guess this close to neutral, as a share of the way to the bound, says nothing of the size."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Detectable:
-    """The smallest size of an effect that these recordings would have shown.
-
-    ``parameter`` at ``value`` [``unit``] is where it begins to show: from there on, away from its
-    neutral value, or ``below`` it for a limit, whose neutral value is infinite. ``value`` is None
-    where no size within the parameter's bounds shows: the recordings say nothing on this effect.
-    """
-
-    effect: str
-    parameter: str
-    unit: str
-    value: float | None
-    below: bool
-    sentence: str
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    ModelSelection,
+    SelectionPolicy,
+    Trial,
+)
+from servosight.identify.fit import Detectable, Fit, fitted_solution, size_shown
+from servosight.identify.problem import Problem, thinned, usable_views
+from servosight.models.core import Array, Recording, Table
+from servosight.models.effects import Effect
 
 
 def detectable(
@@ -49,94 +28,49 @@ def detectable(
     As if all else were at the floor: another effect that is missing raises what is needed.
     """
     names = models.candidates(base)
-    scored = sum(int(mask.sum()) for mask in base.fit.problem.masks)
-    still = all(turning_points(one.predicted_deg).size == 0 for one in base.judged)
+    still = _never_reverses([one.predicted_deg for one in base.judged])
     found = []
     for name in names:
         problem = models.with_effect(base, name)
-        least = _least_deg(criterion, scored, problem.physical, len(names))
-        found.append(_found(name, problem, base, least, still))
+        least = _least_deg(criterion, problem, len(names))
+        found.append(size_shown(name, problem, base.fit, least, still))
     return tuple(found)
 
 
-def _least_deg(criterion: AcceptanceCriterion, scored: int, parameters: int, tried: int) -> float:
+def with_detectable(
+    fit: Fit, recordings: Recording | Sequence[Recording], catalogue: Mapping[str, Effect]
+) -> Fit:
+    """``fit`` with the smallest size of each effect that it lacks that its recordings would show.
+
+    ``recordings`` are those that it was fitted to, ``catalogue`` the effects that are looked at.
+    """
+    given = [recordings] if isinstance(recordings, Recording) else recordings
+    scored, _ = thinned(usable_views(given)[0])
+    base = fitted_solution(scored, catalogue, fit.effects, fit.parameters, fit.own, fit.fixed)
+    tolerance = float(np.sqrt(max(fit.floor_deg**2 - fit.noise_deg**2, 0.0)))
+    criterion = AcceptanceCriterion(fit.floor_deg, tolerance, SelectionPolicy())
+    covered = {*fit.effects, *(one for name in fit.effects for one in catalogue[name].contains)}
+    names = [name for name in catalogue if name not in covered]
+    still = _never_reverses([angles[0] for angles in base.problem.predict(base.outcome.point)])
+    found = []
+    for name in names:
+        kept = [own for own in fit.effects if own not in catalogue[name].contains]
+        ordered = [one for one in catalogue if one in (*kept, name)]
+        problem = Problem.of(scored, catalogue, ordered, held=base.problem.held)
+        least = _least_deg(criterion, problem, len(names))
+        found.append(size_shown(name, problem, base, least, still))
+    return replace(fit, detectable=Table(found))
+
+
+def _never_reverses(angles_deg: Sequence[Array]) -> bool:
+    return all(turning_points(angle_deg).size == 0 for angle_deg in angles_deg)
+
+
+def _least_deg(criterion: AcceptanceCriterion, problem: Problem, tried: int) -> float:
     """The rms change [deg] with which an effect is accepted on a model at the floor."""
     policy = criterion.policy
-    needed = policy.min_evidence + np.log(max(tried, 1)) + 0.5 * parameters * np.log(scored)
-    evident = np.expm1(min(2.0 * needed / max(scored, 1), 50.0))
+    scored = max(sum(int(mask.sum()) for mask in problem.masks), 1)
+    needed = policy.min_evidence + np.log(max(tried, 1)) + 0.5 * problem.physical * np.log(scored)
+    evident = np.expm1(min(2.0 * needed / scored, 50.0))
     gained = 1.0 / (1.0 - policy.min_gain) ** 2 - 1.0
     return float(criterion.floor_deg * np.sqrt(max(policy.min_removed**2, evident, gained)))
-
-
-def _found(name: str, problem: Problem, base: Trial, least_deg: float, still: bool) -> Detectable:
-    """Simulate sizes of one effect and say where it begins to show."""
-    start = neutral_start(problem, base.fit.as_base)
-    guess = effect_guesses(problem, base.fit.as_base)[0]
-    low, high = problem.bounds
-    sized = [
-        j
-        for j, coordinate in enumerate(problem.coordinates)
-        if coordinate.name.partition(".")[0] == name and coordinate.parameter.neutral is not None
-    ]
-    # Of several sizes those move that the guess moves, and the first of them is told.
-    away = np.zeros(guess.size)
-    away[sized] = (guess - start)[sized]
-    away[np.abs(away) <= LEAST_REACH * (high - low)] = 0.0
-    place = next((j for j in sized if away[j] != 0.0), sized[0])
-    if away[place] == 0.0:
-        up = high[place] - start[place] > start[place] - low[place]
-        away[place] = LEAST_REACH * (high[place] - low[place]) * (1.0 if up else -1.0)
-    bound = high[place] if away[place] > 0.0 else low[place]
-    most = float((bound - start[place]) / away[place])
-    sizes = np.geomspace(min(SMALL, 0.5 * most), most, COUNT)
-    varied = np.where(np.isin(np.arange(guess.size), sized), start, guess)
-    points = np.clip(varied + sizes[:, None] * away, low, high)
-    changes = problem.residuals(points) - base.fit.residual
-    left = projected_out(changes.T, base.fit.jacobian)
-    size = smallest(sizes, np.sqrt(np.mean(left**2, axis=0)), least_deg)
-    main = problem.coordinates[place]
-    value = None if size is None else main.from_search(float(start[place] + size * away[place]))
-    return Detectable(
-        effect=name,
-        parameter=main.name.partition(".")[2],
-        unit=main.parameter.unit,
-        value=value,
-        below=main.parameter.reciprocal,
-        sentence=_words(name, main.parameter, value, still),
-    )
-
-
-def smallest(sizes: Array, change_deg: Array, least_deg: float) -> float | None:
-    """The smallest size whose change reaches ``least_deg``, (sizes,) each; None where none does.
-
-    Straight lines between logarithms.
-
-    >>> smallest(np.array([1.0, 10.0]), np.array([0.01, 0.1]), 0.05)
-    5.0
-    """
-    reached = np.flatnonzero(change_deg >= least_deg)
-    if not reached.size:
-        return None
-    at = int(reached[0])
-    if at == 0 or change_deg[at - 1] <= 0.0:
-        return float(sizes[at])
-    x, y = np.log(sizes[at - 1 : at + 1]), np.log(change_deg[at - 1 : at + 1])
-    part = (np.log(least_deg) - y[0]) / max(float(y[1] - y[0]), 1e-12)
-    return round(float(np.exp(x[0] + part * (x[1] - x[0]))), 12)
-
-
-def _words(name: str, parameter: Parameter, value: float | None, still: bool) -> str:
-    effect = name.replace("_", " ")
-    if value is None:
-        motion = "the motion, which never reverses," if still else "the motion"
-        return f"{effect} could not have shown: {motion} does not excite it"
-    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
-    neutral = parameter.neutral or 0.0
-    if parameter.reciprocal:
-        size = f"below {rounded(value, 2)}{unit}"
-    elif parameter.low < neutral:
-        off = "" if neutral == 0.0 else f"{neutral:g} "
-        size = f"from {off}± {rounded(abs(value - neutral), 2)}{unit}"
-    else:
-        size = f"from {rounded(value, 2)}{unit}"
-    return f"{effect} would have shown {size} ({parameter.meaning})"

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from servosight.diagnose.evidence._detectable import Detectable, detectable
+from servosight.diagnose.evidence._detectable import detectable
 from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._regimes import Regime, regimes
 from servosight.diagnose.evidence._repeats import Repeated, repeated
 from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
+from servosight.identify.fit import Detectable
 
 
 @dataclass(frozen=True, kw_only=True)

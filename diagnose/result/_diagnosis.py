@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from servosight.diagnose.discrepancy import Law
-from servosight.diagnose.evidence import Detectable, Regime, Repeated, Unexplained
+from servosight.diagnose.evidence import Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import Finding, Window
 from servosight.diagnose.result._plots import plot_ladder
 from servosight.diagnose.result._recording_use import RecordingUse
 from servosight.diagnose.selection import PriorKnowledge
-from servosight.identify.fit import Dynamics, OwnValues
+from servosight.identify.fit import Detectable, Dynamics, OwnValues
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Result, Table
 

@@ -30,7 +30,6 @@ from servosight.identify.fit import (
     sketch_effects,
 )
 from servosight.identify.problem import Problem, linear_start
-from servosight.identify.search import NOT_FITTED, Outcome, half_squares
 from servosight.models.core import CORE, Array, Mask, Recording
 from servosight.models.effects import Effect
 
@@ -193,10 +192,7 @@ class ModelSelection:
             for c, x in zip(base.fit.problem.coordinates, base.fit.outcome.point, strict=True)
         }
         point = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
-        cost = float(half_squares(problem.residuals(point[None, :]))[0])
-        fit = Solution(
-            problem, Outcome(point, cost, 1, NOT_FITTED, np.array([cost]), point[None, :])
-        )
+        fit = Solution.at(problem, point)
         return Trial(problem.effects, fit, self._seen(fit))
 
     def together(self, base: Trial, names: Sequence[str]) -> Trial:

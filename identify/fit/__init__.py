@@ -1,5 +1,8 @@
 """From recordings to a fitted model."""
 
+from servosight.identify.fit._detectable import Detectable as Detectable
+from servosight.identify.fit._detectable import size_shown as size_shown
+from servosight.identify.fit._detectable import smallest as smallest
 from servosight.identify.fit._dynamics import Dynamics as Dynamics
 from servosight.identify.fit._dynamics import dynamics as dynamics
 from servosight.identify.fit._dynamics import step_response as step_response
@@ -17,6 +20,7 @@ from servosight.identify.fit._identify import with_information as with_informati
 from servosight.identify.fit._nested import contains as contains
 from servosight.identify.fit._nested import no_worse as no_worse
 from servosight.identify.fit._own import OwnValues as OwnValues
+from servosight.identify.fit._own import fitted_solution as fitted_solution
 from servosight.identify.fit._own import own_values as own_values
 from servosight.identify.fit._own import predicted_angle as predicted_angle
 from servosight.identify.fit._result import Fit as Fit

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servosight.identify.fit._solution import Solution
 from servosight.identify.problem import Problem
 from servosight.models.core import Array, Estimate, Recording
 from servosight.models.effects import Effect
@@ -41,6 +42,22 @@ def own_values(problem: Problem, point: Array) -> tuple[OwnValues, ...]:
     )
 
 
+def fitted_solution(
+    recordings: Sequence[Recording],
+    catalogue: Mapping[str, Effect],
+    effects: Sequence[str],
+    parameters: Mapping[str, Estimate | tuple[Estimate, ...]],
+    own: Sequence[OwnValues],
+    fixed: Sequence[str] = (),
+) -> Solution:
+    """The solution that a fit's values are on its ``recordings``; ``fixed`` parameters are held."""
+    values = {name: one.value for name, one in parameters.items() if isinstance(one, Estimate)}
+    held = {name: values[name] for name in fixed}
+    problem = Problem.of(recordings, catalogue, effects, held=held)
+    shared = [one.to_search(values[one.name]) for one in problem.coordinates[: problem.physical]]
+    return Solution.at(problem, np.array([*shared, *(x for one in own for x in one.values)]))
+
+
 def predicted_angle(
     recording: Recording,
     effects: Sequence[str],
@@ -49,10 +66,5 @@ def predicted_angle(
     catalogue: Mapping[str, Effect],
 ) -> Array:
     """Angle [deg], (samples,), that fitted values predict for a recording of the fit."""
-    problem = Problem.of([recording], catalogue, effects)
-    physical = []
-    for coordinate in problem.coordinates[: problem.physical]:
-        estimate = parameters[coordinate.name]
-        assert isinstance(estimate, Estimate)  # bias alone is one for each recording
-        physical.append(coordinate.to_search(estimate.value))
-    return np.asarray(problem.predict(np.array([*physical, *own.values]))[0][0])
+    found = fitted_solution([recording], catalogue, effects, parameters, [own])
+    return np.asarray(found.problem.predict(found.outcome.point)[0][0])

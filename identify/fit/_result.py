@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from servosight.identify.design import InformationSummary
+from servosight.identify.fit._detectable import Detectable
 from servosight.identify.fit._dynamics import Dynamics
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
@@ -21,6 +22,7 @@ from servosight.models.core import (
     InputError,
     Recording,
     Result,
+    Table,
     axes_of,
     plot_prediction,
 )
@@ -78,6 +80,7 @@ class Fit(Result):
     discrete: Difference
     information: InformationSummary | None = None
     dynamics: Dynamics | None = None
+    detectable: Table[Detectable] = field(default_factory=Table)
 
     @property
     def biases(self) -> tuple[Estimate, ...]:

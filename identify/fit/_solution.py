@@ -9,7 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from servosight.identify.problem import BaseModel, Problem, coordinate_scale, difference_quotient
-from servosight.identify.search import LevenbergMarquardt, Outcome, StopReason, drive, half_squares
+from servosight.identify.search import (
+    NOT_FITTED,
+    LevenbergMarquardt,
+    Outcome,
+    StopReason,
+    drive,
+    half_squares,
+)
 from servosight.identify.uncertainty import Uncertainty
 from servosight.models.core import Array
 
@@ -32,6 +39,12 @@ class Solution:
     problem: Problem
     outcome: Outcome
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def at(cls, problem: Problem, point: Array) -> Solution:
+        """A point that was found otherwise, evaluated and not fitted."""
+        cost = float(half_squares(problem.residuals(point[None, :]))[0])
+        return cls(problem, Outcome(point, cost, 1, NOT_FITTED, np.array([cost]), point[None, :]))
 
     @property
     def out_of_budget(self) -> bool:

@@ -48,6 +48,7 @@ def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
     from servosight.app.inputs import load
     from servosight.app.present import show_identification
+    from servosight.diagnose import with_detectable
     from servosight.identify.fit import METHODS, identify, with_information
     from servosight.models.base import InputError
     from servosight.models.effects import catalogue, select
@@ -70,6 +71,7 @@ def run(args: argparse.Namespace) -> None:
     if args.output is not None:
         result.actuator.save(args.output)
     result = with_information(result, recordings, effects)
+    result = with_detectable(result, recordings, effects)
     values = result.to_dict()
     out = console(args)
     show_identification(out, values)

@@ -39,6 +39,7 @@ def identify(
     >>> sorted(fit.parameters)
     ['T', 'bias', 'k', 'xi']
     """
+    from servosight.diagnose import with_detectable
     from servosight.identify.fit import identify, with_information
     from servosight.sources import read_all
 
@@ -46,7 +47,8 @@ def identify(
     fit = identify(
         given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
     )
-    return with_information(fit, given, known).remember(given, known)
+    found = with_detectable(with_information(fit, given, known), given, known)
+    return found.remember(given, known)
 
 
 @overload

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Detectable, detectable, smallest
+from servosight.diagnose import with_detectable
+from servosight.diagnose.evidence import detectable
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
+from servosight.identify.fit import Detectable, Fit, identify, smallest
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 
@@ -79,3 +81,21 @@ def test_the_smallest_size_is_read_between_those_that_were_simulated() -> None:
     assert smallest(sizes, changes, 0.0005) == 0.1
     assert smallest(sizes, changes, 0.2) is None
     assert smallest(sizes, np.array([0.0, 0.0, 1.0]), 0.1) == 10.0
+
+
+def test_a_fit_says_the_same_of_its_recordings() -> None:
+    """As the diagnosis does; an effect that the fit has, and what that contains, is not asked."""
+    run = linear(np.where(TIME_S < 1.0, 0.0, 5.0))
+    fit = identify(run, method="gradient")
+    assert not fit.detectable
+    found = with_detectable(fit, run, catalogue())
+    values = {one.effect: one.value for one in found.detectable}
+    assert values.keys() == catalogue().keys()
+    assert values["coulomb_friction"] is None
+    assert values["asymmetric_gain"] is None
+    assert values["rate_limit"] is not None
+    assert Fit.from_dict(found.to_dict()) == found
+
+    rubbed = identify(run, ["stribeck_friction"], method="gradient")
+    named = {one.effect for one in with_detectable(rubbed, run, catalogue()).detectable}
+    assert named == catalogue().keys() - {"stribeck_friction", "coulomb_friction"}
