@@ -5,6 +5,7 @@ from servosight.models.io._csv import read_sheet as read_sheet
 from servosight.models.io._csv import table_text as table_text
 from servosight.models.io._in_memory import recording_from_arrays as recording_from_arrays
 from servosight.models.io._in_memory import recording_from_frame as recording_from_frame
+from servosight.models.io._recording import EXPOSURE_SHARE as EXPOSURE_SHARE
 from servosight.models.io._recording import RecordingFolder as RecordingFolder
 from servosight.models.io._recording import inspect_folder as inspect_folder
 from servosight.models.io._recording import load_recording as load_recording

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -82,3 +83,12 @@ def test_what_is_no_summary_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "s.json").write_text(text)
     with pytest.raises(InputError, match=r"s.json: .*servosight results --json"):
         saved_answers(tmp_path / "s.json")
+
+
+def test_a_damaged_number_of_a_summary_is_refused(tmp_path: Path) -> None:
+    text = json_text(saved_answers(SHIPPED))
+    for name, value in (("share", "1.5"), ("share", "0"), ("size", "-2"), ("low", "0")):
+        damaged = re.sub(rf'"{name}": [^,\n]*', f'"{name}": {value}', text)
+        (tmp_path / "s.json").write_text(damaged)
+        with pytest.raises(InputError, match=r"s.json: .*expected"):
+            saved_answers(tmp_path / "s.json")

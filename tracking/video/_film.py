@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
+from servosight.models.io import EXPOSURE_SHARE
 from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
@@ -134,6 +135,11 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
     shutters = _given_shutters(video, options, times[1] if times is not None else None)
+    if shutters is not None:
+        every_s = 1.0 / header.declared_hz if header.declared_hz else np.inf
+        if times is not None:
+            every_s = float(np.median(np.diff(times[0])))
+        _check_interval(table or video, float(np.median(shutters.exposures_s)), every_s)
     return Film(
         video,
         header,
@@ -162,6 +168,14 @@ def _given_shutters(
         return options.beside.shutters if options.beside is not None else None
     every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
     return Shutters(every_s, readout_s or 0.0)
+
+
+def _check_interval(source: Path, exposure_s: float, every_s: float) -> None:
+    if exposure_s > EXPOSURE_SHARE * every_s:
+        raise InputError(
+            f"{source}: the frames are {every_s:.3g} s apart and their exposure is "
+            f"{exposure_s:.3g} s; expected a shorter exposure, correct the times or the exposure."
+        )
 
 
 def _check_length(table: Path | None, rows: int, video: Path, count: int) -> None:

@@ -47,6 +47,15 @@ class Detection:
     low: float | None
     high: float | None
 
+    def __post_init__(self) -> None:
+        for size in (*self.sizes, *(x for x in (self.size, self.low, self.high) if x is not None)):
+            if not 0.0 < size < math.inf:
+                raise ValueError(f"a size is {size:g}, expected one above 0")
+        if not len(self.sizes) == len(self.found) == len(self.of):
+            raise ValueError("sizes, found and of differ in length, expected one of each")
+        if not (self.sizes and 0.0 < self.share < 1.0):
+            raise ValueError(f"share is {self.share:g}, expected 0 to 1, of at least one size")
+
     def sentence(self, what: str, unit: str = "") -> str:
         """The answer in words: the size with its interval."""
         unit = f" {unit}" if unit else ""

@@ -221,3 +221,13 @@ def test_a_box_outside_of_the_picture(tmp_path: Path, write: Write) -> None:
 def test_a_table_of_another_length(swinging_table: tuple[Path, Path]) -> None:
     video, table = swinging_table
     refused(lambda: track(video, TrackOptions(frame_table=table)), "frames.csv", "one row a frame")
+
+
+def test_an_exposure_longer_than_a_frame(tmp_path: Path, write: Write) -> None:
+    """Times in a wrong unit, or an exposure in one, are said at once instead of being searched."""
+    video = write(tmp_path / "box.mkv", noise(60), np.arange(60) / 100)
+    table = tmp_path / "frames.csv"
+    rows = "".join(f"{n},{n * 2e-8},0.001\n" for n in range(60))
+    table.write_text("frame,time_s,exposure_s\n" + rows)
+    refused(lambda: track(video, TrackOptions(frame_table=table)), "frames.csv", "2e-08 s apart")
+    refused(lambda: track(video, TrackOptions(exposure_s=0.02)), "box.mkv", "0.01 s apart")
