@@ -49,6 +49,7 @@ from servosight.models.core._display import Rows as Rows
 from servosight.models.core._display import frame as frame
 from servosight.models.core._display import html_table as html_table
 from servosight.models.core._display import parameter_rows as parameter_rows
+from servosight.models.core._light import lit_share as lit_share
 from servosight.models.core._parameter import CORE as CORE
 from servosight.models.core._parameter import FIXED as FIXED
 from servosight.models.core._parameter import OWN as OWN

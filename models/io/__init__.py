@@ -3,8 +3,13 @@
 from servosight.models.io._csv import Sheet as Sheet
 from servosight.models.io._csv import read_sheet as read_sheet
 from servosight.models.io._csv import table_text as table_text
+from servosight.models.io._ffv1 import TICK as TICK
+from servosight.models.io._ffv1 import Ffv1Encoder as Ffv1Encoder
+from servosight.models.io._ffv1 import codec_context as codec_context
 from servosight.models.io._in_memory import recording_from_arrays as recording_from_arrays
 from servosight.models.io._in_memory import recording_from_frame as recording_from_frame
+from servosight.models.io._matroska import TICK_S as TICK_S
+from servosight.models.io._matroska import MatroskaWriter as MatroskaWriter
 from servosight.models.io._recording import EXPOSURE_SHARE as EXPOSURE_SHARE
 from servosight.models.io._recording import RecordingFolder as RecordingFolder
 from servosight.models.io._recording import inspect_folder as inspect_folder

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Image, within
+from servosight.models.io import TICK, Ffv1Encoder, codec_context
 
 NAMES = ("ffv1", "mjpeg", "h264")
-TICK = Fraction(1, 1_000_000)
 
 
 @dataclass(frozen=True)
@@ -45,25 +45,6 @@ class FrameEncoder(Protocol):
 
     def encode(self, image: Image) -> bytes:
         """The bytes of one picture (height, width) in the stream."""
-
-
-class Ffv1Encoder:
-    """FFV1, level 3, every frame a key frame (RFC 9043)."""
-
-    matroska_id = "V_FFV1"
-
-    def __init__(self, width: int, height: int) -> None:
-        self._context = _context("ffv1", width, height, "gray")
-        self._context.options = {"level": "3", "g": "1", "slices": "4", "slicecrc": "1"}
-        self._context.open()
-        self.private = bytes(self._context.extradata or b"")
-
-    def encode(self, image: Image) -> bytes:
-        import av
-
-        frame = av.VideoFrame.from_ndarray(image, format="gray")
-        (packet,) = self._context.encode(frame)
-        return bytes(packet)
 
 
 class JpegEncoder:
@@ -131,21 +112,11 @@ class PacketStream:
             yield from map(_packet, self._h264.encode(None))
 
 
-def _context(name: str, width: int, height: int, pixels: str) -> Any:
-    import av
-
-    context: Any = av.VideoCodecContext.create(name, "w")
-    context.width, context.height, context.pix_fmt = width, height, pixels
-    context.time_base = TICK
-    context.thread_count = 1
-    return context
-
-
 def _h264(crf: int, width: int, height: int, rate_hz: float) -> Any:
     """x264 set up like the chip of a camera: no reordered pictures, one key frame a second."""
     from av.codec.context import Flags
 
-    context = _context("libx264", width, height, "yuv420p")
+    context = codec_context("libx264", width, height, "yuv420p")
     context.framerate = Fraction(rate_hz).limit_denominator(1000)
     context.flags |= Flags.global_header
     options = {"crf": str(crf), "preset": "medium", "bf": "0", "g": str(max(round(rate_hz), 1))}

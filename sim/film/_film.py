@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Camera, FrameProgress, Image, InputError, Single, new_file
+from servosight.models.io import MatroskaWriter
 from servosight.sim.camera import (
     BenchLayers,
     FixedPattern,
@@ -34,7 +35,6 @@ from servosight.sim.camera import (
     vignette,
 )
 from servosight.sim.film._codec import FrameEncoder, PacketStream, frame_encoder
-from servosight.sim.film._matroska import MatroskaWriter
 from servosight.sim.film._plan import FramePlan, TrajectoryLike, command_start, frame_starts, plan
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.film._truth import FrameTable, frame_table, stamps

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array, Camera
+from servosight.models.io import TICK_S
 from servosight.sim.camera import Projection
-from servosight.sim.film._matroska import TICK_S
 from servosight.sim.film._plan import TrajectoryLike
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.scene import ARM_TOP_MM, SHAFT_MM

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.models.core import Array, Mask
+from servosight.models.core import Array, Mask, lit_share
 from servosight.tracking.acquisition._parts import swept
 from servosight.tracking.core import Track
 from servosight.tracking.video import frames, sample_frames
@@ -54,14 +54,7 @@ class Pattern:
 
     def share(self, from_s: Array, to_s: Array) -> Array:
         """The share of each stretch of time in which it is on; off before the first instant."""
-        total = np.concatenate([[0.0], np.cumsum(self.states[:-1] * np.diff(self.time_s))])
-
-        def lit_until(at: Array) -> Array:
-            inside = np.interp(at, self.time_s, total)
-            after = np.maximum(at - self.time_s[-1], 0.0) * self.states[-1]
-            return np.asarray(inside + after)
-
-        return np.asarray((lit_until(to_s) - lit_until(from_s)) / (to_s - from_s))
+        return lit_share(self.time_s, self.states, from_s, to_s)
 
 
 @dataclass(frozen=True)
