@@ -1,12 +1,15 @@
 """The coded light: an LED in the picture that tells the time of the command's clock.
 
-The light follows a maximal-length sequence (m-sequence) of order 10: 1023 bits of 40 ms, repeated
-every 40.92 s. Any ten bits in a row occur once in a period, so that 0.4 s of video suffice to place
-it, and a second, which holds 24 whole bits at least, has 14 bits to spare for errors. Its
+The light follows a maximal-length sequence (m-sequence) of order 10: 1023 bits of 37 ms, repeated
+every 37.85 s. Any ten bits in a row occur once in a period, so that 0.4 s of video suffice to place
+it, and a second, which holds 26 whole bits at least, has 16 bits to spare for errors. Its
 autocorrelation is 1023 in place and -1 everywhere else (Golomb, Shift Register Sequences, 1967).
 
-A bit of 40 ms lasts one to three frames at 30 to 60 frames a second, and it is a whole number of
-pulses of a hobby servo at 50, 100, 125, 200 and 250 Hz, so that board and light share one timer.
+A bit lasts one to three frames at 30 to 60 frames a second. The offset is read off frames in whose
+exposure the light switches, so the switchings must fall at many phases of the frames: 37 ms is no
+simple multiple of a frame time, and they fall at 10 phases or more at 24, 25, 30, 50, 60, 90, 100,
+120 and 240 frames a second. Bits of 40 ms would fall at one phase at 25 and at 50, at five at 30
+and 60: with a short exposure the offset would then be known to 5 ms only.
 
 The recurrence is ``b[n + 10] = b[n + 3] xor b[n]`` and starts with ten ones; the firmware has the
 same in C. The light is off before the command starts and after it ends; bit 0 starts with the
@@ -23,7 +26,7 @@ from servosight.models.core import Array, Mask
 
 ORDER = 10
 PERIOD_BITS = 2**ORDER - 1
-BIT_S = 0.04
+BIT_S = 0.037
 
 
 @cache
@@ -43,7 +46,7 @@ def pattern() -> Mask:
 def lit(time_s: Array) -> Mask:
     """Whether the light is on at times since the start of the command, in s; same shape.
 
-    >>> lit(np.array([-0.01, 0.0, 0.399, 0.4])).tolist()
+    >>> lit(np.array([-0.01, 0.0, 0.369, 0.37])).tolist()
     [False, True, True, False]
     """
     # A time that is a whole number of bits belongs to the bit that starts there.
@@ -56,7 +59,7 @@ def lit_share(start_s: Array, end_s: Array) -> Array:
 
     What an exposure sees of it: times since the start of the command, of one shape; 0 to 1.
 
-    >>> lit_share(np.array([0.39]), np.array([0.41])).round(6).tolist()
+    >>> lit_share(np.array([0.36]), np.array([0.38])).round(6).tolist()
     [0.5]
     """
     start, end = np.asarray(start_s, dtype=np.float64), np.asarray(end_s, dtype=np.float64)

@@ -124,11 +124,12 @@ def decode(
     step_s = min(0.25 * pattern.bit_s, problem.frame_s)
     coarse = guess_s + np.arange(-reach_s, reach_s + step_s, step_s)
     best_s = float(coarse[np.argmin(problem.misfit(coarse, np.zeros(1), start_s))])
+    near_s = step_s + 1.2 * problem.frame_s  # no gap between two exposures is wider
     doubt_s = 0.0
     if exposure_s is None:
-        best_s, _, drift, _ = problem.posterior(best_s, 1.5 * step_s, start_s)
+        best_s, _, drift, _ = problem.posterior(best_s, near_s, start_s)
         start_s, best_s, doubt_s = problem.with_exposure(best_s, drift)
-    offset_s, offset_sigma_s, drift, drift_sigma = problem.posterior(best_s, 1.5 * step_s, start_s)
+    offset_s, offset_sigma_s, drift, drift_sigma = problem.posterior(best_s, near_s, start_s)
     offset_sigma_s = max(offset_sigma_s, doubt_s)
     correlation = problem.correlation(offset_s, drift, start_s)
     if correlation < _LEAST_CORRELATION:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.bench.clock import LightPattern, block_means, decode, even_stamps, find_light
+from servosight.bench.light import BIT_S
 from servosight.models.core import Array, InputError
 
 DARK, BRIGHT, NOISE = 30.0, 180.0, 2.0
@@ -98,11 +99,12 @@ def test_the_exposure_is_found_where_it_is_not_given() -> None:
         assert np.abs(fit.mid_exposure(film.stamps_s) - film.mid_s).max() < 1e-3
 
 
-@pytest.mark.parametrize("rate_hz", [50.0, 60.0])
+@pytest.mark.parametrize("frames_a_bit", [1, 2])
 def test_where_no_exposure_contains_a_switching_the_gap_between_exposures_is_the_sigma(
-    rate_hz: float,
+    frames_a_bit: int,
 ) -> None:
-    # A bit lasts two frames at 50 per second: all switchings lie at one phase of the frames.
+    # Where a bit lasts whole frames, all switchings lie at one phase of the frames.
+    rate_hz = frames_a_bit / BIT_S
     errors = []
     for seed in range(8):
         film = filmed(seed, rate_hz=rate_hz, exposure_s=2e-4, lost=0.0, duration_s=5.0)
@@ -110,6 +112,14 @@ def test_where_no_exposure_contains_a_switching_the_gap_between_exposures_is_the
         errors.append((fit.offset_s - film.offset_s) / fit.offset_sigma_s)
     assert np.sqrt(np.mean(np.square(errors))) < 1.5  # evenly spread over the gap: at most 1.73
     assert np.abs(errors).max() < 2.0
+
+
+@pytest.mark.parametrize("rate_hz", [25.0, 30.0, 50.0, 60.0, 100.0, 120.0])
+def test_at_the_usual_rates_a_short_exposure_is_enough(rate_hz: float) -> None:
+    film = filmed(6, rate_hz=rate_hz, exposure_s=1e-3, lost=0.0)
+    fit = decode(film.stamps_s, film.level, film.pattern, exposure_s=film.exposure_s)
+    assert abs(fit.offset_s - film.offset_s) < 5e-4
+    assert fit.offset_sigma_s < 5e-4
 
 
 def test_jitter_of_the_stamps_widens_the_uncertainty() -> None:
