@@ -29,6 +29,8 @@ KINDS: dict[str, ExportKind] = {
         "discrete", "CSV", "table: the difference equation at a sample time", Kind.TABLE
     ),
     "header": ExportKind("discrete", "HEADER", "C header: the same coefficients"),
+    "jsbsim": ExportKind("autopilots", "JSBSIM", "JSBSim: a system file in XML"),
+    "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
     "control": ExportKind("linear", "CONTROL", "Python: python-control transfer functions"),
 }
 """By the word behind ``--to``, in the order of the help."""

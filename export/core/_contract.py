@@ -19,12 +19,17 @@ from servosight.models.effects import Effect
 class ExportOptions:
     """What the user may choose; an exporter uses what concerns it.
 
-    ``sample_time_s`` is that of difference equations, and ``transform`` how they are sampled: one
-    of ``models.plant.TRANSFORMS``.
+    ``sample_time_s`` is that of a difference equation, or the time step of a simulator (None: the
+    usual one there); ``transform`` is how an equation is sampled, one of
+    ``models.plant.TRANSFORMS``.
     """
 
-    sample_time_s: float = 0.01
+    sample_time_s: float | None = None
     transform: str = "tustin"
+
+    def step_s(self, usual_s: float) -> float:
+        """The time step [s], ``usual_s`` where the user chose none."""
+        return usual_s if self.sample_time_s is None else self.sample_time_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +44,9 @@ class ExportRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class Omission:
-    """An effect that the target cannot express: ``exact`` is None where it is left out.
+    """An effect that the target cannot express.
 
-    Where it is expressed by something simpler, ``approximation`` says by what.
+    ``approximation`` says what simpler thing stands in for it; None where it is left out.
     """
 
     effect: str
@@ -62,10 +67,14 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Response:
-    """The angle [deg] of the target at times [s], both (samples,), within those of the trial."""
+    """The angle [deg] of the target at times [s], both (samples,), within those of the trial.
+
+    ``notes`` are sentences on what the run showed.
+    """
 
     time_s: Array
     angle_deg: Array
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

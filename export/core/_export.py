@@ -24,7 +24,7 @@ from servosight.models.effects import Effect, catalogue
 from servosight.models.plant import TRANSFORMS
 
 SAMPLE_TIME_S = (1e-5, 1.0)
-"""Shortest and longest sample time of a difference equation."""
+"""Shortest and longest sample time [s]."""
 
 
 def export_model(
@@ -72,7 +72,7 @@ def identifier(text: str) -> str:
 
 def _checked(options: ExportOptions) -> ExportOptions:
     low, high = SAMPLE_TIME_S
-    if not low <= options.sample_time_s <= high:
+    if options.sample_time_s is not None and not low <= options.sample_time_s <= high:
         raise InputError(
             f"--sample-time {options.sample_time_s:g}: is out of range, expected {low:g} to "
             f"{high:g} s; give the period of your control loop"
@@ -124,7 +124,7 @@ def _result(
         target_rmse_deg=errors[1],
         not_run=reason,
         omissions=rows,
-        notes=exporter.notes(request),
+        notes=exporter.notes(request) + (() if response is None else response.notes),
     )
 
 

@@ -17,6 +17,8 @@ from servosight.models.core import Array
 from servosight.models.plant import Difference, Linear, to_difference
 
 DELAY = "dead_time"
+USUAL_STEP_S = 0.01
+"""The paper's."""
 WHOLE = 1e-9
 """A delay is taken for whole samples within this share of one."""
 
@@ -37,7 +39,8 @@ def coefficients_of(request: ExportRequest) -> Coefficients:
     """The linear core, its dead time and bias, sampled as the request says."""
     actuator, options = request.actuator, request.options
     k, T, xi = (actuator.value(name) for name in ("k", "T", "xi"))
-    equation = to_difference(Linear(k, T, xi), options.sample_time_s, options.transform)
+    step_s = options.step_s(USUAL_STEP_S)
+    equation = to_difference(Linear(k, T, xi), step_s, options.transform)
     return Coefficients(equation, round(_delay_samples(request)), actuator.value("bias"))
 
 
@@ -76,4 +79,4 @@ def response_of(
 def _delay_samples(request: ExportRequest) -> float:
     actuator = request.actuator
     delay_s = actuator.value(f"{DELAY}.delay") if DELAY in actuator.effects else 0.0
-    return delay_s / request.options.sample_time_s
+    return delay_s / request.options.step_s(USUAL_STEP_S)

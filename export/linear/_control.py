@@ -21,6 +21,7 @@ from servosight.export.core import (
 from servosight.models.core import write_text
 
 PADE_ORDER = 4
+USUAL_STEP_S = 0.01
 STEP_S = 1e-3
 """Sampling of a trial; the command's rows are held, as the servo holds them."""
 TEXT = '''"""{mark}
@@ -74,7 +75,7 @@ def _write(request: ExportRequest, path: Path) -> None:
         model="\n".join(provenance_lines(request)),
         **{name: number(actuator.value(name)) for name in ("k", "T", "xi", "bias")},
         delay=number(actuator.value("dead_time.delay") if delayed else 0.0),
-        step=number(options.sample_time_s),
+        step=number(options.step_s(USUAL_STEP_S)),
         transform=options.transform,
         name=request.name,
         order=PADE_ORDER,

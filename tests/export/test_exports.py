@@ -7,21 +7,13 @@ import re
 from pathlib import Path
 
 import pytest
+from support.servo import actuator
 
 import servosight as ss
 from servosight.app.main import main
 from servosight.export.core import ExportOptions, export_model, identifier
 from servosight.export.kinds import KINDS, kind_named
-from servosight.models.core import Actuator, Estimate, InputError, Kind, kind_of
-
-LINEAR = {"k": 0.9, "T": 0.04, "xi": 0.6, "bias": 0.5}
-
-
-def actuator(core: dict[str, float] = LINEAR, **effects: float) -> Actuator:
-    """An actuator; effects as ``backlash__gap=0.5``."""
-    values = core | {name.replace("__", "."): value for name, value in effects.items()}
-    names = tuple(dict.fromkeys(name.split("__")[0] for name in effects))
-    return Actuator({n: Estimate(v, None, "") for n, v in values.items()}, names)
+from servosight.models.core import Actuator, InputError, Kind, kind_of
 
 
 @pytest.fixture
@@ -40,7 +32,7 @@ def test_the_linear_model_and_what_is_left_out(kind: str, tmp_path: Path) -> Non
     assert linear.omissions == ()
     if linear.not_run is None:
         assert linear.difference_rms_deg is not None
-        assert linear.difference_rms_deg < 0.2
+        assert linear.difference_rms_deg < 0.6  # SITL has one damping ratio only
     rich = actuator(backlash__gap=0.8, coulomb_friction__level=0.3)
     found = export_model(rich, kind, place, options=options)
     for one in found.omissions:

@@ -42,11 +42,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--sample-time",
         metavar="S",
         type=number,
-        help="of a difference equation (default 0.01)",
+        help="of a difference equation (default 0.01), or time step of the simulator",
     )
     parser.add_argument(
         "--transform",
         metavar="NAME",
+        default="tustin",
         help="how it is sampled: tustin (default), zoh or matched",
     )
     add_json(parser)
@@ -65,8 +66,7 @@ def run(args: argparse.Namespace) -> None:
     check_outputs(args, kind_named(args.to).file)
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
-    given = {"sample_time_s": args.sample_time, "transform": args.transform}
-    options = ExportOptions(**{name: value for name, value in given.items() if value is not None})
+    options = ExportOptions(sample_time_s=args.sample_time, transform=args.transform)
     on = None if args.on is None else load([args.on], args)[0]
     result = export_model(actuator, args.to, args.output, effects=effects, options=options, on=on)
     write_json(args.json, result.to_dict())

@@ -19,7 +19,7 @@ def export(
     output: Path | str,
     *,
     on: Source | None = None,
-    sample_time_s: float = 0.01,
+    sample_time_s: float | None = None,
     transform: str = "tustin",
     plugins: Sequence[Path | str] = (),
 ) -> ExportResult:
@@ -27,8 +27,9 @@ def export(
 
     The file is run in its target, where that is installed, on the recording ``on`` or a standard
     command, and compared with the model; the result holds the difference, and what the target
-    cannot express. ``sample_time_s`` and ``transform`` (tustin, zoh, matched) are those of
-    difference equations. Raises InputError for a kind, a model or an option that is none.
+    cannot express. ``sample_time_s`` is that of a difference equation (default 0.01) or the time
+    step of the simulator, ``transform`` (tustin, zoh, matched) how an equation is sampled. Raises
+    InputError for a kind, a model or an option that is none.
 
     >>> import servosight as ss
     >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
