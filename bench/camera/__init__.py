@@ -1,3 +1,15 @@
-"""Cameras: one small protocol, and what stands behind it."""
+"""Cameras: one small protocol, the back ends behind it, and the recorder."""
 
+from servosight.bench.camera._jpeg import jpeg_size as jpeg_size
+from servosight.bench.camera._mjpeg_server import MjpegServer as MjpegServer
+from servosight.bench.camera._mjpeg_server import ServedFrame as ServedFrame
 from servosight.bench.camera._protocol import Camera as Camera
+from servosight.bench.camera._protocol import CameraLost as CameraLost
+from servosight.bench.camera._protocol import CapturedFrame as CapturedFrame
+from servosight.bench.camera._protocol import Given as Given
+from servosight.bench.camera._protocol import Stream as Stream
+from servosight.bench.camera._recorder import VIDEO as VIDEO
+from servosight.bench.camera._recorder import Footage as Footage
+from servosight.bench.camera._recorder import Recorder as Recorder
+from servosight.bench.camera._registry import BACK_ENDS as BACK_ENDS
+from servosight.bench.camera._registry import open_camera as open_camera

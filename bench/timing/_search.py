@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.bench.clock._decode import LightPattern
+from servosight.bench.timing._decode import LightPattern
 from servosight.models.core import Array, Image, Single
 
 BLOCK_PX = 8

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from servosight.bench.clock import LightPattern, block_means, decode, even_stamps, find_light
 from servosight.bench.light import BIT_S
+from servosight.bench.timing import LightPattern, block_means, decode, even_stamps, find_light
 from servosight.models.core import Array, InputError
 
 DARK, BRIGHT, NOISE = 30.0, 180.0, 2.0

@@ -1,0 +1,180 @@
+"""Frames to disk as they come: the video, and a row for each frame that came."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from servosight.bench.camera._protocol import Camera, CapturedFrame, Stream
+from servosight.bench.timing import lost_between
+from servosight.models.core import Array, InputError
+from servosight.models.io import TICK_S, Ffv1Encoder, MatroskaWriter
+
+VIDEO = "video.mkv"
+USUAL_RATE_HZ = 30.0
+_LATENCY_FRAMES = 20  # frames over which the shortest delay to the host is looked for
+
+
+@dataclass(frozen=True, kw_only=True)
+class Footage:
+    """What was recorded, one entry a frame: number, stamp and arrival [s], (frames,) each.
+
+    ``fault`` says in one sentence why it ended early; None where it did not.
+    """
+
+    stream: Stream
+    number: Array
+    stamp_s: Array
+    arrival_s: Array
+    fault: str | None = None
+
+    @property
+    def lost(self) -> int:
+        """Frames that the camera took and that did not arrive."""
+        return lost_between(self.number)
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The measured frame rate by the camera's clock: lost frames do not lower it."""
+        if self.stamp_s.size < 2:
+            return None
+        counted = float(self.number[-1] - self.number[0])
+        return counted / max(float(self.stamp_s[-1] - self.stamp_s[0]), 1e-9)
+
+    @property
+    def delay_s(self) -> float:
+        """The shortest delay from stamp to arrival, the clocks' offset included [s]."""
+        return float(np.min(self.arrival_s - self.stamp_s))
+
+
+class Recorder:
+    """Records in a thread of its own, from ``start`` until ``stop_after`` or ``finish``.
+
+    Each frame is written as soon as it is there, so that memory does not grow with the length, and
+    what was recorded up to a fault is kept. Presentation times are the camera's stamps, counted
+    from the first one, to the microsecond. A frame whose stamp does not lie after the one before is
+    left out: a camera that repeats its last picture sends such.
+    """
+
+    def __init__(self, camera: Camera, folder: Path) -> None:
+        self._camera = camera
+        self._path = folder / VIDEO
+        self._rows: list[tuple[float, float, float]] = []
+        self._fault: str | None = None
+        self._until_s = float("inf")
+        self._stop = threading.Event()
+        self._first = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self.watch: Callable[[CapturedFrame], None] | None = None
+
+    def start(self, timeout_s: float) -> None:
+        """Begin, and return when the first frame is on disk; InputError where none comes."""
+        self._thread.start()
+        came = self._first.wait(timeout_s)
+        if self._fault is not None:
+            raise InputError(self._fault)
+        if not came:
+            raise InputError(
+                f"{self._camera.name}: no frame came within {timeout_s:g} s; check the camera"
+            )
+
+    @property
+    def fault(self) -> str | None:
+        """Why the recording ended early, as soon as it did."""
+        return self._fault
+
+    @property
+    def frames(self) -> int:
+        """Frames on disk so far."""
+        return len(self._rows)
+
+    def stop_after(self, host_s: float, timeout_s: float) -> Footage:
+        """Record what the camera takes up to ``host_s`` (``time.monotonic``), then end.
+
+        The stamps decide, with the shortest delay seen so far: a camera that delivers late is
+        waited for, up to ``timeout_s``.
+        """
+        self._until_s = host_s
+        self._thread.join(timeout_s)
+        if self._thread.is_alive():
+            self._stop.set()
+            self._thread.join(timeout_s)
+        return self._footage()
+
+    def finish(self) -> Footage:
+        """End at once, and return what was recorded."""
+        self._stop.set()
+        self._thread.join(5.0)
+        return self._footage()
+
+    def _footage(self) -> Footage:
+        rows = np.array(self._rows, dtype=np.float64).reshape(-1, 3)
+        return Footage(
+            stream=self._camera.stream,
+            number=rows[:, 0],
+            stamp_s=rows[:, 1],
+            arrival_s=rows[:, 2],
+            fault=self._fault,
+        )
+
+    def _run(self) -> None:
+        try:
+            self._record()
+        except InputError as error:
+            self._fault = str(error)
+        except OSError as error:
+            self._fault = f"{self._path}: cannot be written ({error.strerror or error})"
+        except Exception as error:  # a thread has no one to raise it to
+            self._fault = f"{self._camera.name}: {type(error).__name__}: {error}"
+        finally:
+            self._first.set()
+
+    def _record(self) -> None:
+        stream = self._camera.stream
+        encoder = None if stream.coding == "mjpeg" else Ffv1Encoder(*stream.size)
+        codec, private = ("V_MJPEG", b"") if encoder is None else ("V_FFV1", encoder.private)
+        period_s = 1.0 / (stream.rate_hz or USUAL_RATE_HZ)
+        delay_s = float("inf")
+        with (
+            self._path.open("wb") as file,
+            _closed(MatroskaWriter(file, stream.size, codec, private, period_s)) as writer,
+        ):
+            last = -1
+            for frame in self._camera.frames():
+                if len(self._rows) < _LATENCY_FRAMES:
+                    delay_s = min(delay_s, frame.arrival_s - frame.stamp_s)
+                start_s = self._rows[0][1] if self._rows else frame.stamp_s
+                ticks = round((frame.stamp_s - start_s) / TICK_S)
+                if ticks > last:
+                    writer.write(ticks, _coded(frame, stream, encoder))
+                    self._rows.append((float(frame.number), frame.stamp_s, frame.arrival_s))
+                    last = ticks
+                    self._first.set()
+                if self.watch is not None:
+                    self.watch(frame)
+                if self._stop.is_set() or frame.stamp_s + delay_s > self._until_s:
+                    return
+
+
+class _closed:
+    """Closes the file's index also after an error: what came before it can then be read."""
+
+    def __init__(self, writer: MatroskaWriter) -> None:
+        self._writer = writer
+
+    def __enter__(self) -> MatroskaWriter:
+        return self._writer
+
+    def __exit__(self, *error: object) -> None:
+        self._writer.close()
+
+
+def _coded(frame: CapturedFrame, stream: Stream, encoder: Ffv1Encoder | None) -> bytes:
+    if encoder is None:
+        return frame.data
+    width, height = stream.size
+    return encoder.encode(np.frombuffer(frame.data, np.uint8).reshape(height, width))

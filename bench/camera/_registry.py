@@ -1,0 +1,27 @@
+"""The camera back ends: one file and one line each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from servosight.bench.camera._ffmpeg import open_ffmpeg
+from servosight.bench.camera._http import open_http
+from servosight.bench.camera._protocol import Camera, Given, Now
+
+BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
+    "http": open_http,
+    "https": open_http,
+}
+"""By what stands before the first colon of an address; any other address is FFmpeg's."""
+
+
+def open_camera(address: str, given: Given | None = None, now: Now = time.monotonic) -> Camera:
+    """Open a camera by its address.
+
+    ``http://HOST:8080/?action=stream`` for MJPEG over HTTP; ``rtsp://HOST/PATH``, a video file and
+    whatever else FFmpeg reads. Raises InputError where there is no camera, CameraLost where it does
+    not answer.
+    """
+    scheme = address.partition(":")[0]
+    return BACK_ENDS.get(scheme, open_ffmpeg)(address, given or Given(), now)
