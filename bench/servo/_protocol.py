@@ -13,12 +13,16 @@ class LinkLost(InputError):
     """The servo answers no longer, or its port is gone; one sentence, as every InputError has."""
 
 
+class ServoFault(InputError):
+    """The servo reports a fault of its own, or exceeds a limit; one sentence."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Reading:
     """What a servo reports of itself; None for what it does not measure.
 
     ``time_s`` is the host's monotonic clock (``time.monotonic``, which V4L2 cameras use as well),
-    halfway between question and answer.
+    halfway between the end of the question and the beginning of the answer.
     """
 
     time_s: float
@@ -26,6 +30,33 @@ class Reading:
     current_a: float | None = None
     voltage_v: float | None = None
     temperature_c: float | None = None
+
+
+class Driver(Protocol):
+    """What a kind of servo brings: its bytes, and nothing of limits, ramps or order of calls.
+
+    Every method returns within the time-outs of ``bench.servo._port``; LinkLost and ServoFault.
+    """
+
+    name: str
+
+    def connect(self, limits: Limits) -> None:
+        """Find the servo and check that it is set up for what is to come; nothing moves."""
+
+    def enable(self, angle_deg: float) -> None:
+        """Switch the torque on with ``angle_deg`` as the goal."""
+
+    def write(self, angle_deg: float) -> float:
+        """Send a goal; return the time at which the servo has it."""
+
+    def read(self) -> Reading:
+        """Ask for what the servo measures."""
+
+    def disable(self) -> None:
+        """Switch the torque off, and see that it is off."""
+
+    def close(self) -> None:
+        """Let go of the port."""
 
 
 class Servo(Protocol):
@@ -42,7 +73,9 @@ class Servo(Protocol):
         """Switch the torque on where the servo stands; it does not move."""
 
     def send(self, angle_deg: float) -> float:
-        """Command an angle; return the monotonic host time of the write, in s.
+        """Command an angle; return the monotonic host time at which the servo has it, in s.
+
+        That is the time of the write and of the bytes on the wire.
 
         InputError for an angle outside the limits and for a servo that is not armed.
         """

@@ -1,0 +1,60 @@
+"""Play a command on a servo, and keep what was sent and what came back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servosight.bench.safety import check_command
+from servosight.bench.servo._protocol import Reading
+from servosight.bench.servo._supervised import SupervisedServo
+from servosight.models.core import Array
+
+_SPARE = 1.5
+"""A reading is taken where this many times the last one's duration is left before the next row."""
+
+
+@dataclass(kw_only=True)
+class CommandLog:
+    """What a run has sent and read so far; whole up to the moment at which a run breaks off.
+
+    Times are the host's monotonic clock in s. ``sent`` holds (time, angle in deg) of each goal as
+    the servo was told it. ``light_s`` is when the coded light began (``bench.light``), where the
+    servo's board has one.
+    """
+
+    sent: list[tuple[float, float]] = field(default_factory=list)
+    readings: list[Reading] = field(default_factory=list)
+    light_s: float | None = None
+
+
+def play(
+    servo: SupervisedServo,
+    time_s: Array,
+    angle_deg: Array,
+    log: CommandLog,
+    source: str = "command.csv",
+) -> None:
+    """Play a command, (rows,) each, on an armed servo, and note it in ``log`` as it goes.
+
+    The command is held to the limits before anything moves. The servo goes to the first row by a
+    ramp, which is not part of the log. Rows are sent when they are due; where the link is slower
+    than the rows, the latest one due is. Readings are taken in the time between.
+    """
+    check_command(servo.limits, time_s, angle_deg, source)
+    servo.move_to(float(angle_deg[0]))
+    clock = servo.clock
+    due = clock.now() + (time_s - time_s[0])
+    row, cost = 0, 0.0
+    while row < len(due):
+        clock.wait(float(due[row]))
+        row = max(row, int(np.searchsorted(due, clock.now(), side="right")) - 1)
+        sent = servo.send(float(angle_deg[row]))
+        assert servo.goal_deg is not None
+        log.sent.append((sent, servo.goal_deg))
+        row += 1
+        if row == len(due) or clock.now() + _SPARE * cost < due[row]:
+            start = clock.now()
+            log.readings.append(servo.read())
+            cost = clock.now() - start

@@ -1,0 +1,67 @@
+"""What all stand-ins have in common: a servo in time, behind bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servosight.bench.wire._plant import Plant
+
+STEP_S = 1e-3
+"""Step of the plant."""
+_COLD_C, _OHM_RISE_C = 25.0, 8.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """What the servo was told, at its own end of the wire: the measure of what a run does."""
+
+    time_s: float
+    goal_deg: float
+    torque: bool
+
+
+class StandIn:
+    """A servo at the far end of a wire. A kind of servo overrides ``receive``.
+
+    ``told`` lists every change of goal or torque. The plant moves while the torque is on, and
+    stands otherwise.
+    """
+
+    baud: int
+    return_delay_s = 500e-6
+    """From the end of a question to the start of the answer."""
+
+    def __init__(self, plant: Plant) -> None:
+        """Start at time zero, at 0 deg and without torque."""
+        self.plant = plant
+        self.told: list[Told] = []
+        self.angle_deg = 0.0
+        self.goal_deg = 0.0
+        self.torque = False
+        self.temperature_c = _COLD_C
+        self._time_s: float | None = None
+
+    def receive(self, data: bytes, now_s: float) -> list[bytes]:
+        """Take bytes off the wire; return the answers to them."""
+        raise NotImplementedError
+
+    def advance(self, now_s: float) -> None:
+        """Move the plant up to a time."""
+        if self._time_s is None:
+            self._time_s = now_s
+        while self._time_s + STEP_S <= now_s:
+            self._time_s += STEP_S
+            if self.torque:
+                self.angle_deg = self.plant.step(self.goal_deg, STEP_S)
+
+    @property
+    def current_a(self) -> float:
+        """A current in proportion to the position error, 2 A at most."""
+        if not self.torque:
+            return 0.0
+        return max(-2.0, min(2.0, 0.05 * (self.goal_deg - self.angle_deg)))
+
+    def tell(self, now_s: float, goal_deg: float, torque: bool) -> None:
+        """Take a goal and a state of the torque, and note them."""
+        self.goal_deg, self.torque = goal_deg, torque
+        self.told.append(Told(time_s=now_s, goal_deg=goal_deg, torque=torque))
