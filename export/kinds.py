@@ -29,6 +29,7 @@ KINDS: dict[str, ExportKind] = {
         "discrete", "CSV", "table: the difference equation at a sample time", Kind.TABLE
     ),
     "header": ExportKind("discrete", "HEADER", "C header: the same coefficients"),
+    "c": ExportKind("csource", "C", "C99 source: the whole model with all effects, step by step"),
     "jsbsim": ExportKind("autopilots", "JSBSIM", "JSBSim: a system file in XML"),
     "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
     "control": ExportKind("linear", "CONTROL", "Python: python-control transfer functions"),

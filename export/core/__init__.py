@@ -14,3 +14,4 @@ from servosight.export.core._result import OmittedEffect as OmittedEffect
 from servosight.export.core._text import mark_of as mark_of
 from servosight.export.core._text import number as number
 from servosight.export.core._text import provenance_lines as provenance_lines
+from servosight.export.core._trial import model_angle as model_angle

@@ -43,7 +43,7 @@ njit = functools.partial(compiled, error_model="numpy", forceinline=True)
 '''
 
 
-def source(effects: Iterable[Effect]) -> str:
+def kernel_source(effects: Iterable[Effect]) -> str:
     """The text of the kernel for these effects, in their order."""
     layout = Layout.of(effects)
     parts = [_HEADER.format(names=", ".join(effect.id for effect in layout.effects) or "none")]
@@ -57,7 +57,7 @@ def source(effects: Iterable[Effect]) -> str:
 
 def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
     """The compiled ``simulate_rows`` for these effects, from the cache where it stands already."""
-    text = source(effects.values())
+    text = kernel_source(effects.values())
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     name = f"servosight_kernel_{digest}"
     if name not in sys.modules:

@@ -13,7 +13,7 @@ import pytest
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.plant._codegen import cache_folder, kernel, source
+from servosight.models.plant._codegen import cache_folder, kernel, kernel_source
 from servosight.models.plant._layout import Layout
 
 STIMULUS = Stimulus(
@@ -83,8 +83,8 @@ def test_names_and_columns_of_a_row() -> None:
 
 
 def test_the_text_is_the_same_each_time_and_holds_each_equation_once() -> None:
-    text = source(catalogue().values())
-    assert text == source(catalogue().values())
+    text = kernel_source(catalogue().values())
+    assert text == kernel_source(catalogue().values())
     for name, effect in catalogue().items():
         for role in effect.hooks:
             assert text.count(f"def {name}__{role}(") == 1
@@ -152,12 +152,12 @@ def test_friction_that_reads_nothing_of_the_motion_gives_what_the_general_scheme
 def test_two_second_inertias_are_refused() -> None:
     shaft = catalogue()["flexible_shaft"]
     with pytest.raises(InputError, match="at most one second inertia"):
-        source([shaft, replace(shaft, id="another_shaft")])
+        kernel_source([shaft, replace(shaft, id="another_shaft")])
 
 
 def test_an_equation_that_is_no_plain_function_is_refused() -> None:
     with pytest.raises(InputError, match="plain function"):
-        source([replace(SPRING, term=lambda theta, w, cubic: cubic * theta)])
+        kernel_source([replace(SPRING, term=lambda theta, w, cubic: cubic * theta)])
 
 
 def test_the_cache_is_where_the_user_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
