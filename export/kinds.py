@@ -32,6 +32,7 @@ KINDS: dict[str, ExportKind] = {
     "c": ExportKind("csource", "C", "C99 source: the whole model with all effects, step by step"),
     "jsbsim": ExportKind("autopilots", "JSBSIM", "JSBSim: a system file in XML"),
     "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
+    "mjcf": ExportKind("mjcf", "MJCF", "MuJoCo: a model of the servo"),
     "control": ExportKind("linear", "CONTROL", "Python: python-control transfer functions"),
 }
 """By the word behind ``--to``, in the order of the help."""

@@ -21,11 +21,13 @@ class ExportOptions:
 
     ``sample_time_s`` is that of a difference equation, or the time step of a simulator (None: the
     usual one there); ``transform`` is how an equation is sampled, one of
-    ``models.plant.TRANSFORMS``.
+    ``models.plant.TRANSFORMS``. ``stiffness_nm_rad`` [N m/rad] is the stiffness of the position
+    loop, by which a simulator of forces gets torques and inertia; no angle shows it.
     """
 
     sample_time_s: float | None = None
     transform: str = "tustin"
+    stiffness_nm_rad: float = 1.0
 
     def step_s(self, usual_s: float) -> float:
         """The time step [s], ``usual_s`` where the user chose none."""

@@ -25,6 +25,8 @@ from servosight.models.plant import TRANSFORMS
 
 SAMPLE_TIME_S = (1e-5, 1.0)
 """Shortest and longest sample time [s]."""
+STIFFNESS_NM_RAD = (1e-3, 1e6)
+"""Softest and stiffest position loop: MuJoCo wants inertia above 1e-15 kg m^2."""
 
 
 def export_model(
@@ -76,6 +78,12 @@ def _checked(options: ExportOptions) -> ExportOptions:
         raise InputError(
             f"--sample-time {options.sample_time_s:g}: is out of range, expected {low:g} to "
             f"{high:g} s; give the period of your control loop"
+        )
+    low, high = STIFFNESS_NM_RAD
+    if not low <= options.stiffness_nm_rad <= high:
+        raise InputError(
+            f"--stiffness {options.stiffness_nm_rad:g}: is out of range, expected {low:g} to "
+            f"{high:g} N m/rad; give the torque for one radian of position error"
         )
     if options.transform not in TRANSFORMS:
         raise InputError(

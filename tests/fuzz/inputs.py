@@ -140,7 +140,7 @@ TARGETS = (
     Target(
         "model.toml",
         SETTINGS,
-        ("export model.toml --to csv -o new.out", "export model.toml --to header -o new.out"),
+        ("export model.toml --to csv -o new.out", "export model.toml --to mjcf -o new.out"),
         3,
     ),
     Target("scenario.toml", SETTINGS, ("simulate scenario.toml -o new",), 6),
@@ -187,7 +187,7 @@ OPTIONS = {
     ),
     "calibrate": ("--board", "--columns", "--rows", "--square-mm", "--plane", "--print", "-o"),
     "predict": ("-o",),
-    "export": ("--to", "--on", "--sample-time", "--transform", "-o", "--json"),
+    "export": ("--to", "--on", "--sample-time", "--transform", "--stiffness", "-o", "--json"),
     "report": ("-o",),
     "sweep": ("-o", "--workers", "--scheduler", "--retry"),
     "results": ("--json", "--plot"),

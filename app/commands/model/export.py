@@ -50,6 +50,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="tustin",
         help="how it is sampled: tustin (default), zoh or matched",
     )
+    parser.add_argument(
+        "--stiffness",
+        metavar="NM_RAD",
+        type=number,
+        default=1.0,
+        help="of the position loop, for torques in N m (default 1)",
+    )
     add_json(parser)
     add_pulse(parser)
     add_plugins(parser)
@@ -66,7 +73,11 @@ def run(args: argparse.Namespace) -> None:
     check_outputs(args, kind_named(args.to).file)
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
-    options = ExportOptions(sample_time_s=args.sample_time, transform=args.transform)
+    options = ExportOptions(
+        sample_time_s=args.sample_time,
+        transform=args.transform,
+        stiffness_nm_rad=args.stiffness,
+    )
     on = None if args.on is None else load([args.on], args)[0]
     result = export_model(actuator, args.to, args.output, effects=effects, options=options, on=on)
     write_json(args.json, result.to_dict())

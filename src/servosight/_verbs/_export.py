@@ -21,6 +21,7 @@ def export(
     on: Source | None = None,
     sample_time_s: float | None = None,
     transform: str = "tustin",
+    stiffness_nm_rad: float = 1.0,
     plugins: Sequence[Path | str] = (),
 ) -> ExportResult:
     """Write a model as ``to`` (csv, header, control; docs/export.md has all kinds) to ``output``.
@@ -28,7 +29,8 @@ def export(
     The file is run in its target, where that is installed, on the recording ``on`` or a standard
     command, and compared with the model; the result holds the difference, and what the target
     cannot express. ``sample_time_s`` is that of a difference equation (default 0.01) or the time
-    step of the simulator, ``transform`` (tustin, zoh, matched) how an equation is sampled. Raises
+    step of the simulator, ``transform`` (tustin, zoh, matched) how an equation is sampled.
+    ``stiffness_nm_rad`` [N m/rad] of the position loop makes torques and inertia in mjcf. Raises
     InputError for a kind, a model or an option that is none.
 
     >>> import servosight as ss
@@ -47,6 +49,8 @@ def export(
         to,
         Path(output),
         effects=known,
-        options=ExportOptions(sample_time_s=sample_time_s, transform=transform),
+        options=ExportOptions(
+            sample_time_s=sample_time_s, transform=transform, stiffness_nm_rad=stiffness_nm_rad
+        ),
         on=given,
     )
