@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import mujoco
@@ -20,9 +20,8 @@ from servosight.sim.bench import (
     Trajectory,
     assemble,
 )
-from servosight.sim.effects import TWIN_EFFECTS, EffectValues, HiddenEffect, Polyline, Twin, resolve
-
-ActiveEffects = Sequence[tuple[HiddenEffect, EffectValues]]
+from servosight.sim.effects import TWIN_EFFECTS, Polyline, Twin, resolve
+from servosight.sim.stepping import ActiveEffects, Stepper
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -112,48 +111,15 @@ def _integrate(
     twin: Twin, chosen: ActiveEffects, edges_s: Array, wanted: Array
 ) -> tuple[Array, Array]:
     """Angles and speeds [rad, rad/s] of all hinges at ``edges_s`` (n,), each (n, hinges)."""
-    senses = [e.sense(twin, values) for e, values in chosen if e.sense is not None]
-    regulators = [e.supply(twin, values) for e, values in chosen if e.supply is not None]
-    regulators += [e.regulate(twin, values) for e, values in chosen if e.regulate is not None]
-    looks = bool(senses or regulators or twin.sensor != twin.motor)
-    model, data, motor = twin.model, twin.data, twin.motor
-    control, position, speed = data.ctrl, data.qpos, data.qvel
-    options, mj_step = model.opt, mujoco.mj_step
-
-    def step(angle: float, width: float) -> None:
-        options.timestep = width
-        control[:] = angle
-        if looks:
-            twin.look_ahead()
-            believed = twin.sensed
-            for sense in senses:
-                believed = sense(believed)
-            control[:] = angle + twin.angle - believed
-            for regulate in regulators:
-                regulate()
-        mj_step(model, data)
-
-    angles = np.empty((edges_s.size, model.nq))
-    speeds = np.empty((edges_s.size, model.nv))
-    angles[0], speeds[0] = position, speed
-    before = 0.0
+    stepper = Stepper(twin, chosen)
+    angles = np.empty((edges_s.size, twin.model.nq))
+    speeds = np.empty((edges_s.size, twin.model.nv))
+    angles[0], speeds[0] = stepper.position, stepper.speed
     for n, (angle, width) in enumerate(
         zip(wanted.tolist(), np.diff(edges_s).tolist(), strict=True), start=1
     ):
-        step(angle, width)
-        now = speed[motor]
-        if before * now < 0.0:
-            # The motor reversed, and friction jumps there: step up to the reversal, then on.
-            position[:], speed[:], data.time = angles[n - 1], speeds[n - 1], data.time - width
-            mujoco.mj_forward(model, data)
-            slowing = -float(data.qacc[motor])
-            if slowing * before > 0.0 and before / slowing < width:
-                step(angle, before / slowing)
-                width -= before / slowing
-            step(angle, width)
-            now = speed[motor]
-        before = now
-        angles[n], speeds[n] = position, speed
+        stepper.advance(angle, width)
+        angles[n], speeds[n] = stepper.position, stepper.speed
     return angles, speeds
 
 

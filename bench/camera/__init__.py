@@ -1,8 +1,6 @@
 """Cameras: one small protocol, the back ends behind it, and the recorder."""
 
 from servosight.bench.camera._jpeg import jpeg_size as jpeg_size
-from servosight.bench.camera._mjpeg_server import MjpegServer as MjpegServer
-from servosight.bench.camera._mjpeg_server import ServedFrame as ServedFrame
 from servosight.bench.camera._protocol import Camera as Camera
 from servosight.bench.camera._protocol import CameraLost as CameraLost
 from servosight.bench.camera._protocol import CapturedFrame as CapturedFrame

@@ -1,4 +1,4 @@
-"""Stand-ins: servos that speak their protocol on a pseudo-terminal, byte by byte.
+"""Stand-ins on the wire: servos on pseudo-terminals, byte by byte, and a camera's stream.
 
 A ``Wire`` is the terminal with a ``StandIn`` at its far end and ``Faults`` in between. Under a
 ``VirtualClock`` time passes only while somebody waits; ``serving`` serves a wire in real time.
@@ -10,6 +10,8 @@ from servosight.bench.wire._clock import serving as serving
 from servosight.bench.wire._dynamixel import DynamixelStandIn as DynamixelStandIn
 from servosight.bench.wire._feetech import FeetechStandIn as FeetechStandIn
 from servosight.bench.wire._maestro import MaestroStandIn as MaestroStandIn
+from servosight.bench.wire._mjpeg import MjpegServer as MjpegServer
+from servosight.bench.wire._mjpeg import ServedFrame as ServedFrame
 from servosight.bench.wire._plant import LinearPlant as LinearPlant
 from servosight.bench.wire._plant import Plant as Plant
 from servosight.bench.wire._standin import StandIn as StandIn

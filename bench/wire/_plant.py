@@ -9,8 +9,8 @@ from typing import Protocol
 class Plant(Protocol):
     """A servo's mechanics and its loop."""
 
-    def step(self, command_deg: float, dt: float) -> float:
-        """Hold a command for ``dt`` s; return the angle at the end, in deg."""
+    def step(self, command_deg: float | None, dt: float) -> float:
+        """Hold a command for ``dt`` s, or stand without torque (None); the angle after it [deg]."""
 
 
 class LinearPlant:
@@ -29,8 +29,11 @@ class LinearPlant:
         self._angle = 0.0
         self._speed = 0.0
 
-    def step(self, command_deg: float, dt: float) -> float:
-        """Hold a command for ``dt`` s."""
+    def step(self, command_deg: float | None, dt: float) -> float:
+        """Hold a command for ``dt`` s; without torque it stands where it is."""
+        if command_deg is None:
+            self._speed = 0.0
+            return self._angle
         goal, a, w = self._k * command_deg, self._decay, self._omega
         x, v = self._angle - goal, self._speed
         fall, c, s = math.exp(-a * dt), math.cos(w * dt), math.sin(w * dt) / w

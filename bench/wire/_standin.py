@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from servosight.bench.wire._plant import Plant
 
 STEP_S = 1e-3
-"""Step of the plant."""
+"""Longest step of the plant."""
 _COLD_C, _OHM_RISE_C = 25.0, 8.0
 
 
@@ -49,10 +49,12 @@ class StandIn:
         """Move the plant up to a time."""
         if self._time_s is None:
             self._time_s = now_s
-        while self._time_s + STEP_S <= now_s:
-            self._time_s += STEP_S
-            if self.torque:
-                self.angle_deg = self.plant.step(self.goal_deg, STEP_S)
+        while self._time_s < now_s:
+            # Up to now exactly: a goal acts from its own instant on, not from the step before.
+            dt = min(STEP_S, now_s - self._time_s)
+            angle_deg = self.plant.step(self.goal_deg if self.torque else None, dt)
+            self.angle_deg = angle_deg if self.torque else self.angle_deg
+            self._time_s = now_s if dt < STEP_S else self._time_s + dt
 
     @property
     def current_a(self) -> float:

@@ -16,12 +16,11 @@ import pytest
 from servosight.bench.camera import (
     CameraLost,
     Given,
-    MjpegServer,
     Recorder,
-    ServedFrame,
     jpeg_size,
     open_camera,
 )
+from servosight.bench.wire import MjpegServer, ServedFrame
 from servosight.models.core import InputError
 
 SHORT = Given(timeout_s=0.5)
