@@ -29,7 +29,7 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
     for warning in result["warnings"]:
         out.print(f"note: {warning}")
-    show_blind(out, result["detectable"])
+    show_blind(out, result.get("detectable", ()))
 
 
 def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
