@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _LONGEST_S = 10.0
+_KEPT_BYTES = 160_000_000  # of decoded frames: eight runs of 48 at 640 x 480
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
 
 
@@ -43,6 +44,9 @@ class Film:
     shutters: Shutters | None = None
     stabiliser: Stabiliser | None = None
     camera_motion_px: float = 0.0
+    _kept: dict[tuple[int, int], list[list[Frame]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     @property
     def predicted(self) -> bool:
@@ -58,7 +62,7 @@ class Film:
         """The same video with every frame aligned with the first one, where the camera moves."""
         wander = camera_motion_px(self.images)
         stabiliser = Stabiliser.of(self.images[0]) if wander > LEAST_PX else None
-        film = replace(self, stabiliser=stabiliser, camera_motion_px=wander)
+        film = replace(self, stabiliser=stabiliser, camera_motion_px=wander, _kept={})
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
     def frames(self) -> Iterator[Frame]:
@@ -66,9 +70,23 @@ class Film:
         return prefetch(map(self._still, frames(self.path)), _AHEAD)
 
     def stretches(self, count: int, length: int) -> Iterator[list[Frame]]:
-        """``count`` runs of ``length`` neighbouring frames, spread evenly over the video."""
+        """``count`` runs of ``length`` neighbouring frames, spread evenly over the video.
+
+        They are asked for several times, and decoded once where they fit into ``_KEPT_BYTES``.
+        """
+        runs = self._kept.get((count, length))
+        if runs is not None:
+            yield from runs
+            return
+        size = self.calm[0].image.nbytes
+        keeping: list[list[Frame]] | None = [] if size * count * length <= _KEPT_BYTES else None
         for run in stretches(self.path, count, length):
-            yield [self._still(frame) for frame in run]
+            frames = [self._still(frame) for frame in run]
+            if keeping is not None:
+                keeping.append(frames)
+            yield frames
+        if keeping is not None:
+            self._kept[count, length] = keeping
 
     def times(self, stamps_s: Sequence[float], middle_s: float) -> Array:
         """Mid-exposure times [s] (frames,) of frames with these presentation times.
