@@ -30,6 +30,8 @@ KINDS: dict[str, ExportKind] = {
     ),
     "header": ExportKind("discrete", "HEADER", "C header: the same coefficients"),
     "c": ExportKind("csource", "C", "C99 source: the whole model with all effects, step by step"),
+    "fmu": ExportKind("fmu", "FMU3", "FMU of FMI 3.0: the whole model, binary and sources"),
+    "fmu2": ExportKind("fmu", "FMU2", "FMU of FMI 2.0: the same"),
     "jsbsim": ExportKind("autopilots", "JSBSIM", "JSBSim: a system file in XML"),
     "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
     "mjcf": ExportKind("mjcf", "MJCF", "MuJoCo: a model of the servo"),

@@ -11,6 +11,7 @@ from servosight.export.core._export import export_model as export_model
 from servosight.export.core._export import identifier as identifier
 from servosight.export.core._result import ExportResult as ExportResult
 from servosight.export.core._result import OmittedEffect as OmittedEffect
+from servosight.export.core._text import filled as filled
 from servosight.export.core._text import mark_of as mark_of
 from servosight.export.core._text import number as number
 from servosight.export.core._text import provenance_lines as provenance_lines

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from importlib import resources
+
 from servosight.export.core._contract import ExportRequest
 from servosight.models.core import MARK, Kind
 
@@ -34,3 +38,10 @@ def provenance_lines(request: ExportRequest) -> list[str]:
         for name, one in actuator.parameters.items()
     ]
     return [*lines, f"effects: {', '.join(actuator.effects) or 'none'}"]
+
+
+def filled(package: str, template: str, words: Mapping[str, str]) -> str:
+    """The text of a template of ``servosight.export.PACKAGE``, each ``@word@`` replaced."""
+    folder = resources.files(f"servosight.export.{package}") / "templates"
+    text = (folder / template).read_text(encoding="utf-8")
+    return re.sub(r"@(\w+)@", lambda found: words[found[1]], text)

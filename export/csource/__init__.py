@@ -3,7 +3,6 @@
 from servosight.export.csource._compile import compile_c as compile_c
 from servosight.export.csource._compile import missing as missing
 from servosight.export.csource._exporter import C as C
-from servosight.export.csource._model import filled as filled
 from servosight.export.csource._model import layout_of as layout_of
 from servosight.export.csource._model import limits_of as limits_of
 from servosight.export.csource._model import model_source as model_source
@@ -12,4 +11,3 @@ from servosight.export.csource._model import values_of as values_of
 from servosight.export.csource._reference import check_equal as check_equal
 from servosight.export.csource._reference import held_steps as held_steps
 from servosight.export.csource._reference import kernel_angle as kernel_angle
-from servosight.export.csource._values import literal as literal

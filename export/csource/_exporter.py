@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.export.core import Exporter, ExportRequest, Omission, Response, Trial
+from servosight.export.core import Exporter, ExportRequest, Omission, Response, Trial, filled
 from servosight.export.csource._compile import TIME_S, compile_c, missing
-from servosight.export.csource._model import filled, model_source
+from servosight.export.csource._model import model_source
 from servosight.export.csource._reference import check_equal, held_steps
 from servosight.models.core import write_text
 
@@ -27,7 +27,7 @@ def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
     given = f"{trial.start_deg!r}\n" + "".join(f"{u!r} {h!r}\n" for u, h in rows.tolist())
     with tempfile.TemporaryDirectory() as folder:
         source, program = Path(folder) / "main.c", Path(folder) / "main"
-        text = filled("trial.c", words)
+        text = filled("csource", "trial.c", words)
         source.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
         compile_c(["-o", str(program), str(source), "-lm"])
         done = subprocess.run(

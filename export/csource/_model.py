@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from importlib import resources
 
-from servosight.export.core import ExportRequest, mark_of, number, provenance_lines
+from servosight.export.core import ExportRequest, filled, mark_of, number, provenance_lines
 from servosight.export.csource._program import Program
 from servosight.export.csource._types import ARRAY, NUMBER, TRUTH, WHOLE, Tuple, Type
 from servosight.export.csource._values import literal
@@ -65,14 +64,7 @@ def model_source(request: ExportRequest, name: str | None = None, kind: str = "c
         "n_command": str(program.constants["N_COMMAND"] + 1),
         "TINY": number(program.constants["TINY"]),
     }
-    return filled("model.c", words)
-
-
-def filled(template: str, words: dict[str, str]) -> str:
-    """A template's text with each ``@word@`` replaced."""
-    folder = resources.files("servosight.export.csource") / "templates"
-    text = (folder / template).read_text(encoding="utf-8")
-    return re.sub(r"@(\w+)@", lambda found: words[found[1]], text)
+    return filled("csource", "model.c", words)
 
 
 def _types(program: Program, width: int) -> dict[str, str]:

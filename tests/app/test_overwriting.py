@@ -70,6 +70,7 @@ FILES: list[tuple[str, list[str]]] = [
     ("board.png", ["calibrate", "--columns", "9", "--rows", "6", "--print"]),
     ("camera.toml", ["calibrate", "BOARD", "--columns", "9", "--rows", "6", "-o"]),
     ("servo.h", ["export", "MODEL", "--to", "header", "-o"]),
+    ("servo.fmu", ["export", "MODEL", "--to", "fmu", "-o"]),
     ("servo.c", ["export", "MODEL", "--to", "c", "-o"]),
     ("servo.csv", ["export", "MODEL", "--to", "csv", "-o"]),
     ("angle.csv", ["track", "VIDEO", "-o"]),

@@ -1,0 +1,162 @@
+"""An FMU loaded by fmpy: its variables, and runs of it under a held command.
+
+Imported by the process that runs the FMU, and nowhere else.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.model_description import ModelDescription, ScalarVariable, read_model_description
+from fmpy.simulation import instantiate_fmu, simulate_fmu
+
+from servosight.models.core import Array
+
+_REAL = ("Real", "Float64")
+_ME_TOLERANCE = 1e-8
+_ME_STEP_S = 1e-3
+
+
+class Session:
+    """One FMU, its description, and an instance that is used again."""
+
+    def __init__(self, folder: str, interface: str | None = None) -> None:
+        """Read the description of the unpacked FMU in ``folder`` and load its binary."""
+        self.folder = folder
+        self.model: ModelDescription = read_model_description(folder, validate=True)
+        if self.model.fmiVersion not in ("2.0", "3.0"):
+            raise ValueError(f"it is of FMI {self.model.fmiVersion}, expected 2.0 or 3.0")
+        kinds = [
+            kind
+            for kind, found in (
+                ("CoSimulation", self.model.coSimulation),
+                ("ModelExchange", self.model.modelExchange),
+            )
+            if found is not None
+        ]
+        if not kinds or (interface is not None and interface not in kinds):
+            raise ValueError(f"it has {' and '.join(kinds) or 'neither'}, expected co-simulation")
+        self.kind = interface or kinds[0]
+        self._check_binary()
+        self.instance: Any = None
+        self._instantiate()
+        self.description = {
+            "version": self.model.fmiVersion,
+            "name": str(self.model.modelName),
+            "interfaces": kinds,
+            "variables": [_variable(one) for one in self.model.modelVariables if _is_real(one)],
+        }
+
+    def run(self, table: dict[str, Any], arrays: list[Array]) -> tuple[list[Array], list[str]]:
+        """Runs for rows of parameters: the output at each instant, NaN where a run failed."""
+        times, command, rows = arrays
+        names: list[str] = table["names"]
+        values = rows.reshape(-1, len(names)) if names else np.empty((int(table["runs"]), 0))
+        found, errors = [], []
+        for row in values:
+            try:
+                start = dict(zip(names, map(float, row), strict=True))
+                run = self._stepped if self.kind == "CoSimulation" else self._integrated
+                out = run(table["input"], table["output"], times, command, start)
+                errors.append("" if np.all(np.isfinite(out)) else "its output is not finite")
+            except Exception as error:
+                out = np.full(times.size, np.nan)
+                errors.append(" ".join(str(error).split())[:300] or type(error).__name__)
+                self._discard()
+            found.append(out)
+        return found, errors
+
+    def _check_binary(self) -> None:
+        interface = self.model.coSimulation or self.model.modelExchange
+        own = fmpy.platform if self.model.fmiVersion == "2.0" else fmpy.platform_tuple
+        name = f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
+        binaries = Path(self.folder) / "binaries"
+        if not (binaries / own / name).is_file():
+            there = sorted(one.name for one in binaries.iterdir()) if binaries.is_dir() else []
+            raise ValueError(
+                f"it has no binary for this platform ({own}), but for {', '.join(there) or 'none'}"
+            )
+
+    def _instantiate(self) -> None:
+        self.instance = instantiate_fmu(self.folder, self.model, fmi_type=self.kind)
+
+    def _discard(self) -> None:
+        """Give the instance up after an error, whose state is not known."""
+        self.instance = None
+
+    def _stepped(
+        self, command_name: str, output_name: str, times: Array, command: Array,
+        start: dict[str, float],
+    ) -> Array:  # fmt: skip
+        if self.instance is None:
+            self._instantiate()
+        fmu = self.instance
+        references = {one.name: one.valueReference for one in self.model.modelVariables}
+        given, wanted = [references[command_name]], [references[output_name]]
+        old = self.model.fmiVersion == "2.0"
+        put, get = (fmu.setReal, fmu.getReal) if old else (fmu.setFloat64, fmu.getFloat64)
+        if old:
+            fmu.setupExperiment(startTime=float(times[0]))
+        if start:
+            put([references[name] for name in start], list(start.values()))
+        if old:
+            fmu.enterInitializationMode()
+        else:
+            fmu.enterInitializationMode(startTime=float(times[0]))
+        put(given, [float(command[0])])
+        fmu.exitInitializationMode()
+        out = np.empty(times.size)
+        out[0] = get(wanted)[0]
+        for i in range(times.size - 1):
+            put(given, [float(command[i])])
+            fmu.doStep(
+                currentCommunicationPoint=float(times[i]),
+                communicationStepSize=float(times[i + 1] - times[i]),
+            )
+            out[i + 1] = get(wanted)[0]
+        fmu.terminate()
+        fmu.reset()
+        return out
+
+    def _integrated(
+        self, command_name: str, output_name: str, times: Array, command: Array,
+        start: dict[str, float],
+    ) -> Array:  # fmt: skip
+        """Model exchange, with CVode; the command's jumps stand as two rows at one instant."""
+        signal = np.zeros(2 * command.size, dtype=[("time", float), (command_name, float)])
+        signal["time"] = np.stack([times[:-1], times[1:]], axis=1).ravel()
+        signal[command_name] = np.repeat(command, 2)
+        found = simulate_fmu(
+            self.folder,
+            model_description=self.model,
+            fmi_type="ModelExchange",
+            start_time=float(times[0]),
+            stop_time=float(times[-1]),
+            solver="CVode",
+            relative_tolerance=_ME_TOLERANCE,
+            output_interval=_ME_STEP_S,
+            start_values=start,
+            input=signal,
+            output=[output_name],
+        )
+        return np.asarray(np.interp(times, found["time"], found[output_name]), dtype=np.float64)
+
+
+def _is_real(one: ScalarVariable) -> bool:
+    return one.type in _REAL and not getattr(one, "dimensions", None)
+
+
+def _variable(one: ScalarVariable) -> dict[str, Any]:
+    unit = one.unit or (one.declaredType.unit if one.declaredType is not None else None)
+    return {
+        "name": str(one.name),
+        "causality": str(one.causality),
+        "variability": str(one.variability),
+        "start": None if one.start is None else str(one.start),
+        "low": None if one.min is None else str(one.min),
+        "high": None if one.max is None else str(one.max),
+        "unit": "" if unit is None else str(unit),
+    }

@@ -1,0 +1,173 @@
+"""FMUs of both versions: they load and run in fmpy as the kernel does, and keep their state."""
+
+from __future__ import annotations
+
+import shutil
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.export.core import ExportRequest, Trial, export_model
+from servosight.export.csource import compile_c, held_steps, kernel_angle, missing
+from servosight.export.fmu import FMU2, FMU3
+from servosight.models.core import Actuator, Estimate, InputError, Recording
+from servosight.models.effects import catalogue
+from servosight.models.fmu import Fmu, open_fmu
+
+pytestmark = pytest.mark.skipif(missing() is not None, reason="needs a C compiler")
+
+CORE = {"k": 0.95, "T": 0.0203, "xi": 0.62, "bias": 0.4}
+RICH = {
+    "dead_time.delay": 0.0137,
+    "rate_limit.rate": 220.0,
+    "torque_saturation.limit": 9.0,
+    "stribeck_friction.level": 0.6,
+    "stribeck_friction.excess": 0.9,
+    "stribeck_friction.speed": 20.0,
+    "supply_sag.sag": 0.03,
+    "supply_sag.time": 0.15,
+    "flexible_shaft.frequency": 25.0,
+    "flexible_shaft.damping": 0.08,
+    "flexible_shaft.inertia_ratio": 0.2,
+    "backlash.gap": 2.0,
+}
+TIMES = np.arange(0.0, 4.0, 0.004)
+COMMAND = 20.0 * np.sign(np.sin(4.0 * TIMES)) + np.sin(20.0 * TIMES)
+
+
+def actuator(values: dict[str, float]) -> Actuator:
+    effects = tuple(dict.fromkeys(name.split(".")[0] for name in values))
+    numbers = CORE | values
+    return Actuator({n: Estimate(v, 0.01 * v, "") for n, v in numbers.items()}, effects)
+
+
+@pytest.fixture(scope="module", params=["fmu", "fmu2"])
+def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("fmu") / "fin.fmu"
+    result = export_model(actuator(RICH), request.param, place)
+    assert result.difference_max_deg is not None
+    assert result.difference_max_deg < 0.01  # steps end elsewhere behind a dead time
+    assert "co-simulation; model exchange" in result.notes[0]
+    return place
+
+
+def run(fmu: Fmu, start: dict[str, float]) -> Any:
+    words = {"command_name": "command", "output_name": "angle"}
+    return fmu.run(TIMES, COMMAND[:-1], start=start, **words)
+
+
+def test_parameters_are_the_models(exported: Path) -> None:
+    """Set to neutral values all but one effect, it is the model of that effect."""
+    with open_fmu(exported) as fmu:
+        tunable = {v.name: v for v in fmu.of("parameter") if v.variability == "tunable"}
+        assert set(tunable) == {*CORE, *RICH}
+        assert {name: one.start for name, one in tunable.items()} == CORE | RICH
+        assert (tunable["T"].unit, tunable["backlash.gap"].unit) == ("s", "deg")
+        names = [q for q in RICH if q != "flexible_shaft.frequency"]
+        neutral = {
+            f"{name}.{q.name}": q.neutral
+            for name in actuator(RICH).effects
+            for q in catalogue()[name].parameters
+            if q.neutral is not None and f"{name}.{q.name}" in names
+        }
+        for kept in ((), ("backlash",), ("stribeck_friction",)):
+            chosen = {n: v for n, v in RICH.items() if n.split(".")[0] in (*kept, "flexible_shaft")}
+            model = actuator(chosen)
+            start = neutral | chosen | {"initial_angle": 0.4, "initial_speed": 0.0}
+            angle = run(fmu, start)
+            held = Recording("held", TIMES, COMMAND, TIMES, np.zeros(TIMES.size))
+            asked = ExportRequest(actuator=model, catalogue=catalogue())
+            trial = Trial(recording=held, start_deg=0.4)
+            truth = kernel_angle(asked, trial, held_steps(trial))
+            assert np.max(np.abs(truth - angle)) <= 1e-9, kept
+
+
+def test_state_is_got_set_and_serialised(exported: Path, tmp_path: Path) -> None:
+    """As Simulink's fast restart does: from a state kept half way, the same end again."""
+    from fmpy import extract, read_model_description
+    from fmpy.simulation import instantiate_fmu
+
+    folder = extract(str(exported), unzipdir=str(tmp_path / "unpacked"))
+    model = read_model_description(folder)
+    fmu = instantiate_fmu(folder, model, fmi_type="CoSimulation")
+    old = model.fmiVersion == "2.0"
+    put, get = (fmu.setReal, fmu.getReal) if old else (fmu.setFloat64, fmu.getFloat64)
+    take, give, free = (
+        (fmu.getFMUstate, fmu.setFMUstate, fmu.freeFMUstate)
+        if old
+        else (fmu.getFMUState, fmu.setFMUState, fmu.freeFMUState)
+    )
+    pack = fmu.serializeFMUstate if old else fmu.serializeFMUState
+    unpack = fmu.deSerializeFMUstate if old else fmu.deserializeFMUState
+    reference = {one.name: one.valueReference for one in model.modelVariables}
+    if old:
+        fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+
+    def advance(first: int, last: int) -> float:
+        for i in range(first, last):
+            put([reference["command"]], [COMMAND[i]])
+            fmu.doStep(0.004 * i, 0.004)
+        return float(get([reference["angle"]])[0])
+
+    advance(0, 300)
+    kept = take()
+    data = pack(kept)
+    end = advance(300, 600)
+    give(kept)
+    assert advance(300, 600) == end
+    again = unpack(data)
+    give(again)
+    assert advance(300, 600) == end
+    free(kept)
+    give(again)
+    put([reference["backlash.gap"]], [0.5])
+    assert advance(300, 600) != end
+    with pytest.raises(Exception, match=r"(?i)setReal|setFloat64"):
+        put([reference["backlash.gap"]], [-1.0])
+    with pytest.raises(Exception, match=r"(?i)setReal|setFloat64"):
+        put([reference["initial_angle"]], [0.0])
+    free(again)
+    fmu.terminate()
+    fmu.freeInstance()
+
+
+def test_the_sources_compile_without_a_warning_and_the_archive_is_plain(
+    exported: Path, tmp_path: Path
+) -> None:
+    with zipfile.ZipFile(exported) as archive:
+        names = archive.namelist()
+        archive.extractall(tmp_path)
+        table = archive.read("extra/org.servosight/parameters.csv").decode()
+    assert not any("\\" in name or name.endswith("/") for name in names)
+    assert "backlash.gap,2.0,0.02,deg" in table.splitlines()
+    (source,) = (tmp_path / "sources").glob("fmi?.c")
+    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+    if shutil.which("gcc"):
+        compile_c([*warnings, "-c", "-o", str(tmp_path / "x.o"), str(source)])
+
+
+def test_the_same_model_gives_the_same_file(exported: Path, tmp_path: Path) -> None:
+    exporter = FMU2 if b'fmiVersion="2.0"' in zip_text(exported) else FMU3
+    place = tmp_path / "fin.fmu"
+    exporter.write(ExportRequest(actuator=actuator(RICH), catalogue=catalogue(), name="fin"), place)
+    assert place.read_bytes() == exported.read_bytes()
+
+
+def zip_text(path: Path) -> bytes:
+    with zipfile.ZipFile(path) as archive:
+        return archive.read("modelDescription.xml")
+
+
+def test_without_a_compiler_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.delenv("CC", raising=False)
+    with pytest.raises(InputError, match=r"no C compiler was found.*apt install gcc"):
+        export_model(actuator({}), "fmu", tmp_path / "fin.fmu")
+    assert list(tmp_path.iterdir()) == []
