@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servosight.bench.safety import check_command
-from servosight.bench.servo._protocol import Reading
+from servosight.bench.servo._protocol import Reading, StoredPlayback
 from servosight.bench.servo._supervised import SupervisedServo
 from servosight.models.core import Array
 
@@ -40,10 +40,18 @@ def play(
 
     The command is held to the limits before anything moves. The servo goes to the first row by a
     ramp, which is not part of the log. Rows are sent when they are due; where the link is slower
-    than the rows, the latest one due is. Readings are taken in the time between.
+    than the rows, the latest one due is. Readings are taken in the time between. A device that
+    plays stored commands gets the command that holds at each of its samples.
     """
     check_command(servo.limits, time_s, angle_deg, source)
     servo.move_to(float(angle_deg[0]))
+    if isinstance(servo.driver, StoredPlayback):
+        _play_stored(servo, servo.driver, time_s, angle_deg, log)
+    else:
+        _play_rows(servo, time_s, angle_deg, log)
+
+
+def _play_rows(servo: SupervisedServo, time_s: Array, angle_deg: Array, log: CommandLog) -> None:
     clock = servo.clock
     due = clock.now() + (time_s - time_s[0])
     row, cost = 0, 0.0
@@ -58,3 +66,28 @@ def play(
             start = clock.now()
             log.readings.append(servo.read())
             cost = clock.now() - start
+
+
+def _play_stored(
+    servo: SupervisedServo,
+    device: StoredPlayback,
+    time_s: Array,
+    angle_deg: Array,
+    log: CommandLog,
+) -> None:
+    """Let the device play, and note its samples by its clock as the host's clock sees that."""
+    sample_s = np.arange(0.0, time_s[-1] - time_s[0] + 1e-9, device.period_s)
+    row = np.searchsorted(time_s - time_s[0], sample_s + 1e-9, side="right") - 1
+    told = device.begin(angle_deg[row])
+    played, plays = 0, True
+    try:
+        while plays:
+            plays, played = device.feed()
+            if played:
+                servo.goal_deg = float(told[played - 1])
+            servo.clock.wait(servo.clock.now() + 0.5 * device.period_s)
+    finally:
+        start, rate = device.start_and_rate()
+        at = start + rate * sample_s[:played]
+        log.light_s = start if played else None
+        log.sent = list(zip(at.tolist(), told[:played].tolist(), strict=True))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from servosight.bench.safety import Limits
-from servosight.models.core import InputError
+from servosight.models.core import Array, InputError
 
 
 class LinkLost(InputError):
@@ -57,6 +57,28 @@ class Driver(Protocol):
 
     def close(self) -> None:
         """Let go of the port."""
+
+
+@runtime_checkable
+class StoredPlayback(Protocol):
+    """A driver whose device plays a stored command by its own clock, and releases by itself.
+
+    ``disable`` of such a driver moves the servo to neutral before it switches the torque off.
+    """
+
+    period_s: float
+
+    def begin(self, angle_deg: Array) -> Array:
+        """Store a command, (samples,), one each ``period_s``, and start it.
+
+        Returns the angles as the device rounds them.
+        """
+
+    def feed(self) -> tuple[bool, int]:
+        """Send what there is room for; whether the device plays on, and samples begun so far."""
+
+    def start_and_rate(self) -> tuple[float, float]:
+        """Host time of the first sample, in s, and host seconds per second of the device."""
 
 
 class Servo(Protocol):

@@ -6,7 +6,7 @@ import math
 
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits, ramp
-from servosight.bench.servo._protocol import Driver, Reading, ServoFault
+from servosight.bench.servo._protocol import Driver, Reading, ServoFault, StoredPlayback
 from servosight.models.core import InputError
 
 _OUTSIDE_DEG = 1.0
@@ -109,7 +109,8 @@ class SupervisedServo:
         if self._armed_s is None:
             return
         try:
-            self.move_to(self.limits.neutral_deg)
+            if not isinstance(self.driver, StoredPlayback):
+                self.move_to(self.limits.neutral_deg)
         finally:
             self.driver.disable()
             self._armed_s = self.goal_deg = None

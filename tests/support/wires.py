@@ -11,6 +11,7 @@ import numpy as np
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo, open_servo
 from servosight.bench.wire import (
+    BoardStandIn,
     DynamixelStandIn,
     Faults,
     FeetechStandIn,
@@ -22,12 +23,13 @@ from servosight.bench.wire import (
 )
 
 STAND_INS: dict[str, Callable[[], StandIn]] = {
+    "board": lambda: BoardStandIn(LinearPlant()),
     "dynamixel": lambda: DynamixelStandIn(LinearPlant()),
     "feetech": lambda: FeetechStandIn(LinearPlant()),
     "maestro": lambda: MaestroStandIn(LinearPlant(), crc=True),
 }
-KEYS = {"dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
-STEP_DEG = {"dynamixel": 0.088, "feetech": 0.088, "maestro": 0.0225}
+KEYS = {"board": "", "dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
+STEP_DEG = {"board": 0.045, "dynamixel": 0.088, "feetech": 0.088, "maestro": 0.0225}
 """The smallest change of a goal that each protocol can express."""
 
 
