@@ -7,7 +7,7 @@ with a latency that is not known, so that their meaning is that of an arrival.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,7 @@ class FfmpegCamera:
             )
         )
 
-    def frames(self) -> Iterator[CapturedFrame]:
+    def frames(self) -> Generator[CapturedFrame]:
         """The pictures; ends where the source does."""
         import av
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import http.client
 import math
-from collections.abc import Iterator
+from collections.abc import Generator
+from contextlib import closing
 from typing import BinaryIO
 from urllib.parse import urlsplit
 
@@ -41,29 +42,29 @@ class HttpCamera:
         self._timeout_s = given.timeout_s
         self._connection = _connection(address, given.timeout_s)
         self._count = 0
-        try:
-            self._file = self._ask(address)
-            self._first = self._next()
-        except BaseException:
-            self.close()
-            raise
-        size = jpeg_size(self._first.data)
+        # One picture now, and the stream anew when it is wanted: a server or the network would
+        # otherwise keep old pictures until then.
+        with closing(self.frames()) as frames:
+            first = next(frames)
+        size = jpeg_size(first.data)
         if size is None:
-            self.close()
             raise InputError(
                 f"{address}: sends parts that are no JPEG; expected MJPEG over HTTP, give the "
                 f"address of the stream itself, such as http://HOST:8080/?action=stream"
             )
         check_size(address, size)
-        stamped = self._first.stamp_s != self._first.arrival_s
-        meaning: Meaning = "frame_end" if stamped else "arrival"
+        meaning: Meaning = "frame_end" if first.stamp_s != first.arrival_s else "arrival"
         self.stream = given.over(Stream(size=size, coding="mjpeg", meaning=meaning))
 
-    def frames(self) -> Iterator[CapturedFrame]:
-        """The pictures, the first one included."""
-        yield self._first
-        while True:
-            yield self._next()
+    def frames(self) -> Generator[CapturedFrame]:
+        """The pictures from now on; closing the generator leaves the stream."""
+        self._count = 0
+        self._file = self._ask(self.name)
+        try:
+            while True:
+                yield self._next()
+        finally:
+            self._connection.close()
 
     def close(self) -> None:
         """Leave the stream."""

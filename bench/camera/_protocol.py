@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Protocol
 
@@ -86,8 +86,8 @@ class Camera(Protocol):
     name: str
     stream: Stream
 
-    def frames(self) -> Iterator[CapturedFrame]:
-        """Frames as they come. Raises CameraLost where none comes in time; ends with a file."""
+    def frames(self) -> Generator[CapturedFrame]:
+        """Frames as they come from now on. CameraLost where none comes in time; a file ends."""
 
     def close(self) -> None:
         """Stop the stream and let go of the device; a second call does nothing."""

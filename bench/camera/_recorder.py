@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,20 +68,22 @@ class Recorder:
         self._fault: str | None = None
         self._until_s = float("inf")
         self._stop = threading.Event()
-        self._first = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self.watch: Callable[[CapturedFrame], None] | None = None
 
-    def start(self, timeout_s: float) -> None:
-        """Begin, and return when the first frame is on disk; InputError where none comes."""
+    def start(self) -> None:
+        """Begin; ``frames`` says when the first one is on disk."""
         self._thread.start()
-        came = self._first.wait(timeout_s)
-        if self._fault is not None:
-            raise InputError(self._fault)
-        if not came:
-            raise InputError(
-                f"{self._camera.name}: no frame came within {timeout_s:g} s; check the camera"
-            )
+
+    @property
+    def running(self) -> bool:
+        """Whether it still records."""
+        return self._thread.is_alive()
+
+    @property
+    def ending(self) -> bool:
+        """Whether its end was set by ``stop_after``."""
+        return self._until_s < float("inf")
 
     @property
     def fault(self) -> str | None:
@@ -92,23 +95,19 @@ class Recorder:
         """Frames on disk so far."""
         return len(self._rows)
 
-    def stop_after(self, host_s: float, timeout_s: float) -> Footage:
-        """Record what the camera takes up to ``host_s`` (``time.monotonic``), then end.
+    def stop_after(self, host_s: float) -> None:
+        """End with what the camera takes up to ``host_s`` on the host's clock.
 
-        The stamps decide, with the shortest delay seen so far: a camera that delivers late is
-        waited for, up to ``timeout_s``.
+        The stamps decide, with the shortest delay of the first frames: a camera that delivers late
+        is waited for.
         """
         self._until_s = host_s
-        self._thread.join(timeout_s)
-        if self._thread.is_alive():
-            self._stop.set()
-            self._thread.join(timeout_s)
-        return self._footage()
 
     def finish(self) -> Footage:
         """End at once, and return what was recorded."""
         self._stop.set()
-        self._thread.join(5.0)
+        if self._thread.ident is not None:
+            self._thread.join(5.0)
         return self._footage()
 
     def _footage(self) -> Footage:
@@ -130,8 +129,6 @@ class Recorder:
             self._fault = f"{self._path}: cannot be written ({error.strerror or error})"
         except Exception as error:  # a thread has no one to raise it to
             self._fault = f"{self._camera.name}: {type(error).__name__}: {error}"
-        finally:
-            self._first.set()
 
     def _record(self) -> None:
         stream = self._camera.stream
@@ -141,10 +138,11 @@ class Recorder:
         delay_s = float("inf")
         with (
             self._path.open("wb") as file,
+            closing(self._camera.frames()) as frames,
             _closed(MatroskaWriter(file, stream.size, codec, private, period_s)) as writer,
         ):
             last = -1
-            for frame in self._camera.frames():
+            for frame in frames:
                 if len(self._rows) < _LATENCY_FRAMES:
                     delay_s = min(delay_s, frame.arrival_s - frame.stamp_s)
                 start_s = self._rows[0][1] if self._rows else frame.stamp_s
@@ -153,7 +151,6 @@ class Recorder:
                     writer.write(ticks, _coded(frame, stream, encoder))
                     self._rows.append((float(frame.number), frame.stamp_s, frame.arrival_s))
                     last = ticks
-                    self._first.set()
                 if self.watch is not None:
                     self.watch(frame)
                 if self._stop.is_set() or frame.stamp_s + delay_s > self._until_s:

@@ -23,12 +23,13 @@ class SeenLight:
     """The light's place x, y [px], its brightness ``level`` (frames,), and the rough offset.
 
     ``row`` is its height in the picture as a share, 0 at the top: under a rolling shutter it is
-    exposed that share of the readout later than the first row. ``correlation`` is that with the
-    pattern.
+    exposed that share of the readout later than the first row. ``weights`` (rows, columns) are
+    those of the blocks in ``level``. ``correlation`` is that with the pattern.
     """
 
     place_px: tuple[float, float]
     row: float
+    weights: Array
     level: Array
     offset_s: float
     correlation: float
@@ -86,6 +87,7 @@ def find_light(
     return SeenLight(
         place_px=(place[0], place[1]),
         row=place[1] / (BLOCK_PX * shape[0] - 1),
+        weights=weights,
         level=np.tensordot(blocks.astype(np.float64), weights, axes=2),
         offset_s=float(offsets[offset]),
         correlation=most,

@@ -15,6 +15,7 @@ import pytest
 
 from servosight.bench.camera import (
     CameraLost,
+    Footage,
     Given,
     Recorder,
     jpeg_size,
@@ -49,14 +50,24 @@ def film(
     return frames
 
 
+def ended(recorder: Recorder, until_s: float) -> Footage:
+    """Wait for the recorder to end by itself; it has five seconds."""
+    recorder.stop_after(until_s)
+    deadline_s = time.monotonic() + 5.0
+    while recorder.running and time.monotonic() < deadline_s:
+        time.sleep(0.01)
+    assert not recorder.running
+    return recorder.finish()
+
+
 def test_the_cameras_own_jpegs_and_stamps_go_to_disk_untouched(tmp_path: Path) -> None:
     with MjpegServer(film(60, lost=(10, 11, 30))) as server:
         camera = open_camera(server.address, SHORT)
         assert camera.stream.size == (96, 64)
         assert camera.stream.meaning == "frame_end"
         recorder = Recorder(camera, tmp_path)
-        recorder.start(2.0)
-        footage = recorder.stop_after(time.monotonic() + 0.15, 2.0)
+        recorder.start()
+        footage = ended(recorder, time.monotonic() + 0.15)
         camera.close()
     assert footage.fault is None
     assert footage.lost == 3
@@ -75,9 +86,9 @@ def test_a_recording_ends_with_what_the_camera_took_up_to_the_given_time(tmp_pat
     with MjpegServer(film(200)) as server:
         camera = open_camera(server.address, SHORT)
         recorder = Recorder(camera, tmp_path)
-        recorder.start(2.0)
+        recorder.start()
         until_s = time.monotonic() + 0.2
-        footage = recorder.stop_after(until_s, 2.0)
+        footage = ended(recorder, until_s)
         camera.close()
     assert until_s - 0.005 < footage.stamp_s[-1] - 100.0 < until_s + 0.05
     assert 20 < footage.number.size < 150
@@ -87,8 +98,8 @@ def test_what_was_recorded_before_a_fault_is_kept(tmp_path: Path) -> None:
     with MjpegServer(film(20)) as server:
         camera = open_camera(server.address, SHORT)
         recorder = Recorder(camera, tmp_path)
-        recorder.start(2.0)
-        footage = recorder.stop_after(time.monotonic() + 5.0, 2.0)
+        recorder.start()
+        footage = ended(recorder, time.monotonic() + 5.0)
         camera.close()
     assert footage.fault is not None
     assert "the stream ended" in footage.fault
@@ -107,8 +118,8 @@ def test_a_camera_that_freezes_is_given_up_after_its_timeout(tmp_path: Path) -> 
     with MjpegServer(frozen) as server:
         camera = open_camera(server.address, SHORT)
         recorder = Recorder(camera, tmp_path)
-        recorder.start(2.0)
-        footage = recorder.stop_after(time.monotonic() + 5.0, 3.0)
+        recorder.start()
+        footage = ended(recorder, time.monotonic() + 5.0)
         thaw.set()
         camera.close()
     assert footage.fault is not None
@@ -160,8 +171,8 @@ def test_a_file_is_a_camera_too_and_its_codec_becomes_ffv1(tmp_path: Path) -> No
     camera = open_camera(str(source))
     assert (camera.stream.coding, camera.stream.meaning) == ("gray", "exposure_start")
     recorder = Recorder(camera, tmp_path)
-    recorder.start(2.0)
-    footage = recorder.stop_after(float("inf"), 5.0)
+    recorder.start()
+    footage = ended(recorder, float("inf"))
     camera.close()
     np.testing.assert_allclose(np.diff(footage.stamp_s), 0.02, atol=1e-6)
     with av.open(str(tmp_path / "video.mkv")) as container:

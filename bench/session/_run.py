@@ -1,0 +1,165 @@
+"""A run: the servo plays a command, the camera films it, and both go onto one clock."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from servosight.bench.camera import Camera, Footage, Recorder
+from servosight.bench.safety import check_command, released
+from servosight.bench.servo import CommandLog, SupervisedServo, play
+from servosight.bench.session._light import read_light
+from servosight.bench.session._write import RUN_FILES, Clocked, write_run
+from servosight.bench.timing import LightPattern
+from servosight.models.core import Array, InputError, check_folder, new_folder
+
+REST_S = 0.6
+"""Rest before and after a command: the camera's clock and the servo's standstill are seen there."""
+_START_S = 10.0
+_LATE_S = 30.0
+_POLL_S = 0.02
+
+
+class Light(Protocol):
+    """A coded light in the picture (``bench.light``) that something else than the servo drives."""
+
+    def begin(self) -> float:
+        """Start the code; the host's time of its first bit, in s."""
+
+    def end(self) -> float:
+        """Switch the light off; the host's time, in s."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """What a run left: its folder, rows sent, frames, the light's clock; ``fault`` if it broke off.
+
+    ``clock`` is None without a light in the picture.
+    """
+
+    folder: Path
+    rows: int
+    readings: int
+    footage: Footage
+    clock: Clocked | None
+    fault: str | None = None
+
+
+def run(
+    servo: SupervisedServo,
+    camera: Camera,
+    time_s: Array,
+    command_deg: Array,
+    folder: Path,
+    *,
+    light: Light | None = None,
+    source: str = "command.csv",
+    force: bool = False,
+) -> Run:
+    """Play a command, (rows,) each, film it, and write the recording's folder.
+
+    The command is held to the servo's limits before anything moves. Whatever ends the run, the
+    servo goes to neutral and its torque off. A lost link or a fault of the servo ends the run; what
+    was recorded up to there, or up to a fault of the camera, is kept, and recording.toml says so
+    (``ended``). An
+    interruption leaves no folder. Raises InputError where nothing could be recorded.
+    """
+    check_command(servo.limits, time_s, command_deg, source)
+    check_folder(folder, RUN_FILES, sign="bench.toml", force=force)
+    log = CommandLog()
+    with new_folder(folder, RUN_FILES, sign="bench.toml", force=force) as fresh:
+        recorder = Recorder(camera, fresh)
+        stage = _Stage(servo, recorder, light, log)
+        fault = None
+        try:
+            with released(servo):
+                stage.play(time_s, command_deg, source)
+        except InputError as error:
+            if not log.sent:
+                raise
+            fault = str(error)  # the recording up to here is kept
+        finally:
+            footage = stage.last_frame()
+        lit = stage.lit
+        fault = fault or footage.fault
+        found = None
+        if lit is not None:
+            try:
+                found = Clocked(
+                    *read_light(fresh / "video.mkv", footage, LightPattern.of_command(*lit))
+                )
+            except InputError as error:
+                fault = fault or str(error)
+        write_run(fresh, log, footage, found, servo.name, camera.name, fault)
+    return Run(
+        folder=folder,
+        rows=len(log.sent),
+        readings=len(log.readings),
+        footage=footage,
+        clock=found,
+        fault=fault,
+    )
+
+
+class _Stage:
+    """Servo, recorder and light during a run."""
+
+    def __init__(
+        self, servo: SupervisedServo, recorder: Recorder, light: Light | None, log: CommandLog
+    ) -> None:
+        self._servo, self._recorder, self._light, self._log = servo, recorder, light, log
+        self._clock = servo.clock
+        self.lit: tuple[float, float] | None = None
+
+    def play(self, time_s: Array, command_deg: Array, source: str) -> None:
+        """Go to the first row, then film: no frame shows a motion that command.csv lacks."""
+        clock = self._clock
+        self._servo.move_to(float(command_deg[0]))
+        self._rest()
+        self._first_frame()
+        begun_s = self._light.begin() if self._light is not None else None
+        try:
+            self._rest()
+            play(self._servo, time_s, command_deg, self._log, source)
+            self._rest()
+        finally:
+            end_s = clock.now()
+            self._recorder.stop_after(end_s)
+            if begun_s is not None and self._light is not None:
+                self.lit = begun_s, self._light.end()
+            elif self._log.light_s is not None:
+                self.lit = self._log.light_s, end_s
+
+    def last_frame(self) -> Footage:
+        """Wait for what the camera took up to the end of the run; it may come late."""
+        until = time.monotonic() + _LATE_S
+        while self._recorder.running and self._recorder.ending and time.monotonic() < until:
+            self._clock.wait(self._clock.now() + _POLL_S)
+            time.sleep(1e-3)
+        return self._recorder.finish()
+
+    def _rest(self) -> None:
+        """Wait without moving."""
+        until = self._clock.now() + REST_S
+        while self._clock.now() < until:
+            self._poll()
+
+    def _poll(self) -> None:
+        """Wait a little, and ask the servo: its watchdog would take a long silence for a fault."""
+        self._servo.read()
+        self._clock.wait(self._clock.now() + _POLL_S)
+
+    def _first_frame(self) -> None:
+        """Start the recorder; InputError where no frame comes."""
+        clock, recorder = self._clock, self._recorder
+        recorder.start()
+        until = clock.now() + _START_S
+        while recorder.frames == 0 and recorder.fault is None and clock.now() < until:
+            self._poll()
+            time.sleep(1e-3)  # the clock may be one that passes only while somebody waits on it
+        if recorder.fault is not None:
+            raise InputError(recorder.fault)
+        if recorder.frames == 0:
+            raise InputError(f"no frame came within {_START_S:g} s; check the camera")

@@ -1,0 +1,137 @@
+"""A bench without hardware: a servo on a pseudo-terminal and a camera on the loopback interface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from msgspec import Meta
+
+from servosight.bench.wire import (
+    DynamixelStandIn,
+    FeetechStandIn,
+    MaestroStandIn,
+    MjpegServer,
+    Plant,
+    StandIn,
+    VirtualClock,
+    Wire,
+)
+from servosight.models.core import Camera
+from servosight.scenarios.draws import DRAWS
+from servosight.scenarios.rehearsal._camera import CameraFaults, VirtualCamera, VirtualLight
+from servosight.scenarios.scenario import LinearServo
+from servosight.sim.effects import resolve
+from servosight.sim.live import LiveTwin
+
+Kind = Literal["dynamixel", "feetech", "maestro"]
+HIDDEN = ("backlash", "coulomb_friction", "dead_zone", "asymmetric_gain")
+"""Effects that a rehearsal may hide: each shows in a film of ten seconds."""
+CAMERA = Camera(rate_hz=60.0, exposure_s=0.003, width=320, height=240)
+_KEYS = {"dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rehearsal:
+    """What stands on the virtual bench: a servo with hidden effects, and a camera."""
+
+    seed: Annotated[int, Meta(ge=0, description="a whole number from 0")] = 0
+    kind: Kind = "dynamixel"
+    servo: LinearServo = field(default_factory=LinearServo)
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    camera: Camera = CAMERA
+    faults: CameraFaults = field(default_factory=CameraFaults)
+
+    @classmethod
+    def drawn(cls, seed: int, kind: Kind = "dynamixel") -> Rehearsal:
+        """A servo with one hidden effect, and a camera's clock, as ``seed`` draws them."""
+        rng = np.random.default_rng([seed, 19])
+        effect = HIDDEN[int(rng.integers(len(HIDDEN)))]
+        ranges = DRAWS[effect]
+        values = {name: float(rng.uniform(*span)) for name, span in ranges.parameters.items()}
+        servo = LinearServo(
+            k=float(rng.uniform(0.85, 1.1)),
+            T=float(rng.uniform(0.02, 0.03)),
+            xi=float(rng.uniform(0.5, 0.8)),
+        )
+        faults = CameraFaults(
+            clock_s=float(rng.uniform(0.0, 1e4)),
+            drift=float(rng.uniform(-8e-5, 8e-5)),
+            latency_s=float(rng.uniform(0.02, 0.09)),
+        )
+        return cls(seed=seed, kind=kind, servo=servo, effects={effect: values}, faults=faults)
+
+    def truth(self) -> dict[str, Any]:
+        """What is hidden, for scoring: effects, parameters, the camera's clock."""
+        values = {
+            f"{effect}.{name}": value
+            for effect, table in resolve(self.effects).items()
+            for name, value in table.items()
+        }
+        core = {"k": self.servo.k, "T": self.servo.T, "xi": self.servo.xi}
+        return {
+            "format": 1,
+            "effects": list(self.effects),
+            "parameters": {**core, "bias": self.servo.bias, **values},
+            "camera": {"drift": self.faults.drift, "latency_s": self.faults.latency_s},
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualBench:
+    """Addresses as a user would type them, the light, and the clock by which time passes."""
+
+    servo: str
+    camera: str
+    light: VirtualLight
+    clock: VirtualClock
+    film: VirtualCamera
+    stand_in: StandIn
+
+
+@contextmanager
+def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
+    """Stand a servo and a camera on the wire for the body of a ``with``.
+
+    Time passes while somebody waits on ``clock``, and waits for the pictures to be drawn: a
+    rehearsal takes as long as the computer needs.
+    """
+    twin = LiveTwin(rehearsal.servo.bench(), rehearsal.effects)
+    stand_in = _stand_in(rehearsal.kind, twin)
+    wire = Wire(stand_in)
+    pumped: list[Any] = [wire]
+    clock = VirtualClock(pumped)
+    light = VirtualLight(clock.now)
+    film = VirtualCamera(
+        twin,
+        rehearsal.camera,
+        rehearsal.faults,
+        light,
+        start_s=clock.now(),
+        seed=rehearsal.seed,
+    )
+    stand_in.advance(clock.now())
+    pumped.append(film)
+    try:
+        with MjpegServer(film.film) as server:
+            yield VirtualBench(
+                servo=f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}",
+                camera=server.address,
+                light=light,
+                clock=clock,
+                film=film,
+                stand_in=stand_in,
+            )
+    finally:
+        wire.close()
+
+
+def _stand_in(kind: Kind, plant: Plant) -> StandIn:
+    if kind == "dynamixel":
+        return DynamixelStandIn(plant)
+    if kind == "feetech":
+        return FeetechStandIn(plant)
+    return MaestroStandIn(plant, crc=True)

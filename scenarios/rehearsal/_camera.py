@@ -1,0 +1,158 @@
+"""A camera on the wire that films the twin: its own clock, drift, latency, jitter, lost frames."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from queue import Queue
+from typing import Annotated
+
+import numpy as np
+
+from servosight.bench.timing import LightPattern
+from servosight.bench.wire import ServedFrame
+from servosight.models.core import Array, Camera, share, within
+from servosight.sim.film import LiveFilm, VideoSettings
+from servosight.sim.live import LiveTwin
+
+_PATIENCE_S = 5.0
+_LONGEST_S = 3600.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraFaults:
+    """The virtual camera's clock and link: what a rehearsal must not know, and has to find.
+
+    ``clock_s`` is what its clock shows at the start, ``drift`` by how much it runs fast;
+    ``latency_s`` from the end of a frame to its delivery, ``jitter_s`` the mean of what comes on
+    top (exponentially distributed); ``dropped`` the share of frames that do not arrive.
+    """
+
+    clock_s: float = 5000.0
+    drift: Annotated[float, within(-1e-3, 1e-3, "")] = 4e-5
+    latency_s: Annotated[float, within(0.0, 1.0, "seconds")] = 0.045
+    jitter_s: Annotated[float, within(0.0, 1.0, "seconds")] = 0.004
+    dropped: Annotated[float, share(0.5)] = 0.01
+
+
+class VirtualLight:
+    """The coded light in the picture, switched by whoever runs the bench."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._begun_s = float("inf")
+        self._ended_s = float("inf")
+
+    def begin(self) -> float:
+        """Start the code; the host's time of its first bit, in s."""
+        self._begun_s, self._ended_s = self._now(), float("inf")
+        return self._begun_s
+
+    def end(self) -> float:
+        """Switch the light off; the host's time, in s."""
+        self._ended_s = self._now()
+        return self._ended_s
+
+    def share(self, from_s: Array, to_s: Array) -> Array:
+        """The share of stretches of time in which it is on."""
+        if self._begun_s == float("inf"):
+            return np.zeros(np.shape(from_s))
+        end_s = min(self._ended_s, self._begun_s + _LONGEST_S)
+        pattern = LightPattern.of_command(self._begun_s, end_s)
+        return pattern.share(0.5 * (from_s + to_s), float((to_s - from_s).flat[0]))
+
+
+class VirtualCamera:
+    """Films the twin frame by frame while time passes (``pump``), for all who watch (``film``).
+
+    A frame is drawn when it is due for delivery, and only if someone watches. Whoever lets time
+    pass waits until the frame is on the network: so a computer that cannot draw in real time only
+    takes longer, and no frame is late by the clock of the rehearsal.
+    """
+
+    def __init__(
+        self,
+        twin: LiveTwin,
+        camera: Camera,
+        faults: CameraFaults,
+        light: VirtualLight,
+        *,
+        start_s: float,
+        seed: int,
+    ) -> None:
+        """``start_s`` is the host's time at which the twin's own time is 0."""
+        self._twin, self._camera, self._faults, self._light = twin, camera, faults, light
+        self._start_s = start_s
+        settings = VideoSettings(texture_seed=seed % 1000, workers=1)
+        self._film = LiveFilm(camera, settings, seed)
+        self._random = np.random.default_rng([seed, 77])
+        self._number = 1
+        self._late_s = self._draw_late_s()
+        self._watching: list[Queue[ServedFrame]] = []
+
+    def pump(self, now_s: float) -> float:
+        """Deliver the frames that are due by now; the time of the next delivery."""
+        while (due_s := self._delivery_s()) <= now_s:
+            lost = self._random.random() < self._faults.dropped
+            if self._watching and not lost:
+                frame = self._frame(self._number)
+                for queue in list(self._watching):
+                    self._hand_over(queue, frame)
+            self._number += 1
+            self._late_s = self._draw_late_s()
+        return due_s
+
+    def film(self) -> Iterator[ServedFrame]:
+        """The frames for one who watches: the last one at once, then each as it is delivered."""
+        queue: Queue[ServedFrame] = Queue()
+        last = self._frame(self._number - 1)
+        self._watching.append(queue)
+        try:
+            yield last
+            while True:
+                frame = queue.get()
+                yield frame
+                queue.task_done()
+        finally:
+            self._leave(queue)
+
+    def begin_s(self, number: int) -> float:
+        """Start of a frame's exposure on the host's clock: what the bench has to find."""
+        period_s = 1.0 / (self._camera.rate_hz * (1.0 + self._faults.drift))
+        return self._start_s + (number - 1) * period_s
+
+    def stamp_s(self, number: int) -> float:
+        """The time that the camera gives a frame: the start of its exposure, by its own clock."""
+        faults = self._faults
+        return faults.clock_s + (self.begin_s(number) - self._start_s) * (1.0 + faults.drift)
+
+    def _delivery_s(self) -> float:
+        camera = self._camera
+        taken_s = self.begin_s(self._number) + camera.exposure_s + camera.readout_s
+        return taken_s + self._faults.latency_s + self._late_s
+
+    def _draw_late_s(self) -> float:
+        return float(self._random.exponential(self._faults.jitter_s or 1e-12))
+
+    def _frame(self, number: int) -> ServedFrame:
+        begin_s, start_s = self.begin_s(number), self._start_s
+
+        def lit(from_s: Array, to_s: Array) -> Array:
+            return self._light.share(from_s + start_s, to_s + start_s)
+
+        data = self._film.jpeg(number, begin_s - start_s, self._twin.between, lit)
+        return ServedFrame(number=number, stamp_s=self.stamp_s(number), data=data)
+
+    def _hand_over(self, queue: Queue[ServedFrame], frame: ServedFrame) -> None:
+        """Put a frame on the network; one who does not read for five seconds is given up."""
+        queue.put(frame)
+        until_s = time.monotonic() + _PATIENCE_S
+        while queue.unfinished_tasks and queue in self._watching:
+            if time.monotonic() > until_s:
+                self._leave(queue)
+            time.sleep(2e-4)
+
+    def _leave(self, queue: Queue[ServedFrame]) -> None:
+        if queue in self._watching:
+            self._watching.remove(queue)

@@ -1,0 +1,70 @@
+"""The entire chain with nothing but devices on the wire: run, film, clock, track, diagnose."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import servosight as ss
+from servosight.bench.camera import Given, open_camera
+from servosight.bench.servo import open_servo
+from servosight.bench.session import run
+from servosight.models.excitation import standard
+from servosight.models.io import read_sheet
+from servosight.scenarios.rehearsal import Rehearsal, virtual_bench
+
+SEED = 1
+EXPOSURE_S = 0.003
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of six seconds on a servo with play, filmed by a camera with a clock of its own."""
+    folder = tmp_path_factory.mktemp("bench") / "rec"
+    command = standard(6.0, 20.0, SEED, 50.0)
+    with virtual_bench(Rehearsal.drawn(SEED)) as bench:
+        servo = open_servo(bench.servo, clock=bench.clock)
+        given = Given(exposure_s=EXPOSURE_S, meaning="exposure_start")
+        camera = open_camera(bench.camera, given, bench.clock.now)
+        done = run(servo, camera, command.time_s, command.command_deg, folder, light=bench.light)
+        # True mid-exposure times by the host's clock, which only the stand-in knows.
+        numbers = [int(number) for number in done.footage.number]
+        true_s = np.array([bench.film.begin_s(n) for n in numbers]) + 0.5 * EXPOSURE_S
+        servo.close()
+        camera.close()
+        assert done.fault is None
+        assert not bench.stand_in.torque
+        assert abs(bench.stand_in.goal_deg) < 0.1
+        assert done.clock is not None
+        error_s = done.clock.fit.mid_exposure(done.footage.stamp_s) - true_s
+        assert np.abs(error_s).max() < 1e-3
+        assert np.abs(error_s).max() < 4.0 * done.clock.fit.sigma_s(done.footage.stamp_s).max()
+        assert abs(done.clock.fit.drift) > 1e-6  # it has one, and it was found
+    return folder
+
+
+def test_the_recording_is_on_the_commands_clock(recording: Path) -> None:
+    settings = tomllib.loads((recording / "recording.toml").read_text())
+    assert settings["offset_sigma_s"] < 1e-3
+    measured = tomllib.loads((recording / "bench.toml").read_text())
+    assert abs(measured["clock"]["drift"]) < 1e-4
+    command = read_sheet(recording / "command.csv").columns(["time_s", "command_deg"])
+    frames = read_sheet(recording / "frames.csv").columns(["frame", "time_s"])
+    assert command[0, 0] == 0.0
+    assert frames[0, 1] < -0.4  # a rest before the command is in the film
+    assert frames[-1, 1] > command[-1, 0] + 0.4
+    signals = read_sheet(recording / "signals.csv")
+    assert "servo_angle_deg" in signals.header
+
+
+@pytest.mark.slow
+def test_the_hidden_effect_is_named_and_the_servo_found(recording: Path) -> None:
+    truth = Rehearsal.drawn(SEED).truth()
+    result = ss.diagnose([recording])
+    assert list(result.effects) == truth["effects"]
+    for name in ("k", "T", "xi"):
+        found = result.ladder[-1].parameters[name]
+        assert abs(found.value - truth["parameters"][name]) < 3.0 * found.sigma, name
