@@ -4,7 +4,7 @@ WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
 
-.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz kill-test clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz fuzz-fmu kill-test clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -69,6 +69,11 @@ paper: setup
 INPUTS ?= 20000
 fuzz: setup
 	$(BIN)/python tests/fuzz/run.py --count $(INPUTS) --workers $(WORKERS) $(ARGS)
+
+# Damaged FMUs, each held against a recording: FMUS=500
+FMUS ?= 500
+fuzz-fmu: setup
+	$(BIN)/python tests/fuzz/fmus.py $(FMUS) $(ARGS)
 
 # Commands killed at random moments, and what they leave behind: KILLS=200
 KILLS ?= 200

@@ -66,6 +66,21 @@ def add_plugins(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_fmu(parser: argparse.ArgumentParser) -> None:
+    """``--trust``, ``--fmu-input`` and ``--fmu-output``, for a model that is an FMU."""
+    parser.add_argument(
+        "--trust",
+        action="store_true",
+        help="of an FMU: run its native code, with your rights, in a process of its own",
+    )
+    for name, what in (("input", "command"), ("output", "angle")):
+        parser.add_argument(
+            f"--fmu-{name}",
+            metavar="NAME",
+            help=f"of an FMU: the variable of the {what} (default: {what}, or the only {name})",
+        )
+
+
 def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     """``--seed N``."""
     parser.add_argument(

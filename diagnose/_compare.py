@@ -137,11 +137,22 @@ def compare(
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
     recording and are found on it.
     """
+    judged = judge(actuator, recordings, catalogue=catalogue)
+    return comparison_of(judged, recordings, actuator.effects, actuator.parameters, tolerance)
+
+
+def comparison_of(
+    judged: tuple[Judged, ...],
+    recordings: Sequence[Recording],
+    effects: tuple[str, ...],
+    parameters: Mapping[str, Estimate],
+    tolerance: float | None = None,
+) -> Comparison:
+    """What predictions of the recordings say of the model that made them."""
     seen, left_out = usable_views(recordings)
     noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
     _, notes = thinned(seen)
-    judged = judge(actuator, recordings, catalogue=catalogue)
     found = findings(judged, floor, noise)
     rmse = rms([one.error_deg for one in judged])
     explained = rmse <= EXPLAINED * floor
@@ -151,8 +162,8 @@ def compare(
     return Comparison(
         headline=headline,
         summary=summary,
-        effects=actuator.effects,
-        parameters=actuator.parameters,
+        effects=effects,
+        parameters=parameters,
         rmse_deg=rmse,
         noise_deg=noise,
         tolerance_deg=tolerance_deg,

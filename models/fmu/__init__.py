@@ -7,3 +7,5 @@ from servosight.models.fmu._fmu import Fmu as Fmu
 from servosight.models.fmu._fmu import FmuLimits as FmuLimits
 from servosight.models.fmu._fmu import FmuVariable as FmuVariable
 from servosight.models.fmu._fmu import open_fmu as open_fmu
+from servosight.models.fmu._model import FmuModel as FmuModel
+from servosight.models.fmu._model import FmuRun as FmuRun

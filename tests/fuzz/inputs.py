@@ -143,6 +143,7 @@ TARGETS = (
         ("export model.toml --to csv -o new.out", "export model.toml --to mjcf -o new.out"),
         3,
     ),
+    Target("model.fmu", BYTES, ("compare model.fmu log.csv --trust",), 1),
     Target("scenario.toml", SETTINGS, ("simulate scenario.toml -o new",), 6),
     Target("camera.toml", SETTINGS, ("track clip.mkv --camera camera.toml -o new.csv",), 6),
     Target("bam.json", TEXT, ("import bam.json -o new",), 8),
@@ -286,6 +287,9 @@ def write_inputs(folder: Path) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         words = ["identify", str(folder / "log.csv"), "--method", "gradient"]
         assert main([*words, "-o", str(folder / "model.toml")]) == 0
+        words = ["export", str(folder / "model.toml"), "--to", "fmu"]
+        if main([*words, "-o", str(folder / "model.fmu")]) != 0:  # without a C compiler
+            (folder / "model.fmu").write_bytes(b"PK")
         rows = folder / "swept"
         words = ["sweep", str(folder / "sweep.toml"), "--workers", "0", "-q"]
         assert main([*words, "-o", str(rows)]) == 0

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from servosight.app.arguments import (
+    add_fmu,
     add_force,
     add_json,
     add_plugins,
@@ -17,6 +19,9 @@ from servosight.app.completion import with_effects
 from servosight.app.output import check_outputs, console, made, next_command, write_json
 from servosight.app.progress import progress
 
+if TYPE_CHECKING:
+    from servosight.diagnose import Comparison
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight compare``."""
@@ -24,7 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "model",
         metavar="MODEL.toml",
         type=any_path,
-        help="the model's card; or the first of two cards, or of two recordings, to compare",
+        help="the model's card, or an FMU; or the first of two cards, or of two recordings",
     )
     add_recordings(parser)
     with_effects(
@@ -35,6 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             help="of two recordings: the effects to fit to both (default: found by a diagnosis)",
         )
     )
+    add_fmu(parser)
     add_json(parser)
     add_report(parser)
     add_plugins(parser)
@@ -55,10 +61,13 @@ def run(args: argparse.Namespace) -> None:
         _change(args)
         return
     effects = catalogue(args.plugin)
-    actuator = Actuator.load(args.model, effects)
-    recordings = load(args.recordings, args)
-    with progress("comparing"):
-        result = compare(actuator, recordings, catalogue=effects)
+    if args.model.suffix.lower() == ".fmu":
+        result, recordings = _with_fmu(args), []
+    else:
+        actuator = Actuator.load(args.model, effects)
+        recordings = load(args.recordings, args)
+        with progress("comparing"):
+            result = compare(actuator, recordings, catalogue=effects)
     values = result.to_dict()
     out = console(args)
     out.print(f"{result.headline}. {result.summary}")
@@ -75,6 +84,25 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command("diagnose", *args.recordings, "--auto"))
+
+
+def _with_fmu(args: argparse.Namespace) -> Comparison:
+    """The same with an FMU as the model."""
+    from servosight.app.inputs import load
+    from servosight.diagnose import compare_fmu
+    from servosight.models.core import InputError
+
+    if args.report is not None:
+        raise InputError("compare: --report shows a model card, expected --json for an FMU")
+    recordings = load(args.recordings, args)
+    with progress("comparing"):
+        return compare_fmu(
+            args.model,
+            recordings,
+            trust=args.trust,
+            command=args.fmu_input,
+            angle=args.fmu_output,
+        )
 
 
 def _change(args: argparse.Namespace) -> None:

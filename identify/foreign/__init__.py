@@ -1,0 +1,4 @@
+"""Models that are not the plant equation: FMUs, fitted by their own parameters."""
+
+from servosight.identify.foreign._own import fitted_own as fitted_own
+from servosight.identify.foreign._own import trusted as trusted

@@ -1,0 +1,90 @@
+"""What belongs to a recording and not to the model: the angle's zero, the motion at its start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from servosight.identify.search import LevenbergMarquardt, drive
+from servosight.models.core import Array, InputError, Recording
+from servosight.models.fmu import FmuModel, FmuRun, FmuVariable
+
+BUDGET = 80
+"""Runs of an FMU for the numbers of one recording."""
+SCALES = {"bias": 1.0, "initial_angle": 1.0, "initial_speed": 10.0}
+"""Sizes of a change that matters [deg], [deg/s]."""
+_FIRST = 3
+
+
+def trusted(path: Path, trust: bool) -> None:
+    """Raise InputError unless the user has said that the FMU's native code may run."""
+    if not trust:
+        raise InputError(
+            f"{path}: an FMU runs native code with your rights, expected --trust; give it once you "
+            f"trust where the file is from"
+        )
+
+
+def own_start(recording: Recording, model: FmuModel) -> Array:
+    """First guess of the recording's own numbers, in the order of ``model.own``."""
+    angle = recording.angle_deg
+    gain = next((one.start for one in model.parameters if one.name == "k"), None)
+    guess = {
+        "bias": float(np.median(angle) - (1.0 if gain is None else gain)
+                      * np.median(recording.command_deg)),
+        "initial_angle": float(angle[:_FIRST].mean()),
+        "initial_speed": 0.0,
+    }  # fmt: skip
+    return np.array([guess[one.name] for one in model.own])
+
+
+def predicted(
+    model: FmuModel, run: FmuRun, names: Sequence[str], rows: Array
+) -> tuple[Array, list[str]]:
+    """Angles [deg], (runs, samples); without a bias of its own, the zero of the angle is fitted."""
+    angles, errors = model.predict(run, names, rows)
+    if not any(one.name == "bias" for one in model.own):
+        angles = angles + (run.recording.angle_deg - angles).mean(axis=1, keepdims=True)
+    return angles, errors
+
+
+def fitted_own(model: FmuModel, recording: Recording) -> Array:
+    """The model's prediction [deg], (samples,), with the recording's own numbers fitted.
+
+    Raises InputError where the FMU does not run on the recording's command.
+    """
+    run = model.run_of(recording)
+    names = [one.name for one in model.own]
+    point = own_start(recording, model)
+    angles, errors = predicted(model, run, names, point[None, :])
+    if errors[0]:
+        raise InputError(
+            f"{model.fmu.path}: does not run on {recording.name} ({errors[0]}), expected an FMU "
+            f"that does; try it in the tool it is of"
+        )
+    if not names:
+        return np.asarray(angles[0])
+
+    def residuals(points: Array) -> Array:
+        return predicted(model, run, names, points)[0] - recording.angle_deg
+
+    low, high, scale = bounds_of(model.own)
+    best = drive(LevenbergMarquardt(point, low, high, scale), residuals, BUDGET).point
+    return np.asarray(predicted(model, run, names, best[None, :])[0][0])
+
+
+def bounds_of(variables: Sequence[FmuVariable]) -> tuple[Array, Array, Array]:
+    """Low, high and the size of a change that matters, (variables,) each."""
+    low = np.array([one.low for one in variables])
+    high = np.array([one.high for one in variables])
+    scale = np.array([SCALES.get(one.name) or _size(one) for one in variables])
+    return low, high, scale
+
+
+def _size(one: FmuVariable) -> float:
+    """A tenth of the start value; where that is zero, of the range or 1."""
+    if one.start:
+        return 0.1 * abs(one.start)
+    return 0.01 * (one.high - one.low) if np.isfinite(one.high - one.low) else 0.1

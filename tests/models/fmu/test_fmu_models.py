@@ -1,0 +1,172 @@
+"""FMUs from elsewhere: what is refused unpacked, and what becomes of bad native code."""
+
+from __future__ import annotations
+
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzz import fmus
+
+from servosight.app.main import main
+from servosight.export.core import ExportRequest
+from servosight.export.csource import compile_c, missing
+from servosight.export.fmu import FMU2
+from servosight.models.core import Actuator, Estimate, InputError, Recording
+from servosight.models.effects import catalogue
+from servosight.models.fmu import ArchiveLimits, FmuLimits, FmuModel, open_fmu, unpacked
+from servosight.models.io import save_recording
+
+pytestmark = pytest.mark.skipif(missing() is not None, reason="needs a C compiler")
+
+VALUES = {"k": 0.9, "T": 0.03, "xi": 0.7, "bias": 0.0}
+TIMES = np.arange(0.0, 2.0, 0.02)
+BAD = """
+#include <unistd.h>
+int servo_step(servo_model *m, double command_deg, double duration_s)
+{
+    const int how = (int)m->p.v[0];
+    (void)command_deg;
+    (void)duration_s;
+    if (how == 1) for (;;) { }
+    if (how == 2) *(volatile int *)(size_t)how = how;
+    if (how == 3) for (size_t n = 1 << 20;; n *= 2) { char *p = malloc(n); p[n - 1] = 1; }
+    if (how == 5) for (int i = 3; i < 64; ++i) if (write(i, "FMU1 what?\\n\\n\\n\\n", 15)) { }
+    if (how == 6) m->angle = NAN;
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return fmus.good_fmu(tmp_path_factory.mktemp("good"))
+
+
+@pytest.fixture(scope="module")
+def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An FMU that misbehaves as its gain says."""
+    folder = tmp_path_factory.mktemp("bad")
+    model = Actuator({name: Estimate(v, None, "") for name, v in VALUES.items()}, ())
+    request = ExportRequest(actuator=model, catalogue=catalogue(), name="servo")
+    FMU2.write(request, folder / "good.fmu")
+    with zipfile.ZipFile(folder / "good.fmu") as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+        archive.extractall(folder)
+    text = files["sources/model.c"].decode()
+    _, declared, _ = text.partition("int servo_step(")
+    begin = text.rindex(declared)
+    end = text.index("\n}\n", begin) + 3
+    text = text[:begin] + BAD + text[end:]
+    text = text.replace("#include <math.h>", "#include <math.h>\n#include <stdlib.h>")
+    (folder / "sources/model.c").write_text(text, encoding="utf-8")
+    binary = next(name for name in files if name.startswith("binaries/"))
+    compile_c(["-D_GNU_SOURCE", "-O0", "-shared", "-fPIC", "-o", str(folder / "library"),
+               str(folder / "sources/fmi2.c"), "-lm"])  # fmt: skip
+    files[binary] = (folder / "library").read_bytes()
+    with zipfile.ZipFile(folder / "bad.fmu", "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return folder / "bad.fmu"
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    command = np.where(TIMES % 1.0 < 0.5, 10.0, -10.0)
+    rows = Recording("steps", TIMES, command, TIMES, 0.9 * command)
+    save_recording(rows, tmp_path / "rec")
+    return tmp_path / "rec"
+
+
+@pytest.mark.parametrize(
+    ("gain", "said"),
+    [
+        (1, "it takes more than 2 s"),
+        (2, "ended by SIGSEGV"),
+        (3, "ended by SIGSEGV"),
+        (5, "its answer is no such thing"),
+        (6, "its output is not finite"),
+    ],
+)
+def test_native_code_that_misbehaves_is_one_sentence(gain: int, said: str, bad: Path) -> None:
+    """An endless step, a crash, memory without end, exit, writing to all files, no number."""
+    begin = time.monotonic()
+    limits = FmuLimits(run_s=2.0, memory_bytes=2 << 30)
+    words = {"command_name": "command", "output_name": "angle"}
+    with pytest.raises(InputError) as caught, open_fmu(bad, limits=limits) as fmu:
+        fmu.run(TIMES, np.zeros(TIMES.size - 1), start={"k": gain}, **words)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert time.monotonic() - begin < 60.0
+
+
+def test_damaged_archives_are_refused_before_anything_is_loaded(good: Path, tmp_path: Path) -> None:
+    """Also where each limit begins."""
+    kinds = ("named", "linked", "bomb")
+    valid, rng = good.read_bytes(), np.random.default_rng(1)
+    place = tmp_path / "damaged.fmu"
+    for _ in range(12):
+        for kind in kinds:
+            place.write_bytes(fmus.KINDS[kind](valid, rng))
+            with pytest.raises(InputError, match=r"damaged\.fmu: .*expected"), unpacked(place):
+                pass
+    with unpacked(good) as folder:
+        size = sum(one.stat().st_size for one in folder.rglob("*") if one.is_file())
+        count = sum(one.is_file() for one in folder.rglob("*"))
+    for limits in (
+        {"file_bytes": len(valid) - 1},
+        {"entries": count - 1},
+        {"total_bytes": size - 1},
+        {"entry_bytes": 1000},
+        {"description_bytes": 100},
+        {"ratio": 1.5, "small": 100},
+        {"name_length": 10},
+    ):
+        with pytest.raises(InputError), unpacked(good, ArchiveLimits(**limits)):
+            pass
+    exact = ArchiveLimits(file_bytes=len(valid), entries=count, total_bytes=size)
+    with unpacked(good, exact):
+        pass
+
+
+def test_the_mutator_s_first_of_each_kind(good: Path, tmp_path: Path) -> None:
+    """`make fuzz-fmu` runs 500; each ends in one sentence, which `tried` asserts."""
+    valid = good.read_bytes()
+    kinds = ("cut", "flipped", "directory", "library", "described")
+    damaged = {name: data for name, data in fmus.mutants(valid, 10, seed=2) if name in kinds}
+    assert all(fmus.tried(data, tmp_path) for data in damaged.values())
+
+
+def test_compare_takes_an_fmu_that_is_trusted(
+    good: Path, recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", str(good), str(recording)]) == 2
+    assert "an FMU runs native code with your rights, expected --trust" in capsys.readouterr().err
+    assert main(["compare", str(good), str(recording), "--trust", "--json", "-"]) == 0
+    assert '"backlash.gap"' in capsys.readouterr().out
+    words = ["compare", str(good), str(recording), "--trust"]
+    assert main([*words, "--fmu-input", "goal"]) == 2
+    assert "has the inputs command, but none goal" in capsys.readouterr().err
+    assert main([*words, "--report", "x.html"]) == 2
+    capsys.readouterr()
+
+
+def test_units_and_exposures(good: Path) -> None:
+    """An angle in radians is converted; a sample is the mean over its exposure."""
+    from dataclasses import replace
+
+    command = np.where(TIMES % 1.0 < 0.5, 10.0, -10.0)
+    rows = Recording("steps", TIMES, command, TIMES, 0.0 * command)
+    with open_fmu(good) as fmu:
+        model = FmuModel.of(fmu)
+        run = model.run_of(rows)
+        (plain,), _ = model.predict(run, ["initial_angle"], np.array([[9.0]]))
+        radian = replace(model, angle=replace(model.angle, unit="rad"))
+        (turned,), _ = radian.predict(run, ["initial_angle"], np.array([[9.0]]))
+        exposed = replace(rows, exposure_s=0.01)
+        (blurred,), _ = model.predict(model.run_of(exposed), ["initial_angle"], np.array([[9.0]]))
+    assert turned == pytest.approx(np.rad2deg(plain))
+    assert np.max(np.abs(blurred - plain)) < 3.0
+    assert np.max(np.abs(blurred - plain)) > 0.01
