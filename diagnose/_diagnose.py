@@ -106,7 +106,7 @@ def diagnose(
     levels = Levels(noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor)
     judged, judged_last = models.tested(linear), models.tested(last)
     left = findings(judged_last, floor, noise)
-    known = gather(models, last, judged_last, left, criterion)
+    known = gather(models, linear, last, judged_last, left, criterion)
     untried = models.known.without_effects
     headline, summary = told(verdict, ladder, candidates, law, levels, known, stable, untried)
     return Diagnosis(
@@ -267,7 +267,8 @@ def _law(
     progress("searching for a law of the remaining error", 0, 1)
     bases = [linear] if last.effects == linear.effects else [linear, last]
     found = find_law(models, bases, criterion, noise)
-    return None if found is None else Law.of(found, criterion.floor_deg, noise)
+    law = None if found is None else Law.of(found, criterion.floor_deg, noise)
+    return law if law is not None and law.holds else None
 
 
 def _grown(selected: Selected) -> bool:

@@ -18,6 +18,8 @@ from servosight.identify.fit import OwnValues
 from servosight.models.core import Array, Estimate
 from servosight.models.effects import Effect
 
+MIN_TESTED = 0.25
+"""A law that closes less of the gap on the test data, which it has not seen, does not hold."""
 MOST_INSTANTS = 3000
 """A longer course of the missing torque is thinned to so many instants."""
 
@@ -110,6 +112,11 @@ class Law:
             missing=tuple(_thinned(one) for one in missing),
             draft=plugin_source([term.effect for term in terms], values, sentence),
         )
+
+    @property
+    def holds(self) -> bool:
+        """True where it lowers the error on the test data as well."""
+        return self.closed >= MIN_TESTED
 
     @property
     def equation(self) -> str:

@@ -36,22 +36,27 @@ class Evidence:
 
 def gather(
     models: ModelSelection,
+    first: Trial,
     last: Trial,
     judged: Sequence[Judged],
     remaining: Sequence[Finding],
     criterion: AcceptanceCriterion,
 ) -> Evidence:
-    """The evidence on ``last``: ``judged`` are its predictions, ``remaining`` findings on them."""
+    """The evidence on ``last``: ``judged`` are its predictions, ``remaining`` findings on them.
+
+    ``first`` is the first step's trial. It is given, as a better fit of it may have been found
+    since, which no step shows.
+    """
     floor_deg = criterion.floor_deg
     found = regimes(judged, floor_deg)
     again = repeated(judged)
-    errors = held_out_rms(models.tested(models.first())), held_out_rms(judged)
+    errors = held_out_rms(models.tested(first)), held_out_rms(judged)
     missed = not criterion.at_floor(errors[1], held_out_samples_of(judged))
     return Evidence(
         regimes=_with_inclusion(models, last, judged, found),
         repeated=again,
         unexplained=partial(errors, floor_deg, remaining, judged, again) if missed else None,
-        detectable=detectable(models, models.first(), criterion),
+        detectable=detectable(models, first, criterion),
     )
 
 

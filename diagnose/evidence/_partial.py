@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from servosight.diagnose.evidence._repeats import Repeated
-from servosight.diagnose.residuals import Finding, Judged, listed, rms
+from servosight.diagnose.residuals import (
+    Finding,
+    Judged,
+    Window,
+    listed,
+    rms,
+    shares,
+    worst_windows,
+)
+from servosight.models.core import degrees, times
 
 KINDS = {
     "angle": "angle",
@@ -57,6 +66,16 @@ STEPS = {
     "recording.toml).",
 }
 """The next step for what the error depends on most."""
+DURING = {
+    "reversal": ("at reversals", "history"),
+    "standstill": ("at standstill", "history"),
+    "slew": ("in fast motion", "speed"),
+    "step": ("after steps of the command", "acceleration"),
+    "high_frequency": ("in fast oscillation", "frequency"),
+}
+"""Each kind of motion in words, and what an error there most often depends on."""
+MOST = 0.5
+"""From this share of the remaining squared error on, a kind of motion holds most of it."""
 APART = 1.5
 """Recordings at different loads or gains differ where their rms errors do by this factor."""
 REPEATS = 0.5
@@ -70,12 +89,16 @@ class Unexplained:
     ``share`` of the first model's squared error on test data is left above the floor.
     ``depends_on`` names what that depends on, most of it first: angle, speed, acceleration,
     history, amplitude, time, frequency, load, gain. ``repeats``: whether most of it repeats where
-    the command does, None where no command was repeated. ``next_step``: what to record next.
+    the command does, None where no command was repeated. ``during`` is the share of the remaining
+    squared error in each kind of motion, the largest first, and ``worst`` the stretch of time that
+    holds most of it. ``next_step``: what to record next.
     """
 
     share: float
     depends_on: tuple[str, ...]
     repeats: bool | None
+    during: Mapping[str, float]
+    worst: Window | None
     sentence: str
     next_step: str | None
 
@@ -95,19 +118,49 @@ def partial(
     share = max(last**2 - floor_deg**2, 0.0) / max(first**2, 1e-300)
     kinds = _kinds(remaining, judged)
     again = None if repeats is None else repeats.share >= REPEATS
-    parts = [f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"]
+    during = shares(judged)
+    worst = next(iter(worst_windows(judged, 1)), None)
+    parts = [_left(share, first, last)]
     if kinds:
         parts.append(f"it depends on {listed([WORDS[kind] for kind in kinds])}")
     else:
         parts.append("no test shows what it depends on")
     if again is not None:
         parts.append("it repeats with the command" if again else "most of it does not repeat")
+    if worst is not None:
+        parts.append(_place(during, worst))
+    likely = kinds or tuple(DURING[one][1] for one, part in during.items() if part >= MOST)
     return Unexplained(
         share=share,
         depends_on=kinds,
         repeats=again,
+        during=during,
+        worst=worst,
         sentence=f"{'; '.join(parts)}.",
-        next_step=STEPS[kinds[0]] if kinds else None,
+        next_step=STEPS[likely[0]] if likely else None,
+    )
+
+
+def _left(share: float, first_deg: float, last_deg: float) -> str:
+    """How much of the first model's error is left, in words; a share of more than 1 is none."""
+    if share <= 1.0:
+        return f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"
+    return (
+        f"the rms error on test data, {degrees(last_deg)}, is {times(last_deg / first_deg)} times "
+        f"the first model's: the effects were chosen on other motion than the test data contain"
+    )
+
+
+def _place(during: Mapping[str, float], worst: Window) -> str:
+    """In which motion and when the error remains."""
+    parts = [
+        f"{100.0 * part:.0f} % of it lies {DURING[kind][0]}"
+        for kind, part in list(during.items())[:2]
+        if part >= 0.1
+    ]
+    return (
+        f"{listed(parts)}, most from {worst.start_s:.2f} to {worst.end_s:.2f} s of "
+        f"{worst.recording} ({degrees(worst.rmse_deg)} rms)"
     )
 
 

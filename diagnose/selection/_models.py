@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.selection._gain import linear_k_bounds, loaded_k_bounds
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import carried_over, own_point
@@ -30,11 +31,9 @@ from servosight.identify.fit import (
     sketch_effects,
 )
 from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import CORE, Array, Mask, Recording
+from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
 
-LEAST_GAIN = 0.2
-"""No model's k is less than this share of the gain that the recordings show."""
 TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
 
@@ -71,18 +70,12 @@ class ModelSelection:
 
     @cached_property
     def k_bounds(self) -> tuple[float, float]:
-        """Bounds of k for models with effects.
+        """Bounds of k for models with effects."""
+        return loaded_k_bounds(self.linear().fit)
 
-        A weight that falls over, or detents as steep, can cancel the loop's stiffness: k and T then
-        go towards zero together, the gain stays, and what is left bends as no servo does.
-        """
-        fit = self.linear().fit
-        k = fit.problem.values(fit.outcome.point)["k"]
-        moved = np.sqrt(sum(np.var(recording.angle_deg) for recording in self.recordings))
-        asked = np.sqrt(sum(np.var(recording.command_deg) for recording in self.recordings))
-        least = LEAST_GAIN * min(abs(k), float(moved / max(asked, 1e-12)))
-        _, most = CORE[0].search_bounds
-        return (least, most) if k >= 0.0 else (-most, -least)
+    @cached_property
+    def _linear_k_bounds(self) -> tuple[float, float]:
+        return linear_k_bounds(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
 
     def problem(self, effects: Sequence[str], held: Mapping[str, float] | None = None) -> Problem:
         """The fit of some effects to the training samples; ``held`` is by default what is known."""
@@ -92,7 +85,7 @@ class ModelSelection:
         self, effects: Sequence[str], held: Mapping[str, float], masks: Sequence[Mask] | None
     ) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
-        bounds = self.k_bounds if ordered else None
+        bounds = self.k_bounds if ordered else self._linear_k_bounds
         return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held)
 
     def linear(self) -> Trial:

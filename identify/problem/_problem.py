@@ -139,6 +139,9 @@ class Problem:
         for j, coordinate in enumerate(self.coordinates):
             if coordinate.recording is None and coordinate.name in self.held:
                 pairs[j] = coordinate.to_search(self.held[coordinate.name])
+            elif coordinate.recording is not None and coordinate.name == "initial_speed":
+                fastest = _fastest_deg_s(self.recordings[coordinate.recording])
+                pairs[j] = np.clip(pairs[j], -fastest, fastest)
         return pairs[:, 0], pairs[:, 1]
 
     @property
@@ -246,6 +249,15 @@ def _size_deg(recording: Recording) -> float:
         return 0.0
     tolerance = TOLERANCE_SHARE * recording.moved_range_deg
     return float(np.sqrt(np.mean(sigma**2) + tolerance**2))
+
+
+def _fastest_deg_s(recording: Recording) -> float:
+    """No recording begins faster than this: twice the largest speed between its samples [deg/s].
+
+    Noise raises it. A model that begins faster lets an overdamped core jump at the first sample.
+    """
+    speeds = np.abs(np.diff(recording.angle_deg) / np.diff(recording.time_s))
+    return 2.0 * float(np.max(speeds)) + 1.0
 
 
 def _weights(recording: Recording) -> Array:

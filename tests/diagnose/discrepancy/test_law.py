@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -79,6 +80,8 @@ def test_numbers_of_the_law_are_those_of_the_truth() -> None:
     found = {key.split(".")[1]: one.value for key, one in law.coefficients.items()}
     assert np.hypot(found["sine"], found["cosine"]) == pytest.approx(1.0, rel=0.02)
     assert found["frequency"] == pytest.approx(2.7, rel=0.002)
+    assert law.holds
+    assert not replace(law, closed=-2.5).holds, "it raises the error on the test data"
 
 
 def test_no_law_where_there_is_none() -> None:

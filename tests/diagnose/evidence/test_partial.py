@@ -49,8 +49,28 @@ def test_the_share_that_is_left_is_above_the_floor() -> None:
     found = partial((1.0, 0.5), 0.3, [], [judged()], None)
     assert found.share == pytest.approx(0.25 - 0.09)
     assert found.depends_on == ()
-    assert (found.repeats, found.next_step) == (None, None)
+    assert found.repeats is None
     assert "no test shows" in found.sentence
+
+
+def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> None:
+    run = judged(0.0)
+    late = np.where((TIME_S > 2.9) & (TIME_S < 3.1), 0.5, 0.01)  # in full motion of the sine
+    fast = replace(run, recording=replace(run.recording, angle_deg=np.sin(TIME_S) + late))
+    found = partial((1.0, 0.5), 0.3, [], [fast], None)
+    assert found.worst is not None
+    assert (found.worst.what, found.worst.recording) == ("slew", "run")
+    assert 2.7 < found.worst.start_s < found.worst.end_s < 3.3
+    assert found.during["slew"] > 0.9
+    assert "% of it lies in fast motion" in found.sentence
+    assert found.next_step is not None
+    assert "at half and at double the speed" in found.next_step
+
+
+def test_an_error_that_grew_is_no_share() -> None:
+    """Chosen on other motion than the test data contain: 534 % of an error says nothing."""
+    found = partial((0.073, 0.177), 0.053, [], [judged()], None)
+    assert found.sentence.startswith("the rms error on test data, 0.177°, is 2.4 times the first")
 
 
 def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:
