@@ -30,7 +30,8 @@ class ParameterRanges:
     trimmed: str = ""
     """Parameter whose value is added to the bias: a servo that was trimmed under its load."""
     alone: bool = True
-    """False where it equals a simpler effect unless another one, such as a load, is beside it."""
+    """False where it equals, or nearly does, a simpler effect unless another one is beside it: a
+    load for friction by the load, friction for a dead band, whose edge shows at rest alone."""
 
 
 DEFAULT_RANGES = ParameterRanges({})
@@ -43,6 +44,7 @@ DRAWS: Mapping[str, ParameterRanges] = {
     "motion_profile": ParameterRanges({"rate": (120.0, 250.0), "acceleration": (4e3, 2e4)}),
     "asymmetric_gain": ParameterRanges({"ratio": (0.55, 0.75)}),
     "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
+    "dead_band": ParameterRanges({"half_width": (0.8, 2.0)}, alone=False),
     "torque_saturation": ParameterRanges({"limit": (4.0, 9.0)}),
     "speed_limit": ParameterRanges({"stall": (8.0, 14.0), "no_load_speed": (180.0, 280.0)}),
     "current_limit": ParameterRanges({"limit": (2.0, 4.5), "back_emf": (0.006, 0.014)}),

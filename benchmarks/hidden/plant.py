@@ -47,6 +47,7 @@ class Physics(NamedTuple):
     feedback_backlash_gap: float = 0.0
     asymmetric_gain_ratio: float = 1.0
     dead_zone_half_width: float = 0.0
+    dead_band_half_width: float = 0.0
     torque_saturation_limit: float = _INF
     speed_limit_stall: float = _INF
     speed_limit_no_load_speed: float = _INF
@@ -177,6 +178,8 @@ def _drive(p, error, w):
     """The catalogue's drive terms in its order [deg], at a supply that does not sag."""
     drive = error * p.asymmetric_gain_ratio if error < 0.0 else error
     drive -= min(max(drive, -p.dead_zone_half_width), p.dead_zone_half_width)
+    rising = max(5.0 * (abs(drive) - p.dead_band_half_width), 0.0)
+    drive = min(max(drive, -rising), rising)
     drive = min(max(drive, -p.torque_saturation_limit), p.torque_saturation_limit)
     if p.speed_limit_stall < _INF:
         turning = w if drive > 0.0 else -w

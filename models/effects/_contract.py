@@ -16,7 +16,7 @@ from typing import Any
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects._check import all_are, check_arguments, check_function, is_a
 from servosight.models.effects._initial_guess import ResidualFeatures
-from servosight.models.effects._place import SIGNATURES, usage
+from servosight.models.effects._place import SIGNATURES, SWITCHES, usage
 from servosight.models.effects._place import Place as Place
 
 Term = Callable[..., Any]
@@ -47,7 +47,8 @@ class Effect:
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
     ``switch`` (REDUCER, DRIVE and FRICTION, same arguments as the term) returns a number that
-    changes sign where the term has a kink: the integrator ends a step there. ``resolution`` returns
+    changes sign where the term has a kink: the integrator ends a step there; ``second_switch`` is
+    one for another kink, where a step may pass both. ``resolution`` returns
     the longest step in seconds that resolves the effect; before the effect's parameters it takes
     what it needs of :data:`MOTION`.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
@@ -67,6 +68,7 @@ class Effect:
     term: Term | None = None
     latency: Term | None = None
     switch: Term | None = None
+    second_switch: Term | None = None
     resolution: Term | None = None
     states: int = 0
     contains: tuple[str, ...] = ()
@@ -113,7 +115,7 @@ class Effect:
         signature = SIGNATURES[self.place]
         for name, given, allowed in (
             ("latency", self.latency is not None, self.place is Place.COMMAND),
-            ("switch", self.switch is not None, signature.switched),
+            ("switch", bool(self.switches), signature.switched),
             ("state", self.states > 0, signature.stateful),
         ):
             if given and not allowed:
@@ -128,9 +130,14 @@ class Effect:
         return {Place.REDUCER: 1, Place.BRISTLE: 2}.get(self.place, 0)
 
     @property
+    def switches(self) -> tuple[str, ...]:
+        """The roles of its switches, in order."""
+        return tuple(role for role in SWITCHES if getattr(self, role) is not None)
+
+    @property
     def hooks(self) -> dict[str, Term]:
         """The functions that enter the kernel, by role."""
-        roles = ("term", "latency", "switch", "resolution")
+        roles = ("term", "latency", *SWITCHES, "resolution")
         return {role: getattr(self, role) for role in roles if getattr(self, role) is not None}
 
     def parameter(self, name: str) -> Parameter:

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+SWITCHES = ("switch", "second_switch")
+"""The roles of functions that say where a term has a kink."""
 MOTION = ("T", "theta", "w", "acceleration", "last")
 """What a ``resolution`` may take of the motion at the start of a step, by name: time constant,
 angle, size of speed and of acceleration, and a BRISTLE's own torque."""
@@ -112,7 +114,7 @@ def usage(place: Place, role: str, function: Callable[..., Any], states: int) ->
         called = given[fixed : fixed + states]
         leading += called if len(called) == states else tuple(f"state_{n}" for n in range(states))
         answer += tuple(f"d_{name}" for name in leading[fixed:])
-    if role == "switch":
+    if role in SWITCHES:
         return Usage(leading, ("number",))
     # What a term with a state is at neutral depends on what the state has settled to.
     return Usage(leading, answer, None if states else signature.vanishes)

@@ -18,6 +18,7 @@ CATALOGUE: tuple[str, ...] = (
     "motion_profile",
     "asymmetric_gain",
     "dead_zone",
+    "dead_band",
     "torque_saturation",
     "speed_limit",
     "current_limit",

@@ -61,14 +61,13 @@ def switches(slots: Slots) -> str:
     names: list[str] = []
 
     def watch(index: int, effect: Effect, leading: str) -> None:
-        if effect.switch is None:
-            return
         first = slots.state[effect.id]
         kept = "".join(f"z[{first + j}], " for j in range(effect.states + effect.memory))
-        name = f"g{len(names)}"
-        call = f"{symbol(effect, 'switch')}({leading}, {kept}{slots.values(index)})"
-        lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
-        names.append(name)
+        for role in effect.switches:
+            name = f"g{len(names)}"
+            call = f"{symbol(effect, role)}({leading}, {kept}{slots.values(index)})"
+            lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
+            names.append(name)
 
     for i, effect in slots.at(Place.REDUCER):
         watch(i, effect, "felt")

@@ -12,7 +12,7 @@ from servosight.models.plant._calls import Slots, any_of, function, symbol
 
 def constants(slots: Slots) -> str:
     """How many command terms, memories and switches there are."""
-    switches = sum(effect.switch is not None for effect in slots.layout.effects)
+    switches = sum(len(effect.switches) for effect in slots.layout.effects)
     commands = sum(1 + e.states for _, e in slots.at(Place.COMMAND) if e.term is not None)
     return (
         f"N_COMMAND = {commands}\nN_MEMORY = {len(slots.at(Place.TRANSMISSION))}\n"
@@ -57,7 +57,7 @@ def queries(slots: Slots) -> str:
         "has_varying_friction": varying,
         "has_memory": [slots.any_at(Place.TRANSMISSION)],
         "has_loop_memory": [i for i, e in effects if e.memory],
-        "has_switches": [i for i, e in effects if e.switch is not None],
+        "has_switches": [i for i, e in effects if e.switches],
         "has_resolutions": [i for i, e in effects if e.resolution is not None],
         "has_shaft": [slots.any_at(Place.SHAFT)],
         "has_states": [i for i, e in effects if e.states and e.place is not Place.COMMAND],

@@ -73,7 +73,7 @@ def test_faults_are_known_one_by_one() -> None:
 def line(named: list[str], **changes: Any) -> dict[str, Any]:
     """A line: friction and gravity are material, dead time is in between, a dead zone absent."""
     facts = {
-        "weights": {"dead_time": 1.0, "dead_zone": 0.1, "gravity_load": 9.0, "stribeck": 8.0},
+        "weights": {"dead_time": 1.0, "dead_band": 0.1, "gravity_load": 9.0, "stribeck": 8.0},
         "stand_ins": {"stribeck": {"coulomb": 2.0, "presliding": 7.0}},
     }
     return {
@@ -86,7 +86,7 @@ def test_material_effects_must_be_named_and_absent_ones_must_not() -> None:
     assert score.exact(line(["gravity_load", "stribeck"]))
     assert score.exact(line(["gravity_load", "coulomb", "dead_time"]))
     assert not score.complete(line(["gravity_load", "dead_time"]))
-    assert score.foreign(line(["gravity_load", "stribeck", "dead_zone"])) == {"dead_zone"}
+    assert score.foreign(line(["gravity_load", "stribeck", "dead_band"])) == {"dead_band"}
     assert score.foreign(line(["gravity_load", "presliding"])) == {"presliding"}
 
 

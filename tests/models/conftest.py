@@ -133,6 +133,8 @@ class Reference:
         e *= self.get("asymmetric_gain", "ratio", 1.0) if e < 0.0 else 1.0
         half = self.get("dead_zone", "half_width")
         e = e - min(max(e, -half), half)
+        edge = self.get("dead_band", "half_width")
+        e = math.copysign(min(abs(e), max(5.0 * (abs(e) - edge), 0.0)), e)
         limit = self.get("torque_saturation", "limit", math.inf)
         e = min(max(e, -limit), limit)
         stall = self.get("speed_limit", "stall", math.inf)

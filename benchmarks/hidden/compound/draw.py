@@ -86,7 +86,7 @@ FAMILIES: Mapping[str, ServoFamily] = {
         (1.0, 3.0),
         (
             (Mechanism("rate_limit", {"top_speed": (100.0, 350.0)}, 0.6),),
-            (Mechanism("dead_zone", {"dead_band": (1.0, 2.49)}, 0.6),),
+            (Mechanism("dead_band", {"dead_band": (1.0, 2.49)}, 0.6),),
             (_gravity((10.0, 40.0)),),
             (LOAD,),
             (COULOMB, STRIBECK),
@@ -102,7 +102,7 @@ FAMILIES: Mapping[str, ServoFamily] = {
         (1.0, 4.0),
         (
             (Mechanism("feedback_backlash", {"play": (0.8, 3.0)}, 0.8),),
-            (Mechanism("dead_zone", {"dead_band": (2.0, 6.0)}, 0.5),),
+            (Mechanism("dead_band", {"dead_band": (2.0, 6.0)}, 0.5),),
             (_gravity((8.0, 30.0)),),
             (COULOMB, STRIBECK),
             (Mechanism("torque_saturation", {"voltage": (5.0, 15.0)}, 0.7),),
@@ -153,7 +153,8 @@ class CompoundSetup:
         every = {
             "dead_time.delay": self.bus.read_s + self.bus.write_s + 0.5 * p.loop_s,
             "rate_limit.rate": p.top_speed,
-            "dead_zone.half_width": (max(p.dead_band, 0.0) + 0.5) * ENCODER_DEG,
+            # Whole steps of goal and angle differ by more than the band from half a step on.
+            "dead_band.half_width": (max(p.dead_band, 0.0) + 0.5) * ENCODER_DEG / 1.125,
             "torque_saturation.limit": p.voltage,
             "coulomb_friction.level": p.friction,
             "stribeck_friction.level": p.friction,

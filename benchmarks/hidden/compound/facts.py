@@ -32,6 +32,7 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "coulomb_friction": ("presliding",),
     "torque_saturation": ("speed_limit",),
     "feedback_backlash": ("backlash",),
+    "dead_band": ("dead_zone",),
 }
 """Effects that could pass for another one: accepted in its place where that adds nothing."""
 DURATION_S = 5.0

@@ -34,6 +34,7 @@ TRUE = {
     "motion_profile": (200.0, 8000.0),
     "asymmetric_gain": (0.6,),
     "dead_zone": (1.3,),
+    "dead_band": (1.3,),
     "torque_saturation": (6.0,),
     "speed_limit": (12.0, 260.0),
     "current_limit": (3.0, 0.01),

@@ -253,6 +253,7 @@ TRUTHS: dict[str, Truth] = {
     "rate_limit": Truth({"rate": 220.0}),
     "motion_profile": Truth({"rate": 200.0, "acceleration": 8000.0}, independent=False),
     "dead_zone": Truth({"half_width": 1.3}),
+    "dead_band": Truth({"half_width": 1.3}, independent=False),
     "torque_saturation": Truth({"limit": 6.0}),
     "coulomb_friction": Truth({"level": 1.2}),
     # Without a load it shows where a lively servo brakes against itself.

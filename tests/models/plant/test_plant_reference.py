@@ -23,6 +23,15 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     "dead_time": {"dead_time": {"delay": 0.00777}},
     "rate_limit": {"rate_limit": {"rate": 150.0}},
     "dead_zone": {"dead_zone": {"half_width": 1.3}},
+    "dead_band": {"dead_band": {"half_width": 1.3}},
+    "dead band under a weight": {
+        "dead_band": {"half_width": 0.6},
+        "gravity_load": {"sine": 3.0, "cosine": 2.0},
+    },
+    "dead band and friction": {
+        "dead_band": {"half_width": 0.6},
+        "coulomb_friction": {"level": 0.3},
+    },
     "torque_saturation": {"torque_saturation": {"limit": 4.0}},
     "coulomb_friction": {"coulomb_friction": {"level": 1.2}},
     "load_dependent_friction": {"load_dependent_friction": {"ratio": 0.4}},

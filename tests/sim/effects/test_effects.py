@@ -153,6 +153,7 @@ def test_unknown_names_are_told_the_alternatives(
         ("command_quantization", {"step": 0.0}),
         ("asymmetric_gain", {"ratio": 1.0}),
         ("dead_zone", {"half_width": 0.0}),
+        ("dead_band", {"half_width": 0.0}),
         ("stribeck_friction", {"level": 0.0, "excess": 0.0}),
         ("presliding", {"level": 0.0}),
         ("quadratic_drag", {"coefficient": 0.0}),
@@ -361,6 +362,10 @@ DRIVES: dict[str, tuple[dict[str, float], dict[str, Any]]] = {
             )
         },
     ),
+    "dead_band": (
+        {"half_width": 1.3},
+        {"drive": lambda e, _: math.copysign(min(abs(e), max(5.0 * (abs(e) - 1.3), 0.0)), e)},
+    ),
     "current_limit": (
         {"limit": 3.0, "back_emf": 0.006},
         {"drive": lambda e, w: min(max(e, 0.006 * w - 3.0), 0.006 * w + 3.0)},
@@ -412,6 +417,7 @@ def test_presliding_bends_by_dahls_law_and_does_not_drift() -> None:
         ("asymmetric_gain", "dead_zone"),
         ("speed_limit", "supply_sag"),
         ("dead_zone", "torque_saturation"),
+        ("asymmetric_gain", "dead_band"),
         ("asymmetric_gain", "speed_limit"),
         ("torque_saturation", "cogging"),
         ("supply_sag", "load_dependent_friction"),
