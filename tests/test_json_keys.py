@@ -15,13 +15,14 @@ import pytest
 
 import servosight as ss
 from servosight.identify.fit import Fit
+from servosight.identify.foreign import FmuFit
 from servosight.models.core import Result
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 BY_NAME = {"parameters", "start", "fixed", "relative_sigma", "change"}
 """What is keyed by the names of parameters or effects, not by keys of the format."""
 RESULTS: tuple[type[Result], ...] = (
-    *(ss.Fit, ss.Comparison, ss.Diagnosis, ss.Track, ss.ServoChange, ss.ExportResult),
+    *(ss.Fit, ss.Comparison, ss.Diagnosis, ss.Track, ss.ServoChange, ss.ExportResult, FmuFit),
 )
 
 

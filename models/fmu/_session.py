@@ -75,7 +75,11 @@ class Session:
         name = f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
         binaries = Path(self.folder) / "binaries"
         if not (binaries / own / name).is_file():
-            there = sorted(one.name for one in binaries.iterdir()) if binaries.is_dir() else []
+            there = (
+                sorted(one.name for one in binaries.iterdir() if one.is_dir())
+                if binaries.is_dir()
+                else []
+            )
             raise ValueError(
                 f"it has no binary for this platform ({own}), but for {', '.join(there) or 'none'}"
             )

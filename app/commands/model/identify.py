@@ -6,12 +6,14 @@ import argparse
 
 from servosight.app.arguments import (
     add_fixed,
+    add_fmu,
     add_force,
     add_json,
     add_model_output,
     add_plugins,
     add_recordings,
     add_seed,
+    any_path,
     identifiers,
 )
 from servosight.app.completion import with_effects
@@ -36,6 +38,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="combination",
         help="combination (genetic algorithm and particle swarm, default), ga, pso or gradient",
     )
+    parser.add_argument(
+        "--model",
+        metavar="MODEL.fmu",
+        type=any_path,
+        help="fit the parameters of this FMU instead",
+    )
+    parser.add_argument(
+        "--parameters",
+        metavar="NAME,NAME",
+        type=identifiers,
+        default=[],
+        help="of an FMU: what to fit (default: all tunable parameters)",
+    )
+    add_fmu(parser)
     add_fixed(parser)
     add_seed(parser)
     add_model_output(parser)
@@ -54,6 +70,9 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.effects import catalogue, select
 
     check_outputs(args)
+    if args.model is not None:
+        _run_fmu(args)
+        return
     if args.method not in METHODS:
         raise InputError(f"--method {args.method}: expected one of {', '.join(METHODS)}")
     effects = catalogue(args.plugin)
@@ -77,3 +96,39 @@ def run(args: argparse.Namespace) -> None:
     show_identification(out, values)
     write_json(args.json, values)
     out.print(next_command("diagnose", *args.recordings, "--auto"))
+
+
+def _run_fmu(args: argparse.Namespace) -> None:
+    """The same for the parameters of an FMU."""
+    from servosight.app.inputs import load
+    from servosight.app.present import show_parameters
+    from servosight.identify.foreign import identify_fmu
+    from servosight.models.base import InputError
+
+    if args.output is not None or args.effects or args.plugin:
+        raise InputError(
+            f"{args.model}: -o, --effects and --plugin are for a model card, expected none of them "
+            f"with an FMU: --json has its parameters"
+        )
+    recordings = load(args.recordings, args)
+    with progress("fitting"):
+        result = identify_fmu(
+            args.model,
+            recordings,
+            args.parameters,
+            trust=args.trust,
+            fix=dict(args.fix),
+            command=args.fmu_input,
+            angle=args.fmu_output,
+        )
+    values = result.to_dict()
+    out = console(args)
+    show_parameters(out, values["parameters"])
+    out.print(
+        f"rmse {result.rmse_deg:.4g} deg over {result.samples} samples; noise "
+        f"{result.noise_deg:.4g} deg, floor {result.floor_deg:.4g} deg"
+    )
+    out.print(f"{result.method}, {result.seconds:.1f} s, stopped: {result.stopped}")
+    for warning in result.warnings:
+        out.print(f"note: {warning}")
+    write_json(args.json, values)

@@ -71,6 +71,7 @@ def load(path: Path | str) -> Any:
 
 _RESULTS = {
     "fit": ("servosight.identify.fit", "Fit"),
+    "fmu_fit": ("servosight.identify.foreign", "FmuFit"),
     "comparison": ("servosight.diagnose", "Comparison"),
     "diagnosis": ("servosight.diagnose", "Diagnosis"),
     "track": ("servosight.tracking.core", "Track"),

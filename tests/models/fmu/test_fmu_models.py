@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 import zipfile
 from pathlib import Path
@@ -14,6 +15,8 @@ from servosight.app.main import main
 from servosight.export.core import ExportRequest
 from servosight.export.csource import compile_c, missing
 from servosight.export.fmu import FMU2
+from servosight.identify.fit import identify
+from servosight.identify.foreign import FmuFit, identify_fmu
 from servosight.models.core import Actuator, Estimate, InputError, Recording
 from servosight.models.effects import catalogue
 from servosight.models.fmu import ArchiveLimits, FmuLimits, FmuModel, open_fmu, unpacked
@@ -170,3 +173,41 @@ def test_units_and_exposures(good: Path) -> None:
     assert turned == pytest.approx(np.rad2deg(plain))
     assert np.max(np.abs(blurred - plain)) < 3.0
     assert np.max(np.abs(blurred - plain)) > 0.01
+
+
+def test_identify_finds_the_parameters_of_an_fmu(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A recording made by the FMU gives its values back within their uncertainty, either way."""
+    times = np.arange(0.0, 4.0, 0.01)
+    command = 12.0 * np.sign(np.sin(4.0 * times)) + 6.0 * np.sin(11.0 * times)
+    true = {"k": 0.93, "T": 0.034, "xi": 0.62, "bias": 0.3, "backlash.gap": 0.8}
+    start = true | {"initial_angle": 0.3, "initial_speed": 0.0}
+    words = {"command_name": "command", "output_name": "angle"}
+    with open_fmu(good) as fmu:
+        angle = fmu.run(times, command[:-1], start=start, **words)
+    noise = np.random.default_rng(5).normal(0.0, 0.03, times.size)
+    rows = Recording("made", times, command, times, angle + noise)
+    save_recording(rows, tmp_path / "rec")
+    fit = identify_fmu(good, [rows], trust=True)
+    card = identify([rows], ["backlash"], method="gradient")
+    assert fit.rmse_deg == pytest.approx(0.03, rel=0.1)
+    for name, value in true.items():
+        one, other = fit.parameters[name], card.parameters[name]
+        assert isinstance(one, Estimate)
+        assert isinstance(other, Estimate)
+        assert one.sigma is not None
+        assert other.sigma is not None
+        assert abs(one.value - value) < 4.0 * one.sigma, name
+        assert abs(other.value - value) < 4.0 * other.sigma, name
+        assert one.sigma == pytest.approx(other.sigma, rel=0.5)
+    words_ = ["identify", str(tmp_path / "rec"), "--model", str(good), "--trust"]
+    assert main([*words_, "--parameters", "gap"]) == 2
+    assert "has no parameter gap" in capsys.readouterr().err
+    assert main([*words_, "-o", "x.toml"]) == 2
+    capsys.readouterr()
+    held = ["--fix", "T=0.034", "--parameters", "k", "--json", "-"]
+    assert main([*words_, *held]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["parameters"]["T"] == {"value": 0.034, "sigma": 0.0, "unit": "s"}
+    assert FmuFit.from_dict(found).to_dict() == found

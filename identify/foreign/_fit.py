@@ -1,0 +1,217 @@
+"""The parameters of an FMU, fitted by Levenberg and Marquardt's descent from its own values."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from servosight.identify.fit import floor_deg
+from servosight.identify.foreign._own import bounds_of, own_start, predicted, trusted
+from servosight.identify.foreign._result import FmuFit
+from servosight.identify.problem import joint_noise_deg, thinned, usable_views
+from servosight.identify.search import LevenbergMarquardt, drive
+from servosight.identify.uncertainty import Matrix, determined_inverse, weighted_normal
+from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
+from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
+
+BUDGET = 600
+"""Runs of the FMU on all recordings."""
+METHOD = "gradient"
+_FAILED_DEG = 1e6
+"""The residual where a run fails: that point is not taken."""
+
+
+def identify_fmu(
+    path: Path,
+    recordings: Sequence[Recording],
+    names: Sequence[str] = (),
+    *,
+    trust: bool = False,
+    fix: Mapping[str, float] | None = None,
+    command: str | None = None,
+    angle: str | None = None,
+    tolerance: float | None = None,
+    limits: FmuLimits | None = None,
+) -> FmuFit:
+    """Fit the parameters ``names`` of an FMU (default: all tunable ones) to recordings, jointly.
+
+    The search begins at the FMU's own values and is a local one. ``fix`` holds parameters. Where
+    the FMU has parameters named ``bias``, ``initial_angle`` and ``initial_speed``, each recording
+    has its own. Raises InputError where ``trust`` is not given, for a name that is none, and for
+    whatever keeps the FMU from running.
+    """
+    trusted(path, trust)
+    began = time.perf_counter()
+    whole, left_out = usable_views(recordings)
+    scored, notes = thinned(whole)
+    with open_fmu(path, limits=limits) as fmu:
+        model = FmuModel.of(fmu, command, angle)
+        held = dict(fix or {})
+        search = _Search(
+            model=model,
+            runs=tuple(model.run_of(one) for one in scored),
+            shared=_chosen(model, names, held),
+            held=held,
+        )
+        start = search.start()
+        search.check(start)
+        descent = LevenbergMarquardt(start, *search.bounds())
+        outcome = drive(descent, search.residuals, BUDGET)
+        final = LevenbergMarquardt(outcome.point, *search.bounds())
+        points = final.ask()
+        residuals = search.residuals(points)
+        final.tell(points, residuals)
+    assert final.jacobian is not None
+    covariance = _covariance(search, final, residuals[0])
+    noise = joint_noise_deg(tuple(whole))
+    rmse = float(np.sqrt(np.mean(residuals[0] ** 2)))
+    estimates, unknown = _estimates(search, outcome.point, covariance)
+    shared = tuple(one.name for one in search.shared)
+    return FmuFit(
+        model=str(path),
+        parameters=estimates,
+        covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
+        rmse_deg=rmse,
+        noise_deg=noise,
+        floor_deg=floor_deg(whole, noise, tolerance),
+        samples=int(residuals.shape[1]),
+        method=METHOD,
+        seconds=time.perf_counter() - began,
+        stopped=str(outcome.stopped),
+        warnings=(*left_out, *notes, *unknown),
+        fixed=tuple(held),
+        recordings=tuple(one.name for one in whole),
+        paths=tuple(one.path for one in whole),
+        evaluations=outcome.evaluations,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Search:
+    """The shared parameters, then the own ones of each recording, as one point."""
+
+    model: FmuModel
+    runs: tuple[FmuRun, ...]
+    shared: tuple[FmuVariable, ...]
+    held: Mapping[str, float]
+
+    def start(self) -> Array:
+        """The FMU's own values, and what the recordings say of their own."""
+        first = [one.start or 0.0 for one in self.shared]
+        return np.concatenate([first, *(own_start(run.recording, self.model) for run in self.runs)])
+
+    def bounds(self) -> tuple[Array, Array, Array]:
+        """Low, high and size of a change that matters, (coordinates,) each."""
+        return bounds_of([*self.shared, *self.model.own * len(self.runs)])
+
+    def check(self, start: Array) -> None:
+        """Raise InputError where the FMU does not run at the start."""
+        for run, (names, rows) in zip(self.runs, self._rows(start[None, :]), strict=True):
+            _, errors = predicted(self.model, run, names, rows)
+            if errors[0]:
+                raise InputError(
+                    f"{self.model.fmu.path}: does not run on {run.recording.name} ({errors[0]}), "
+                    f"expected an FMU that does; try it in the tool it is of"
+                )
+
+    def residuals(self, points: Array) -> Array:
+        """Predicted minus measured [deg], (points, samples of all recordings)."""
+        parts = []
+        for run, (names, rows) in zip(self.runs, self._rows(points), strict=True):
+            angles, _ = predicted(self.model, run, names, rows)
+            parts.append(angles - run.recording.angle_deg)
+        return np.nan_to_num(np.hstack(parts), nan=_FAILED_DEG)
+
+    def _rows(self, points: Array) -> list[tuple[list[str], Array]]:
+        """Names and rows of parameters of each recording."""
+        shared, own = len(self.shared), len(self.model.own)
+        names = [one.name for one in (*self.shared, *self.model.own)] + list(self.held)
+        held = np.tile(list(self.held.values()), (len(points), 1))
+        found = []
+        for i in range(len(self.runs)):
+            begin = shared + i * own
+            rows = np.hstack([points[:, :shared], points[:, begin : begin + own], held])
+            found.append((names, rows))
+        return found
+
+
+def _chosen(
+    model: FmuModel, names: Sequence[str], held: Mapping[str, float]
+) -> tuple[FmuVariable, ...]:
+    """The parameters to fit; InputError for a name that is none, or for none at all."""
+    there = {one.name: one for one in model.parameters}
+    for name in (*names, *held):
+        if name not in there:
+            raise InputError(
+                f"{model.fmu.path}: has no parameter {name}{did_you_mean(name, there)}; expected "
+                f"some of {', '.join(list(there)[:12]) or 'none'}"
+            )
+    wanted = names or [one.name for one in there.values() if one.variability == "tunable"]
+    chosen = tuple(there[name] for name in dict.fromkeys(wanted) if name not in held)
+    if not chosen and not model.own:
+        raise InputError(
+            f"{model.fmu.path}: has no tunable parameter, expected one to fit; name others behind "
+            f"--parameters, or use servosight compare"
+        )
+    return chosen
+
+
+def _covariance(search: _Search, final: LevenbergMarquardt, residuals: Array) -> Array:
+    """The sandwich with autocorrelated residuals, NaN where undetermined or on a bound."""
+    assert final.jacobian is not None
+    low, high, _ = search.bounds()
+    free = (final.point > low) & (final.point < high)
+    inverse = determined_inverse(final.jacobian, free)
+    known = np.isfinite(np.diag(inverse))
+    meat = np.zeros((int(known.sum()), int(known.sum())))
+    begin = 0
+    for run in search.runs:
+        end = begin + run.recording.time_s.size
+        part = slice(begin, end)
+        every = np.ones(end - begin, dtype=np.bool_)
+        meat += weighted_normal(final.jacobian[part][:, known], residuals[part], every)
+        begin = end
+    meat *= begin / max(begin - int(free.sum()), 1)
+    found = np.full(inverse.shape, np.nan)
+    part_inverse = inverse[np.ix_(known, known)]
+    found[np.ix_(known, known)] = part_inverse @ meat @ part_inverse
+    return found
+
+
+def _estimates(
+    search: _Search, point: Array, covariance: Array
+) -> tuple[dict[str, Estimate | tuple[Estimate, ...]], list[str]]:
+    """Each parameter with its sigma, and a sentence for each that has none."""
+    variance = np.diag(covariance)
+    every = [*search.shared, *search.model.own * len(search.runs)]
+    numbers = [
+        Estimate(float(value), float(np.sqrt(v)) if np.isfinite(v) else None, one.unit)
+        for one, value, v in zip(every, point, variance, strict=True)
+    ]
+    count, own = len(search.shared), len(search.model.own)
+    found: dict[str, Estimate | tuple[Estimate, ...]] = {
+        one.name: number for one, number in zip(search.shared, numbers, strict=False)
+    }
+    for i, one in enumerate(search.model.own):
+        each = tuple(numbers[count + i :: own]) if own else ()
+        found[one.name] = each[0] if len(each) == 1 else each
+    found |= {
+        name: Estimate(float(value), 0.0, _unit(search, name))
+        for name, value in search.held.items()
+    }
+    low, high, _ = search.bounds()
+    notes = []
+    for one, value, v, a, b in zip(every, point, variance, low, high, strict=True):
+        if value in (a, b):
+            notes.append(f"{one.name} rests on a bound of its range, so it has no sigma")
+        elif not np.isfinite(v):
+            notes.append(f"these recordings do not determine {one.name}, so it has no sigma")
+    return found, list(dict.fromkeys(notes))
+
+
+def _unit(search: _Search, name: str) -> str:
+    return next(one.unit for one in search.model.parameters if one.name == name)
