@@ -132,6 +132,13 @@ def seed(text: str) -> int:
     return int(text)
 
 
+def rank(text: str) -> int:
+    """A whole number from 1."""
+    if not text.isascii() or not text.isdigit() or not 0 < int(text[:9]) <= 99 or len(text) > 2:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 1 to 99")
+    return int(text)
+
+
 LARGEST_ERROR_DEG = 1e6
 """No error of an angle comes near this."""
 

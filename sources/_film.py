@@ -21,10 +21,14 @@ HORN = "horn.csv"
 
 @dataclass(frozen=True)
 class Part:
-    """What the user points at: pivot and box on the first frame [px], each found where None."""
+    """What the user points at, on the frame at ``at_s`` (the first where None): pivot, box and a
+    point of the part [px], each found where None; or its place among those that turn."""
 
     pivot: tuple[float, float] | None = None
     template: tuple[int, int, int, int] | None = None
+    tip: tuple[float, float] | None = None
+    at_s: float | None = None
+    pick: int = 1
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,9 @@ def measure(
         method=how.method,
         pivot=surface.pivot,
         template=surface.template,
+        tip=surface.tip,
+        at_s=surface.at_s,
+        pick=surface.pick,
         camera=how.camera,
         **known,
     )
@@ -151,7 +158,10 @@ def measure(
     found = [track(video, options, progress=_paced(progress, ""))]
     if second is None or how.marker is not None:
         return found
-    beside = replace(options, pivot=second.pivot, template=second.template, beside=found[0])
+    beside = replace(
+        options, pivot=second.pivot, template=second.template, tip=None, at_s=None, pick=1,
+        beside=found[0],
+    )  # fmt: skip
     return [*found, track(video, beside, progress=_paced(progress, "second part, "))]
 
 

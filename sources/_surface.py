@@ -29,7 +29,8 @@ class Geometry:
     """The surface in the picture at angle zero, and by what its video is known again.
 
     ``pivot_px`` is x, y (integer centres, y down), ``outline_px`` (points, 2) the contour,
-    ``left_out`` the frames that have no row in angle.csv.
+    ``left_out`` the frames that have no row in angle.csv, ``runner_up_px`` the pivot of the part
+    that may be meant as well.
     """
 
     frames: int
@@ -37,6 +38,7 @@ class Geometry:
     pivot_px: tuple[float, float]
     outline_px: Array
     left_out: tuple[int, ...] = ()
+    runner_up_px: tuple[float, float] | None = None
 
     def frame_of(self, row: int) -> int:
         """The frame that a row of angle.csv, counted from 0, was measured in."""
@@ -47,7 +49,11 @@ class Geometry:
         """What a track found in ``video``."""
         outline = np.asarray(track.outline_px, dtype=np.float64)
         left_out = tuple(np.flatnonzero(~track.measured).tolist())
-        return cls(track.frames, video.stat().st_size, track.pivot_px, outline, left_out)
+        other = track.runner_up
+        return cls(
+            track.frames, video.stat().st_size, track.pivot_px, outline, left_out,
+            other.pivot_px if other is not None else None,
+        )  # fmt: skip
 
     def save(self, folder: Path, written: Mapping[str, str] | None = None) -> None:
         """Write track.toml into a recording's folder, completely or not at all.
@@ -65,6 +71,11 @@ class Geometry:
             f"video_bytes = {self.video_bytes}",
             f"pivot_px = [{x:.4f}, {y:.4f}]",
             f"outline_px = [{points}]",
+            *(
+                [f"runner_up_px = [{self.runner_up_px[0]:.1f}, {self.runner_up_px[1]:.1f}]"]
+                if self.runner_up_px is not None
+                else []
+            ),
             "[sha256]",
             *(f'"{name}" = "{digest}"' for name, digest in (written or {}).items()),
         )
@@ -111,7 +122,7 @@ def geometry_of(recording: Recording) -> Geometry | None:
     if (keys.frames - len(left_out), keys.video_bytes) != (recording.time_s.size, size):
         return None
     outline = np.array(keys.outline_px, dtype=np.float64)
-    return Geometry(keys.frames, size, keys.pivot_px, outline, left_out)
+    return Geometry(keys.frames, size, keys.pivot_px, outline, left_out, keys.runner_up_px)
 
 
 @dataclass(frozen=True)
@@ -123,4 +134,5 @@ class _SurfaceKeys:
     pivot_px: tuple[float, float]
     outline_px: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)]
     left_out: tuple[int, ...] = ()
+    runner_up_px: tuple[float, float] | None = None
     format: Annotated[int, Meta(ge=FORMAT, le=FORMAT)] = FORMAT

@@ -1,6 +1,9 @@
 """Finding the moving part and its pivot, a second part, and an indicator light in the pictures."""
 
 from servosight.tracking.acquisition._acquire import acquire as acquire
+from servosight.tracking.acquisition._hints import POINT as POINT
+from servosight.tracking.acquisition._hints import check_hints as check_hints
+from servosight.tracking.acquisition._hints import pointed_box as pointed_box
 from servosight.tracking.acquisition._indicator import (
     CONFOUNDED as CONFOUNDED,
 )

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Image, InputError, Mask, Single
-from servosight.tracking.acquisition._rigid import POINT, centre_of, motions_of
+from servosight.tracking.acquisition._hints import POINT, check_pivot
+from servosight.tracking.acquisition._rigid import centre_of, motions_of
 from servosight.tracking.core import Box
 from servosight.tracking.fit import PolarGrid
 from servosight.tracking.surface import (
@@ -25,7 +26,6 @@ from servosight.tracking.surface import (
 )
 
 _COARSE_PX = 1.5
-_FARTHEST = 1.5  # times the picture's longer side, from its middle to the pivot
 _ROUGH_FRAMES = 14
 _LEAST_SCORE = 0.6
 _SEARCH_RAD = np.deg2rad(75.0)
@@ -40,19 +40,16 @@ def acquire(
     """Learn the surface and its pivot from a sample of a video's frames, the first one first.
 
     ``pivot_px`` is fixed where given; ``template`` (x, y, width, height) is the part of the first
-    frame where the surface is looked for. Raises ``InputError`` where nothing turns.
+    one where the surface is looked for. Raises ``InputError`` where nothing turns.
     """
-    if template is not None:
-        _check_box(video, template, images[0].shape)
-    if pivot_px is not None:
-        _check_pivot(video, pivot_px, images[0].shape)
     if pivot_px is not None and template is not None:
         angles, mask, grid = _from_pointing(images, pivot_px, template)
         found = np.isfinite(angles)
         if found.sum() < 2 or np.ptp(angles[found]) < 1e-4:
+            box = ",".join(f"{v:g}" for v in template)
             raise InputError(
-                f"{video}: what the template box {_text(template)} shows does not turn about the "
-                f"pivot {pivot_px[0]:g},{pivot_px[1]:g}; expected a textured piece of the moving "
+                f"{video}: what the template box {box} shows does not turn about the pivot "
+                f"{pivot_px[0]:g},{pivot_px[1]:g}; expected a textured piece of the moving "
                 "surface and its hinge, move the box or the pivot."
             )
         chosen = np.flatnonzero(found)
@@ -65,7 +62,7 @@ def acquire(
         for motion in motions:
             angles[motion.frame] = motion.angle_rad
         pivot = np.array(pivot_px) if pivot_px is not None else centre_of(video, motions)
-        _check_pivot(video, (float(pivot[0]), float(pivot[1])), images[0].shape)
+        check_pivot(video, (float(pivot[0]), float(pivot[1])), images[0].shape)
         points = np.vstack([motion.points_px for motion in motions])
         hull = _hull_mask(points, images[reference].shape, template)
         grid = _coarse(pivot, hull)
@@ -128,30 +125,6 @@ def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> 
         if score > _LEAST_SCORE:
             completed[number] = angle
     return completed
-
-
-def _text(box: Sequence[float]) -> str:
-    return ",".join(f"{v:g}" for v in box)
-
-
-def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:
-    x, y, width, height = box
-    if width < 12 or height < 12 or x < 0 or y < 0 or x + width > shape[1] or y + height > shape[0]:
-        raise InputError(
-            f"{video}: the template box {_text(box)} does not fit; expected X,Y,W,H of at least "
-            f"12 x 12 px within the {shape[1]} x {shape[0]} px picture."
-        )
-
-
-def _check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
-    """Reject a pivot so far away that the rotation is a shift; the lattice grows with distance."""
-    away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
-    if not np.hypot(*away) < _FARTHEST * max(shape):
-        raise InputError(
-            f"{video}: the pivot {_text(pivot_px)} is too far from the {shape[1]} x {shape[0]} px "
-            f"picture; expected it within {_FARTHEST:g} times the longer side from the middle, "
-            "give it with --pivot X,Y or show it in the picture."
-        )
 
 
 def _hull_mask(points_px: Array, shape: tuple[int, ...], template: Box | None) -> NDArray[np.uint8]:

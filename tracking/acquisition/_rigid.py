@@ -12,14 +12,13 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
+from servosight.tracking.acquisition._hints import POINT
 from servosight.tracking.core import Box, matched
 
 _MOVED_PX = 1.5
 _LEAST_FEATURES = 8
 _LEAST_FRAMES = 4
 _STRIDE = 3
-POINT = "point at it with --pivot X,Y and --template X,Y,W,H"
-"""The remedy in error messages where the motion does not determine part and pivot."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
 """Footage as people film it: part and background as one model, from dense pictures alone."""
 
+from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter
-from servosight.tracking.composite._measure import SteadySample as SteadySample
+from servosight.tracking.composite._measure import outline_of as outline_of
 from servosight.tracking.composite._model import PoseFit as PoseFit
 from servosight.tracking.composite._search import FoundPart as FoundPart
 from servosight.tracking.composite._search import find_parts as find_parts
+from servosight.tracking.composite._steady import SteadySample as SteadySample

@@ -49,7 +49,8 @@ def motion_between(first: Image, second: Image, mask: Image | None = None) -> Ar
 class CameraPath:
     """The camera over sampled pictures: ``rest`` (from, to) are the first and the last one of the
     longest stretch in which it stays in place, ``moves`` whether it moves there at all,
-    ``onto`` (pictures, 2, 3) takes the stretch's ``reference`` picture to each one's pixels."""
+    ``onto`` (pictures, 2, 3) takes the stretch's ``reference`` picture to each one's pixels,
+    roughly outside of the stretch."""
 
     rest: tuple[int, int]
     reference: int
@@ -70,9 +71,10 @@ class CameraPath:
         reference = (low + high) // 2
         onto = np.tile(_STILL, (count, 1, 1))
         home = _inverse(chain[reference])
-        for number in range(low, high + 1):
-            rough = _joined(chain[number], home)
-            onto[number] = _refined(pictures[reference], pictures[number], rough)
+        for number in range(count):
+            onto[number] = _joined(chain[number], home)
+            if low <= number <= high:
+                onto[number] = refined(pictures[reference], pictures[number], onto[number])
         away = onto[low : high + 1, :, :2] @ middle + onto[low : high + 1, :, 2] - middle
         moves = float(np.sqrt((away**2).sum(1).mean())) > 0.15
         return cls((low, high), reference, onto, moves)
@@ -100,7 +102,7 @@ def longest_rest(place_px: Array, reach_px: float) -> tuple[int, int]:
     return best
 
 
-def _refined(reference: Image, picture: Image, rough: Array) -> Array:
+def refined(reference: Image, picture: Image, rough: Array) -> Array:
     """The motion from the reference to a picture, from a rough one."""
     size = (picture.shape[1], picture.shape[0])
     near = cv2.warpAffine(

@@ -1,4 +1,4 @@
-"""Sampled frames brought to one camera position, the part in them, and every frame measured."""
+"""The part learnt from all sampled frames, and every frame measured."""
 
 from __future__ import annotations
 
@@ -9,75 +9,19 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import CameraPath, aligned, motion_between
+from servosight.tracking.composite._camera import aligned, motion_between
 from servosight.tracking.composite._model import CompositeModel, PoseFit, cover_in, pivot_step
-from servosight.tracking.composite._part import TurningPart, gains_of
+from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._search import FoundPart
-from servosight.tracking.verification import FrameSample, PolarView, small
+from servosight.tracking.composite._steady import SteadySample, evenly
+from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
-_DARK, _BAR_SHARE, _BAR_EDGE_PX = 20, 0.9, 5
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
 _NEAR_PX = 12
-
-
-@dataclass(frozen=True)
-class SteadySample:
-    """Sampled frames of the stretch in which the camera rests, as one camera position shows them.
-
-    ``pictures`` (n, height, width) are small and evenly lit, ``index`` (n,) their frames' numbers,
-    ``reference`` the picture that all are aligned with, ``content`` (height, width) where it is
-    neither a bar nor outside of some frame. ``moves`` says that the camera does.
-    """
-
-    pictures: Single
-    index: Array
-    reference: Image
-    content: Mask
-    moves: bool
-    scale: float
-
-    @classmethod
-    def of(cls, sample: FrameSample) -> SteadySample:
-        """From frames sampled as they are in the file."""
-        grey = [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in sample.pictures]
-        path = CameraPath.of(grey)
-        low, high = path.rest
-        shown = [aligned(sample.pictures[n], path.onto[n]) for n in range(low, high + 1)]
-        content = np.stack([known for _, known in shown]).all(0) & ~bars(grey)
-        stack = np.stack([picture for picture, _ in shown])
-        usual = np.median(stack, axis=0)
-        stack = np.where(content, stack, usual).astype(np.float32)
-        for number, picture in enumerate(stack):
-            stack[number] = evenly(picture, usual)
-        index = np.array(sample.index[low : high + 1])
-        return cls(stack, index, grey[path.reference], content, path.moves, sample.scale)
-
-
-def bars(pictures: list[Image]) -> Mask:
-    """The dark bars that letterboxing adds at the sides; (height, width)."""
-    usual = np.median(np.stack(pictures), axis=0)
-    mask = np.zeros(usual.shape, bool)
-    for axis in (0, 1):
-        dark = np.quantile(usual, _BAR_SHARE, axis=axis) < _DARK
-        lit = np.flatnonzero(~dark)
-        if lit.size == 0:
-            continue
-        lines = np.moveaxis(mask, 1 - axis, 0)
-        if lit[0] > 0:
-            lines[: lit[0] + _BAR_EDGE_PX] = True
-        if lit[-1] < dark.size - 1:
-            lines[lit[-1] + 1 - _BAR_EDGE_PX :] = True
-    return mask
-
-
-def evenly(picture: Single, usual: Array | Single) -> Single:
-    """A picture scaled to the brightness of the usual one."""
-    ratio = float(np.median((usual[::3, ::3] + 1.0) / (picture[::3, ::3] + 1.0)))
-    return np.asarray(picture * ratio, np.float32)
 
 
 @dataclass(frozen=True)
@@ -98,10 +42,10 @@ class PartMeter:
     doubt_px: float
 
     @classmethod
-    def of(cls, steady: SteadySample, found: FoundPart, pivot_given: bool) -> PartMeter:
-        """Learn the part on all sampled pictures, its pivot with it unless that is given."""
+    def of(cls, steady: SteadySample, found: FoundPart) -> PartMeter:
+        """Learn the part on all sampled pictures, its pivot with it."""
         rough = found.part
-        rough_scale = (rough.view.pivot_px[0] + 0.5) / (found.pivot_px[0] + 0.5)
+        rough_scale = found.scale
         pivot = np.array(found.pivot_px)
         angles = np.array([_searched(rough, rough_scale, p)[0] for p in steady.pictures])
         good = np.ones(len(angles), bool)
@@ -115,9 +59,9 @@ class PartMeter:
             place = (float(pivot[0]), float(pivot[1]))
             model = CompositeModel.of(steady.pictures[good], angles[good], place, shape, view)
             angles, good, step, doubt_px = _refitted(model, steady.pictures, angles)
-            if number and (pivot_given or np.hypot(*step) < _ENOUGH_PX):
+            if number and np.hypot(*step) < _ENOUGH_PX:
                 break
-            pivot = pivot if pivot_given else pivot + step
+            pivot = pivot + step
         swept = np.zeros(steady.content.shape, np.uint8)
         for angle in angles[good][:: max(1, int(good.sum()) // 24)]:
             swept |= cover_in(view, shape > 0.5, float(angle), swept.shape).astype(np.uint8)
@@ -132,11 +76,7 @@ class PartMeter:
 
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
-        cover = cover_in(self.view, self.shape > 0.5, angle_rad, self.steady.content.shape)
-        lines, _ = cv2.findContours(
-            cover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
-        )
-        return np.asarray(max(lines, key=len)[:, 0, :], np.float64)
+        return _contour(cover_in(self.view, self.shape > 0.5, angle_rad, self.steady.content.shape))
 
     @property
     def radius_px(self) -> float:
@@ -172,6 +112,22 @@ class PartMeter:
         return fit
 
 
+def outline_of(found: FoundPart, steady: SteadySample) -> Array:
+    """The contour (points, 2) of a part that was found, where the reference picture shows it."""
+    part, scale = found.part, found.scale
+    angle, _ = _searched(part, scale, np.asarray(steady.reference, np.float32))
+    height, width = (max(1, round(scale * side)) for side in steady.content.shape)
+    cover = cover_in(part.view, part.cover > 0.5, angle, (height, width))
+    if not cover.any():
+        return np.empty((0, 2))
+    return np.asarray((_contour(cover) + 0.5) / scale - 0.5)
+
+
+def _contour(cover: Mask) -> Array:
+    lines, _ = cv2.findContours(cover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.asarray(max(lines, key=len)[:, 0, :], np.float64)
+
+
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:
     """The raster of a part in pictures larger by 1 / ``scale``, about a pivot, and its shape."""
     reach = part.view.rows * part.view.step_px / scale
@@ -193,7 +149,7 @@ def _searched(
     and whether the part explains anything there."""
     coarse = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     seen = part.view.of(np.asarray(coarse, np.float32))[None]
-    gain = gains_of(part.view, seen, part.behind, part.part, part.cover)[0]
+    gain = Gains.of(part.view, seen, part.behind).by(part.part, part.cover)[0]
     angles = part.view.angles()
     best = int(np.argmax(gain))
     if before is not None:

@@ -41,27 +41,47 @@ class TurningPart:
     explained: float
 
 
-def gains_of(view: PolarView, seen: Single, behind: Single, part: Single, cover: Single) -> Array:
-    """By how much the part explains pictures better than the background; (pictures, columns).
+@dataclass(frozen=True)
+class Gains:
+    """Pictures and background on a raster, ready to be compared with parts at all angles.
 
-    As ``PolarView.gains``, of many pictures (pictures, rows, columns) at once.
+    As ``PolarView.gains``, of many pictures at once: their spectra are computed once.
     """
-    known = np.isfinite(behind) & np.isfinite(seen).all(0)
-    weight = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
-    still = np.nan_to_num(behind)
-    frames = np.nan_to_num(seen)
-    on = np.where(np.isfinite(part), cover, 0.0).astype(np.float32)
-    picture = np.nan_to_num(part)
 
-    def spectrum(values: Single) -> NDArray[np.complex64]:
-        return np.asarray(fft.rfft(values, axis=-1))
+    columns: int
+    weight: NDArray[np.complex64]
+    square: NDArray[np.complex64]
+    double: NDArray[np.complex64]
 
-    first = spectrum(weight * ((frames - still) ** 2 - frames**2))
-    second = spectrum(2.0 * weight * frames)
-    total = np.einsum("nrk,rk->nk", first, np.conj(spectrum(on)))
-    total += np.einsum("nrk,rk->nk", second, np.conj(spectrum(on * picture)))
-    total -= (spectrum(weight) * np.conj(spectrum(on * picture**2))).sum(0)
-    return np.roll(fft.irfft(total, view.columns, axis=-1), view.columns // 2, axis=-1)
+    @classmethod
+    def of(cls, view: PolarView, seen: Single, behind: Single) -> Gains:
+        """Of pictures (pictures, rows, columns) over a background (rows, columns)."""
+        known = np.isfinite(behind) & np.isfinite(seen).all(0)
+        weight: Single = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
+        still, frames = np.where(known, behind, np.float32(0)), np.where(known, seen, np.float32(0))
+        return cls(
+            view.columns,
+            _spectrum(weight),
+            _spectrum(weight * still * (still - 2.0 * frames)),
+            _spectrum(2.0 * weight * frames),
+        )
+
+    def by(self, part: Single, cover: Single) -> Array:
+        """By how much a part (rows, columns) explains each picture better than the background does,
+        at ``PolarView.angles``; (pictures, columns)."""
+        on = np.where(np.isfinite(part), cover, np.float32(0)).astype(np.float32)
+        picture = np.nan_to_num(part)
+        rows = np.flatnonzero(on.any(1))
+        inner = slice(rows[0], rows[-1] + 1) if rows.size else slice(0, 1)
+        on, picture = on[inner], picture[inner]
+        total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
+        total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
+        total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)
+        return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
+
+
+def _spectrum(values: Array | Single) -> NDArray[np.complex64]:
+    return np.asarray(fft.rfft(np.asarray(values, np.float32), axis=-1))
 
 
 def diverse(pictures: Single, count: int) -> list[int]:
@@ -99,24 +119,49 @@ class Change:
         moved = np.abs(away) > _SIGMAS * noise + _LEAST_STEP
         return cls(usual, (away**2 * moved).sum((1, 2)), moved, noise)
 
+    @property
+    def least_step(self) -> float:
+        """The smallest difference of grey levels that counts as change."""
+        return _SIGMAS * self.noise + _LEAST_STEP
 
-def pivot_scores(pictures: Single, change: Change, pivots: Array, reach_px: float) -> Array:
-    """Share of the change that a turn about each of the pivots (m, 2) explains, by the best
-    reference picture; (m, references)."""
+
+@dataclass(frozen=True)
+class Reference:
+    """A picture (height, width) and which of its pixels are taken for the part's, 0 to 1.
+
+    ``number`` is its own among the pictures that it is compared with, None where it is not one.
+    """
+
+    picture: Single
+    cover: Single
+    number: int | None = None
+
+
+def references_of(pictures: Single, change: Change) -> list[Reference]:
+    """Pictures in which much changes, with all that does."""
     order = np.argsort(change.energy)
-    references = [int(order[int(q * (len(order) - 1))]) for q in _REFERENCES]
+    numbers = [int(order[int(q * (len(order) - 1))]) for q in _REFERENCES]
+    return [Reference(pictures[n], change.moved[n].astype(np.float32), n) for n in numbers]
+
+
+def pivot_scores(
+    pictures: Single, change: Change, pivots: Array, reach_px: float, references: list[Reference]
+) -> Array:
+    """Share of the change that a turn of each reference about each of the pivots (m, 2) explains;
+    (m, references)."""
     telling = change.energy > 0.1 * np.median(change.energy)
     scores = np.zeros((len(pivots), len(references)))
     for place, pivot in enumerate(pivots):
         view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
         seen = np.stack([view.of(picture) for picture in pictures])
-        behind = view.of(change.usual)
-        for column, reference in enumerate(references):
-            cover = view.of(change.moved[reference].astype(np.float32))
-            best = gains_of(view, seen, behind, seen[reference], np.nan_to_num(cover)).max(1)
+        gains = Gains.of(view, seen, view.of(change.usual))
+        for column, one in enumerate(references):
+            cover = np.nan_to_num(view.of(one.cover))
+            best = gains.by(view.of(one.picture), cover).max(1)
             # The raster's weight is the area, so that gains are those of pixels.
             share = best * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
-            share[reference] = 0.0
+            if one.number is not None:
+                share[one.number] = 0.0
             scores[place, column] = np.clip(share[telling], 0.0, 1.0).mean()
     return scores
 
@@ -126,25 +171,23 @@ def learnt(
     change: Change,
     pivot_px: tuple[float, float],
     reach_px: float,
-    start: tuple[Single, Single] | None = None,
+    references: list[Reference],
 ) -> TurningPart | None:
     """The part about a pivot, learnt in turn with the background; None where nothing holds.
 
-    ``start`` is a picture (height, width) and a cover at angle zero; without it, the reference
-    picture that explains most.
+    It starts from the reference that explains most.
     """
     view = PolarView.around(pivot_px, reach_px)
     seen = np.stack([view.of(picture) for picture in pictures])
     behind = view.of(change.usual)
-    if start is None:
-        scores = pivot_scores(pictures, change, np.array([pivot_px]), reach_px)[0]
-        order = np.argsort(change.energy)
-        reference = int(order[int(_REFERENCES[int(np.argmax(scores))] * (len(order) - 1))])
-        start = pictures[reference], change.moved[reference].astype(np.float32)
-    part, cover = view.of(start[0]), np.nan_to_num(view.of(start[1]))
+    start = references[0]
+    if len(references) > 1:
+        scores = pivot_scores(pictures, change, np.array([pivot_px]), reach_px, references)[0]
+        start = references[int(np.argmax(scores))]
+    part, cover = view.of(start.picture), np.nan_to_num(view.of(start.cover))
     angles = view.angles()
     for _ in range(_ROUNDS):
-        gains = gains_of(view, seen, behind, part, cover)
+        gains = Gains.of(view, seen, behind).by(part, cover)
         found = angles[np.argmax(gains, axis=1)]
         turns = np.round(found / view.step_rad).astype(int)
         good = gains.max(1) > 0.0
@@ -165,7 +208,7 @@ def learnt(
         cover = _shape(own, against, change.noise, view)
         if not cover.any():
             return None
-    gains = gains_of(view, seen, behind, part, cover)
+    gains = Gains.of(view, seen, behind).by(part, cover)
     share = gains.max(1) * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
     telling = change.energy > 0.1 * np.median(change.energy)
     explained = float(np.clip(share[telling], 0.0, 1.0).mean())

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Single
-from servosight.tracking.composite._model import CompositeModel, pivot_step
-from servosight.tracking.composite._part import Change, TurningPart, diverse, learnt, pivot_scores
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite._hint import Hint
+from servosight.tracking.composite._model import CompositeModel, cover_in, pivot_step
+from servosight.tracking.composite._part import (
+    Change,
+    Gains,
+    Reference,
+    TurningPart,
+    diverse,
+    learnt,
+    pivot_scores,
+    references_of,
+)
 
 _COARSE_PX, _MIDDLE_PX = 160, 240  # the longer side
 _STEP_PX, _BLUR_PX = 6.0, 2.5
@@ -18,78 +28,169 @@ _REACH, _FAR = 0.45, 0.62  # of the longer side: how far a part reaches, at firs
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _TRIED, _APART = 4, 0.06  # pivots, and their distance as a share of the longer side
 _PICTURES, _FEWER = 20, 14
-_ROUNDS = 3
+_REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
+_MARGIN = 1.25  # of a part's radius, in which it is learnt anew
+_LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is looked for
+_GAP_PX, _SHADOW_PX = 15, 11
+_CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
+_COVERED = 0.1
 
 
 @dataclass(frozen=True)
 class FoundPart:
-    """A part that turns: its pivot [px], its model and the angles of the pictures it was learnt
-    from, in pixels of the given pictures. ``chosen`` are their numbers."""
+    """A part that turns: its pivot in pixels of the given pictures, its model in pictures
+    ``scale`` times as large, and the mean share of a picture's change that it explains."""
 
     pivot_px: tuple[float, float]
+    scale: float
     part: TurningPart
-    chosen: list[int]
-
-    @property
-    def explained(self) -> float:
-        """Mean share of a picture's change that the turning part explains."""
-        return self.part.explained
+    explained: float
 
 
-def find_parts(pictures: Single, pivot_px: Array | None = None) -> list[FoundPart]:
+def find_parts(pictures: Single, hint: Hint | None = None) -> list[FoundPart]:
     """The parts that turn, the one that explains most of the change first; pictures (n, height,
-    width) of one camera position. With ``pivot_px`` (2,) only about that."""
+    width) of one camera position. With a hint, only those that it points at.
+
+    Without one, a second search follows where the best part does not pass, if enough changes there.
+    """
     chosen = diverse(pictures, _PICTURES)
-    middle, scale = _scaled(pictures[chosen], _MIDDLE_PX)
-    change = Change.of(middle)
-    if not change.moved.any():
-        return []
-    reach = _FAR * _MIDDLE_PX
-    if pivot_px is not None:
-        starts = [(np.asarray(pivot_px) + 0.5) * scale - 0.5]
-    else:
-        starts = [p * _MIDDLE_PX / _COARSE_PX for p in _pivots(pictures[chosen])]
-    found = []
-    for start in starts:
-        place = (float(start[0]), float(start[1]))
-        part = learnt(middle, change, place, reach)
-        for _ in range(0 if pivot_px is not None else _ROUNDS):
-            if part is None:
-                break
-            part = _recentred(middle, change, part)
-        if part is not None:
-            x, y = (np.array(part.view.pivot_px) + 0.5) / scale - 0.5
-            found.append(FoundPart((float(x), float(y)), part, chosen))
+    seen = pictures[chosen]
+    if hint is not None:
+        seen = _connected(seen, hint.place)
+    found = _parts(seen, hint)
+    if found and hint is None:
+        away = _beside(seen, found[0])
+        share = float(Change.of(away).energy.sum() / max(Change.of(seen).energy.sum(), 1.0))
+        if share > _LEFT_SHARE:
+            others = _parts(away, None)
+            found += [replace(one, explained=share * one.explained) for one in others]
     return _distinct(
         sorted(found, key=lambda one: -one.explained), _APART * max(pictures.shape[1:])
     )
 
 
-def _pivots(pictures: Single) -> list[Array]:
-    """The most promising pivots [px of the coarse pictures], the best first."""
-    coarse, _ = _scaled(pictures, _COARSE_PX)
+def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
+    """The parts that turn in chosen pictures."""
+    middle, scale = _scaled(pictures, _MIDDLE_PX)
+    change = Change.of(middle)
+    if not change.moved.any():
+        return []
+    near = hint.scaled(scale) if hint is not None else None
+    references = _references(middle, change, near)
+    given = near.pivot_px if near is not None else None
+    starts = [given] if given is not None else _pivots(pictures, scale, hint)
+    rough = []
+    for start in starts:
+        place = (float(start[0]), float(start[1]))
+        part = learnt(middle, change, place, _FAR * _MIDDLE_PX, references)
+        if part is not None:
+            rough.append(part)
+    found = []
+    for part in sorted(rough, key=lambda one: -one.explained)[:_REFINED]:
+        better = _converged(middle, change, part, references)
+        if near is None or _pointed_at(better, near):
+            x, y = (np.array(better.view.pivot_px) + 0.5) / scale - 0.5
+            found.append(FoundPart((float(x), float(y)), scale, better, better.explained))
+    return found
+
+
+def _converged(
+    pictures: Single, change: Change, part: TurningPart, references: list[Reference]
+) -> TurningPart:
+    """The part about the pivot to which corrections lead."""
+    for _ in range(_ROUNDS):
+        better = _recentred(pictures, change, part, references)
+        moved_px = float(np.hypot(*np.subtract(better.view.pivot_px, part.view.pivot_px)))
+        part = better
+        if moved_px < _SETTLED_PX:
+            break
+    return part
+
+
+def _connected(pictures: Single, region: Mask) -> Single:
+    """The pictures with only that change which is connected with a region, if any is."""
+    change = Change.of(pictures)
+    near = change.moved.mean(0) > _MOVED_SHARE
+    # Closed, because a fast part leaves gaps between the sampled frames.
+    closed = cv2.dilate((near | region).astype(np.uint8), np.ones((_GAP_PX, _GAP_PX), np.uint8))
+    _, labels = cv2.connectedComponents(closed)
+    own = np.isin(labels, labels[region])
+    return np.where(own, pictures, change.usual) if (own & near).any() else pictures
+
+
+def _beside(pictures: Single, found: FoundPart) -> Single:
+    """The pictures without what changes where a part passes."""
+    part = found.part
+    height, width = pictures.shape[1:]
+    size = (max(1, round(found.scale * height)), max(1, round(found.scale * width)))
+    swept = np.zeros(size, np.uint8)
+    for angle in part.angle_rad:
+        swept |= cover_in(part.view, part.cover > 0.5, float(angle), size).astype(np.uint8)
+    swept = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
+    whole = cv2.resize(swept, (width, height), interpolation=cv2.INTER_NEAREST) > 0
+    return np.where(whole, np.median(pictures, axis=0).astype(np.float32), pictures)
+
+
+def _references(pictures: Single, change: Change, hint: Hint | None) -> list[Reference]:
+    """The place that the user points at; else pictures in which much changes."""
+    if hint is None or hint.region is None:
+        return references_of(pictures, change)
+    return [Reference(hint.picture, hint.cover(change.usual, change.least_step))]
+
+
+def _pointed_at(part: TurningPart, hint: Hint) -> bool:
+    """Whether a part turns about the pivot, and lies at the place, that the user points at."""
+    if hint.pivot_px is not None:
+        away = np.hypot(*(np.array(part.view.pivot_px) - hint.pivot_px))
+        if away > _CLICKED * max(hint.picture.shape):
+            return False
+    if hint.region is None:
+        return True
+    view = part.view
+    gains = Gains.of(view, view.of(hint.picture)[None], part.behind).by(part.part, part.cover)[0]
+    angle = float(view.angles()[int(np.argmax(gains))])
+    cover = cover_in(view, part.cover > 0.5, angle, hint.picture.shape)
+    least = _COVERED * min(int(hint.region.sum()), int(cover.sum()))
+    return int((cover & hint.region).sum()) > least
+
+
+def _pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> list[Array]:
+    """The most promising pivots, the best first, in pictures ``onto_scale`` times as large."""
+    coarse, scale = _scaled(pictures, _COARSE_PX)
     fewer = diverse(coarse, _FEWER)
-    blurred = np.stack([cv2.GaussianBlur(p, (0, 0), _BLUR_PX) for p in coarse[fewer]])
+    blurred = np.stack([_blurred(p) for p in coarse[fewer]])
     smooth = Change.of(blurred)
     active = (smooth.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+    near = hint.scaled(scale) if hint is not None else None
+    if near is not None and near.region is not None:
+        active |= near.region.astype(np.uint8)
     if not active.any():
         return []
     height, width = active.shape
     y, x = np.mgrid[_STEP_PX / 2 : height : _STEP_PX, _STEP_PX / 2 : width : _STEP_PX]
     grid = np.column_stack([x.ravel(), y.ravel()])
-    near = cv2.dilate(active, np.ones((41, 41), np.uint8))
-    grid = grid[near[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
-    scores = pivot_scores(blurred, smooth, grid, _REACH * _COARSE_PX).max(1)
+    about = cv2.dilate(active, np.ones((41, 41), np.uint8))
+    grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
+    reach = _REACH * _COARSE_PX
+    soft = near and replace(near, picture=_blurred(near.picture))
+    references = _references(blurred, smooth, soft)
+    scores = pivot_scores(blurred, smooth, grid, reach, references).max(1)
     best = _apart(grid, scores, _TRIED, _APART * _COARSE_PX)
     sharp = Change.of(coarse[fewer])
+    references = _references(coarse[fewer], sharp, near)
     step = np.arange(-2, 3) * _FINE_PX
-    about = np.array([(dx, dy) for dy in step for dx in step])
+    around = np.array([(dx, dy) for dy in step for dx in step])
     fine = []
     for place in best:
-        near_by = place + about
-        scored = pivot_scores(coarse[fewer], sharp, near_by, _REACH * _COARSE_PX).max(1)
+        near_by = place + around
+        scored = pivot_scores(coarse[fewer], sharp, near_by, reach, references).max(1)
         fine.append((float(scored.max()), near_by[int(np.argmax(scored))]))
-    return [place for _, place in sorted(fine, key=lambda one: -one[0])]
+    best = [place for _, place in sorted(fine, key=lambda one: -one[0])]
+    return [(place + 0.5) * (onto_scale / scale) - 0.5 for place in best]
+
+
+def _blurred(picture: Single) -> Single:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), _BLUR_PX), np.float32)
 
 
 def _apart(places: Array, scores: Array, count: int, distance_px: float) -> list[Array]:
@@ -103,7 +204,9 @@ def _apart(places: Array, scores: Array, count: int, distance_px: float) -> list
     return chosen
 
 
-def _recentred(pictures: Single, change: Change, part: TurningPart) -> TurningPart | None:
+def _recentred(
+    pictures: Single, change: Change, part: TurningPart, references: list[Reference]
+) -> TurningPart:
     """The part about a better pivot, from where it is seen shifted at its angles."""
     view = part.view
     model = CompositeModel.of(pictures, part.angle_rad, view.pivot_px, part.cover, view)
@@ -121,7 +224,9 @@ def _recentred(pictures: Single, change: Change, part: TurningPart) -> TurningPa
     step, _ = pivot_step(angles[near], shifts[near], known[near])
     step *= min(1.0, 8.0 / max(float(np.hypot(*step)), 1e-9))
     x, y = np.array(view.pivot_px) + step
-    fresh = learnt(pictures, change, (float(x), float(y)), view.rows * view.step_px)
+    rows = np.flatnonzero(part.cover.any(1))
+    reach = min(float(view.rows), _MARGIN * float(rows[-1]) + 8.0) * view.step_px
+    fresh = learnt(pictures, change, (float(x), float(y)), reach, references)
     return fresh if fresh is not None and fresh.explained > 0.97 * part.explained else part
 
 

@@ -26,6 +26,7 @@ from servosight.tracking.core._spline import slopes as slopes
 from servosight.tracking.core._spline import smeared as smeared
 from servosight.tracking.core._spline import weights as weights
 from servosight.tracking.core._track import Box as Box
+from servosight.tracking.core._track import Candidate as Candidate
 from servosight.tracking.core._track import Flag as Flag
 from servosight.tracking.core._track import Track as Track
 from servosight.tracking.core._track import outline_at as outline_at

@@ -19,10 +19,13 @@ class TrackOptions:
 
     Attributes:
         method: a name in ``servosight.tracking.methods.METHODS``: "refine", "match" or "marker".
-        pivot: x, y [px] of the centre of rotation on the first frame (integer pixel centres, y
-            down); found from the motion where None.
-        template: x, y, width, height [px] of a box around the moving part on the first frame;
-            found from the motion where None.
+        pivot: x, y [px] of the centre of rotation (integer pixel centres, y down).
+        template: x, y, width, height [px] of a box around the moving part.
+        tip: x, y [px] of a point on the moving part, far from its pivot.
+        at_s: time in the video [s] of the frame that ``pivot``, ``template`` and ``tip`` point at;
+            the first one where None. Each of the three is enough by itself; what is not given is
+            found from the motion.
+        pick: which of the parts that turn, 1 for the one that explains most of what changes.
         frame_table: a frames.csv with mid-exposure times, used in place of the file's own.
         exposure_s: exposure of a row [s]; found from motion blur where it and ``readout_s`` are
             None.
@@ -39,6 +42,9 @@ class TrackOptions:
     method: str = "refine"
     pivot: tuple[float, float] | None = None
     template: Box | None = None
+    tip: tuple[float, float] | None = None
+    at_s: float | None = None
+    pick: int = 1
     frame_table: Path | None = None
     exposure_s: float | None = None
     readout_s: float | None = None
@@ -46,3 +52,10 @@ class TrackOptions:
     beside: Track | None = None
     marker_family: MarkerFamily = "aruco"
     marker_id: int | None = None
+
+    @property
+    def pointed(self) -> bool:
+        """Whether the user says which part is meant."""
+        return any(hint is not None for hint in (self.pivot, self.template, self.tip)) or (
+            self.pick > 1
+        )

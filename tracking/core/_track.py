@@ -36,6 +36,14 @@ class Flag(IntFlag):
     AFTER_GAP = 32  # frames before this one are missing from the file
 
 
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A part that turns: its pivot [px] and the share of what changes that it explains, 0 to 1."""
+
+    pivot_px: tuple[float, float]
+    explained: float
+
+
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Track(Result):
     """The moving part's angle in every frame of a video; all arrays have one entry a frame.
@@ -57,6 +65,8 @@ class Track(Result):
             (pivot, plane, readout), (frames, errors); None where not known. ``sigma_deg`` includes
             them, but they do not average out over frames.
         shutters: exposure and readout, given or found.
+        candidates: the parts among which this one was chosen, the one that explains most first;
+            empty where only one was looked for. ``TrackOptions.pick`` takes another.
 
     >>> import numpy as np
     >>> track = Track(
@@ -84,11 +94,19 @@ class Track(Result):
     notes: tuple[str, ...] = ()
     shared_deg: Array | None = None
     shutters: Shutters | None = None
+    candidates: tuple[Candidate, ...] = ()
 
     @property
     def frames(self) -> int:
         """How many frames the video has."""
         return len(self.time_s)
+
+    @property
+    def runner_up(self) -> Candidate | None:
+        """The best of the other candidates, None where there is none."""
+        away = [np.hypot(*np.subtract(c.pivot_px, self.pivot_px)) for c in self.candidates]
+        own = int(np.argmin(away)) if away else 0
+        return next((c for place, c in enumerate(self.candidates) if place != own), None)
 
     @property
     def found(self) -> NDArray[np.bool_]:

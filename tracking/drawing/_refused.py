@@ -3,29 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
+from servosight.tracking.core import Box
 
 _FOUND = (80, 220, 90)
+_OTHERS = ((60, 200, 250), (250, 190, 90), (220, 120, 230))
 _CHANGE = (60, 60, 240)
 _GRID = (150, 150, 150)
 _LEAST_CHANGE = 12.0  # grey levels
 _STEPS_PX = (25, 50, 100, 200, 500, 1000)
 _LINES = 8
+_LEAST_AREA_PX = 144
+
+
+@dataclass(frozen=True)
+class SeenPart:
+    """A part that was found: its pivot x, y [px], and its outline (points, 2) on the picture."""
+
+    pivot_px: tuple[float, float]
+    outline_px: Array
 
 
 def refusal_picture(
-    images: Sequence[Image],
-    pivot_px: tuple[float, float] | None = None,
-    outline_px: Array | None = None,
+    images: Sequence[Image], parts: Sequence[SeenPart] = (), at_s: float | None = None
 ) -> Image:
-    """The first frame in grey, what changes over the frames in red, and a grid in pixels.
+    """The first picture in grey, what changes over them in red, and a grid in pixels.
 
-    ``pivot_px`` and ``outline_px`` (points, 2) are those found, if any, with the options that give
-    the same. Returns (height, width, 3), blue-green-red.
+    ``parts`` are those found, if any, the best first, with the options that give them; without any,
+    what stands out on this picture is framed. ``at_s`` is its time in the video, None for the first
+    frame's. Returns (height, width, 3), blue-green-red.
     """
     first = images[0]
     canvas = np.repeat((0.5 * first + 40.0).astype(np.uint8)[:, :, None], 3, axis=2)
@@ -33,19 +44,50 @@ def refusal_picture(
     shade = np.clip(change / 60.0, 0.0, 0.7)[:, :, None] * (change > _LEAST_CHANGE)[:, :, None]
     canvas = np.asarray(canvas * (1.0 - shade) + shade * np.array(_CHANGE), np.uint8)
     _rule(canvas)
-    if outline_px is not None:
-        line = np.round(outline_px).astype(np.int32)
-        cv2.polylines(canvas, [line], True, _FOUND, 2, cv2.LINE_AA)
-        low, size = outline_px.min(0), np.ptp(outline_px, axis=0)
-        box = ",".join(f"{v:.0f}" for v in (*low, *size))
-        _write(canvas, f"--template {box}", np.array([low[0], low[1] - 6]), _FOUND)
-    if pivot_px is not None:
-        x, y = pivot_px
-        at = (round(x), round(y))
-        if abs(x) < 1e5 and abs(y) < 1e5:
-            cv2.drawMarker(canvas, at, _FOUND, cv2.MARKER_CROSS, 24, 2, cv2.LINE_AA)
-            _write(canvas, f"--pivot {x:.0f},{y:.0f}", np.array([x + 14, y]), _FOUND)
+    for number, part in reversed(list(enumerate(parts, start=1))):
+        _mark(canvas, part, number if len(parts) > 1 else None)
+    if not parts:
+        box = _standing_out(images)
+        if box is not None:
+            x, y, width, height = box
+            cv2.rectangle(canvas, (x, y), (x + width, y + height), _OTHERS[0], 1)
+            words = f"--template {x},{y},{width},{height}"
+            _write(canvas, words, np.array([x, y - 6]), _OTHERS[0])
+    if at_s is not None and at_s > 0.0:
+        words = f"this frame: --at {at_s:.3f}"
+        _write(canvas, words, np.array([6, canvas.shape[0] - 6]), _FOUND)
     return canvas
+
+
+def _mark(canvas: Image, part: SeenPart, number: int | None) -> None:
+    """A part's outline and pivot, with the options that give it."""
+    colour = _FOUND if number in (None, 1) else _OTHERS[(number - 2) % len(_OTHERS)]
+    outline = part.outline_px
+    if len(outline):
+        line = np.round(np.clip(outline, -1e5, 1e5)).astype(np.int32)
+        cv2.polylines(canvas, [line], True, colour, 2, cv2.LINE_AA)
+        low = np.clip(outline.min(0), 0, None)
+        size = np.minimum(outline.max(0), np.array(canvas.shape[1::-1])) - low
+        box = ",".join(f"{v:.0f}" for v in (*np.floor(low), *np.floor(size)))
+        _write(canvas, f"--template {box}", np.array([low[0], low[1] - 6]), colour)
+    x, y = part.pivot_px
+    if max(abs(x), abs(y)) < 1e5:
+        at = (round(x), round(y))
+        cv2.drawMarker(canvas, at, colour, cv2.MARKER_CROSS, 24, 2, cv2.LINE_AA)
+        picked = "" if number is None else f"--pick {number} or "
+        _write(canvas, f"{picked}--pivot {x:.0f},{y:.0f}", np.array([x + 14, y]), colour)
+
+
+def _standing_out(images: Sequence[Image]) -> Box | None:
+    """The largest piece of the first picture that differs from their median."""
+    usual = np.median(np.stack(images), axis=0)
+    away = cv2.GaussianBlur(np.abs(images[0] - usual), (0, 0), 2.0)
+    mask = cv2.dilate((away > _LEAST_CHANGE).astype(np.uint8), np.ones((5, 5), np.uint8))
+    count, _, stats, _ = cv2.connectedComponentsWithStats(mask)
+    if count < 2:
+        return None
+    x, y, width, height, area = stats[1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))]
+    return (int(x), int(y), int(width), int(height)) if area >= _LEAST_AREA_PX else None
 
 
 def _change(images: Sequence[Image]) -> Array:
@@ -76,7 +118,8 @@ def _write(canvas: Image, words: str, at: Array, colour: tuple[int, ...]) -> Non
     (wide, high), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, 0.45, 1)
     x = int(np.clip(at[0], 2, max(width - wide - 2, 2)))
     y = int(np.clip(at[1], high + 2, height - 4))
-    for shade, thick in (((20, 20, 20), 3), (colour, 1)):
-        cv2.putText(
-            canvas, words, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.45, shade, thick, cv2.LINE_AA
-        )
+    # A thick text is wider, so that the edge is the same text beside itself.
+    edge = [((20, 20, 20), dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    for shade, dx, dy in [*edge, (colour, 0, 0)]:
+        at_px = (x + dx, y + dy)
+        cv2.putText(canvas, words, at_px, cv2.FONT_HERSHEY_SIMPLEX, 0.45, shade, 1, cv2.LINE_AA)

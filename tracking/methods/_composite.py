@@ -5,20 +5,42 @@ No features, no texture and no camera at rest are needed; less exact, some hundr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
+import cv2
 import numpy as np
 
 from servosight.models.core import Array, FrameProgress, Image, Mask
-from servosight.tracking.composite import FoundPart, PartMeter, PoseFit, SteadySample, find_parts
-from servosight.tracking.core import PICTURE, Box, Flag, Track, TrackOptions, TrackRefused
-from servosight.tracking.drawing import refusal_picture
+from servosight.tracking.acquisition import POINT, pointed_box
+from servosight.tracking.composite import (
+    FoundPart,
+    Hint,
+    PartMeter,
+    PoseFit,
+    SteadySample,
+    find_parts,
+    outline_of,
+)
+from servosight.tracking.core import (
+    PICTURE,
+    Box,
+    Candidate,
+    Flag,
+    Track,
+    TrackOptions,
+    TrackRefused,
+    outline_at,
+)
+from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._verified import verify
 from servosight.tracking.uncertainty import gaps
-from servosight.tracking.verification import FrameSample
-from servosight.tracking.video import Film, frames
+from servosight.tracking.verification import FrameSample, small
+from servosight.tracking.video import Film, frame_at, frames
 
 _LEAST_FRAMES = 12
+_LEAST_POINTED = 0.15
 _LEAST_EXPLAINED = 0.65  # of a sampled picture's change: else a hand or a shadow is as likely
 _ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
@@ -28,11 +50,11 @@ _COVERED = 0.75
 def composite(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """The angle of the part that explains most of what changes while the camera rests.
 
-    ``TrackRefused`` where there is none, or the frames do not confirm it.
+    With hints, of the part that these point at. ``TrackRefused`` where there is none, or the frames
+    do not confirm it.
     """
     sample = FrameSample(_as_it_is)
-    for _ in sample.watch(frames(film.path)):
-        pass
+    stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
     steady = SteadySample.of(sample)
     if len(steady.pictures) < _LEAST_FRAMES:
         raise TrackRefused(
@@ -40,16 +62,9 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
             "in which it stays in place, cut the video or mount the camera.",
             refusal_picture(film.images),
         )
-    given = options.pivot
-    pivot = None if given is None else (np.array(given) + 0.5) * steady.scale - 0.5
-    parts = find_parts(steady.pictures, pivot)
-    if not parts or parts[0].explained < _LEAST_EXPLAINED:
-        raise TrackRefused(
-            f"{film.path}: nothing that turns explains what changes in the picture; expected a "
-            "part that turns in full view, point at it with --pivot X,Y and --template X,Y,W,H.",
-            refusal_picture(film.images, _pivot_of(parts, steady.scale)),
-        )
-    meter = PartMeter.of(steady, parts[0], given is not None)
+    parts = find_parts(steady.pictures, _hint(film, options, steady, stamps_s))
+    chosen = _chosen(film, options, steady, parts, stamps_s)
+    meter = PartMeter.of(steady, chosen)
     first, last = int(steady.index[0]), int(steady.index[-1])
     if last + 2 * sample.stride > film.header.count:  # the sample's stride ends before the file
         last = film.header.count
@@ -61,13 +76,78 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
             progress(frame.index + 1, film.header.count)
     inside = np.arange(len(fits)) >= first
     inside &= np.arange(len(fits)) <= last
-    track = _track(
-        film, options, meter, np.array(stamps), fits, _notes(film, parts, stamps, inside)
+    candidates = tuple(_candidate(part, steady) for part in parts)
+    notes = _notes(film, candidates, options.pick, stamps, inside)
+    track = replace(
+        _track(film, options, meter, np.array(stamps), fits, notes), candidates=candidates
     )
     seen = replace(sample, index=steady.index.tolist(), pictures=list(steady.pictures))
     line = _full(meter.outline(_first(fits)), steady.scale)
-    verify(film, options, track, np.array(track.pivot_px), line, seen, inside)
+    shown = outline_at(track, float(track.angle_deg[steady.reference_index]))
+    draw = partial(_drawn, film, steady, stamps_s, [SeenPart(track.pivot_px, shown)])
+    verify(film, options, track, np.array(track.pivot_px), line, seen, inside, draw)
     return track
+
+
+def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Array) -> Hint | None:
+    """What the user points at, if anything."""
+    box = pointed_box(options, film.images[0].shape)
+    if options.pivot is None and box is None:
+        return None
+    frame = film.images[0]
+    if options.at_s is not None:
+        frame = frame_at(film.path, options.at_s).image
+    index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
+    return Hint.of(steady, small(frame), index, options.pivot, box)
+
+
+def _chosen(
+    film: Film, options: TrackOptions, steady: SteadySample, parts: list[FoundPart],
+    stamps_s: Array,
+) -> FoundPart:  # fmt: skip
+    """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
+    least = _LEAST_POINTED if options.pointed else _LEAST_EXPLAINED
+    if len(parts) >= options.pick and parts[options.pick - 1].explained >= least:
+        return parts[options.pick - 1]
+    if options.pick > 1:
+        why = (
+            f"--pick is {options.pick}, and {len(parts)} parts that may turn are found; expected "
+            "the number of one of them, or point at it with --tip X,Y"
+        )
+    elif options.pointed:
+        why = (
+            "nothing that turns is found at the place pointed at; expected the pivot, a point of "
+            "the part or a box around it on the frame --at SECONDS"
+        )
+    else:
+        why = (
+            "nothing that turns explains what changes in the picture; expected a part that turns "
+            f"in full view, {POINT}"
+        )
+    seen = [_seen(part, steady) for part in parts]
+    raise TrackRefused(f"{film.path}: {why}.", _drawn(film, steady, stamps_s, seen))
+
+
+def _drawn(film: Film, steady: SteadySample, stamps_s: Array, parts: Sequence[SeenPart]) -> Image:
+    """Parts on the picture that all frames were aligned with."""
+    height, width = film.images[0].shape
+
+    def large(picture: Image) -> Image:
+        return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR))
+
+    others = np.clip(np.round(steady.pictures[:: 1 + len(steady.pictures) // 24]), 0, 255)
+    images = [large(steady.reference), *(large(one.astype(np.uint8)) for one in others)]
+    return refusal_picture(images, parts, float(stamps_s[steady.reference_index]))
+
+
+def _seen(part: FoundPart, steady: SteadySample) -> SeenPart:
+    outline = _full(outline_of(part, steady), steady.scale)
+    return SeenPart(_candidate(part, steady).pivot_px, outline)
+
+
+def _candidate(part: FoundPart, steady: SteadySample) -> Candidate:
+    x, y = _full(np.array(part.pivot_px), steady.scale)
+    return Candidate(pivot_px=(float(x), float(y)), explained=round(part.explained, 3))
 
 
 def _as_it_is(image: Image) -> Image:
@@ -79,22 +159,22 @@ def _full(points: Array, scale: float) -> Array:
     return np.asarray((points + 0.5) / scale - 0.5)
 
 
-def _pivot_of(parts: list[FoundPart], scale: float) -> tuple[float, float] | None:
-    """Of the best part, in the video's own pixels."""
-    if not parts:
-        return None
-    x, y = _full(np.array(parts[0].pivot_px), scale)
-    return float(x), float(y)
-
-
 def _first(fits: list[PoseFit | None]) -> float:
     return next((fit.angle_rad for fit in fits if fit is not None), 0.0)
 
 
 def _notes(
-    film: Film, parts: list[FoundPart], stamps: list[float], inside: Mask
+    film: Film, candidates: Sequence[Candidate], pick: int, stamps: list[float], inside: Mask
 ) -> tuple[str, ...]:
     notes = ["part and background as one model: for footage in which no textured part is found"]
+    others = [number for number in range(1, len(candidates) + 1) if number != pick]
+    if others:
+        (x, y), explained = candidates[others[0] - 1].pivot_px, candidates[others[0] - 1].explained
+        notes.append(
+            f"the part about {x:.0f},{y:.0f} px may be meant as well: it explains "
+            f"{explained:.0%} of what changes, the one measured "
+            f"{candidates[pick - 1].explained:.0%}; --pick {others[0]} takes it"
+        )
     if not inside.all():
         first, last = np.flatnonzero(inside)[[0, -1]]
         notes.append(
@@ -114,7 +194,7 @@ def _track(
     if known.size == 0:
         raise TrackRefused(
             f"{film.path}: the part was found in none of {len(fits)} frames; expected it in most "
-            "of them, point at it with --pivot X,Y and --template X,Y,W,H.",
+            f"of them, {POINT}.",
             refusal_picture(film.images),
         )
     angle = np.full(len(fits), np.nan)

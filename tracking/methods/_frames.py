@@ -12,7 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.models.core import Array, FrameProgress, Image, InputError
-from servosight.tracking.acquisition import acquire, same_view, without
+from servosight.tracking.acquisition import (
+    POINT,
+    acquire,
+    check_hints,
+    pointed_box,
+    same_view,
+    without,
+)
 from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
@@ -64,6 +71,7 @@ def track_frames(
     film: Film, options: TrackOptions, progress: FrameProgress | None, prepare: Prepare
 ) -> Track:
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
+    check_hints(film.path, options, film.images[0].shape)
     film = film.stabilised()
     with refused_with_picture(film):
         part = find_moving_part(film, options)
@@ -109,26 +117,34 @@ def track_frames(
 def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
     """The moving part, its pivot and its plane, from slow frames of a stabilised video."""
     images, beside = film.images, options.beside
+    shape = images[0].shape
+    box = pointed_box(options, shape)
+    if options.at_s is not None and box is not None:
+        images = [film.frame_at(options.at_s).image, *images]
     if beside is None:
         view = view_of(images, options.camera)
     else:
         view = same_view(beside, options.camera)
-        images = images if options.template is not None else without(images, beside)
-    rectified = rectifier(view.plane, images[0].shape)
+        images = images if box is not None else without(images, beside)
+    rectified = rectifier(view.plane, shape)
     pivot = options.pivot
     if pivot is not None:
         x, y = view.plane.of_picture(np.array([pivot]))[0]
         pivot = float(x), float(y)
     flat = [rectified(image) for image in images]
-    surface = acquire(film.path, flat, pivot, options.template)
+    surface = acquire(film.path, flat, pivot, box)
     surface = replace(surface, grid=replace(surface.grid, plane=view.plane))
-    estimator = SurfaceEstimator.of(surface, images[0].shape)
-    start_rad = estimator.search(images[0], 0.0, np.pi)
-    home = estimator.fit_near(images[0], start_rad, STILL)
+    estimator = SurfaceEstimator.of(surface, shape)
+    first = len(images) - len(film.images)  # after the frame pointed at
+    start_rad = estimator.search(images[first], 0.0, np.pi)
+    home = estimator.fit_near(images[first], start_rad, STILL)
     initial_rad = home.angle_rad if home is not None else 0.0
     outline = turned(surface.outline_px, surface.pivot_px, initial_rad)
-    box = options.template or choose_box(outline, surface.pivot_px, flat[0])
-    return MovingPart(view, rectified, flat[0], surface, estimator, initial_rad, outline, box)
+    if options.template is None or options.at_s is not None:
+        box = choose_box(outline, surface.pivot_px, flat[first])
+    else:
+        box = options.template
+    return MovingPart(view, rectified, flat[first], surface, estimator, initial_rad, outline, box)
 
 
 def measure(
@@ -161,6 +177,6 @@ def measure(
     if all(fit is None for fit in measured.fits):
         raise InputError(
             f"{film.path}: the surface was found in none of {len(rows)} frames; expected it in "
-            "most of them, point at it with --pivot X,Y and --template X,Y,W,H."
+            f"most of them, {POINT}."
         )
     return measured

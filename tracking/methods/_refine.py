@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from servosight.models.core import FrameProgress
+from servosight.tracking.acquisition import check_hints
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.layers import LayerEstimator, layer_estimator
 from servosight.tracking.methods._composite import composite
@@ -21,6 +22,9 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     Exposure and readout are found from the video where they are not given. Where no track is found
     so that the frames confirm, ``composite`` is tried.
     """
+    if options.pick > 1:  # the candidates are those of ``composite``
+        check_hints(film.path, options, film.images[0].shape)
+        return composite(film, options, progress)
     try:
         return track_frames(film, options, progress, prepare)
     except TrackRefused as refused:
@@ -29,12 +33,12 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         try:
             return composite(film, options, progress)
         except TrackRefused as again:
-            raise refused from again
+            raise TrackRefused(str(refused), again.picture) from again
 
 
 def _may_be_composite(options: TrackOptions) -> bool:
     """Whether what is given leaves the choice of the model open."""
-    return options.beside is None and options.camera is None and options.template is None
+    return options.beside is None and options.camera is None
 
 
 def prepare(film: Film, part: MovingPart) -> TrackingSetup:

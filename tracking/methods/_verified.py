@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, InputError, Mask
-from servosight.tracking.acquisition import swept
+from servosight.models.core import Array, Image, InputError, Mask
+from servosight.tracking.acquisition import POINT, swept
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
-from servosight.tracking.drawing import refusal_picture
+from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.verification import FrameSample, TurningScene, contradiction, evidence_of
 from servosight.tracking.video import Film
 
@@ -32,11 +32,13 @@ def refused_with_picture(film: Film) -> Iterator[None]:
 def verify(
     film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outline: Array,
     sample: FrameSample, usable: Mask | None = None,
+    draw: Callable[[], Image] | None = None,
 ) -> None:  # fmt: skip
     """Compare a track with a sample of the frames; ``TrackRefused`` where they contradict it.
 
     ``flat_pivot`` (2,) and ``outline`` (points, 2) lie in the plane of motion, as the sample's
     pictures do. ``usable`` (frames,) marks the frames in which the part was looked for.
+    ``draw`` makes the picture of a refusal; the part on the calm frames where None.
     """
     tried = np.ones(track.frames, bool) if usable is None else usable
     chosen, pictures = sample.chosen(track.found)
@@ -56,15 +58,15 @@ def verify(
             track.found[tried],
             _elsewhere(options, film, scene.usual.shape),
         )
-        why = contradiction(evidence, options.pivot is not None or options.template is not None)
+        why = contradiction(evidence, options.pointed)
     if why is None:
         return
     x, y = track.pivot_px
+    seen = SeenPart(track.pivot_px, track.outline_px)
     raise TrackRefused(
         f"{film.path}: the frames do not confirm the motion found about the pivot "
-        f"{x:.0f},{y:.0f}: {why}; expected a part that turns in full view, point at it with "
-        "--pivot X,Y and --template X,Y,W,H.",
-        refusal_picture(film.images, track.pivot_px, track.outline_px),
+        f"{x:.0f},{y:.0f}: {why}; expected a part that turns in full view, {POINT}.",
+        draw() if draw is not None else refusal_picture(film.images, [seen]),
     )
 
 

@@ -24,6 +24,9 @@ from servosight.tracking.video._video import (
     even_times as even_times,
 )
 from servosight.tracking.video._video import (
+    frame_at as frame_at,
+)
+from servosight.tracking.video._video import (
     frames as frames,
 )
 from servosight.tracking.video._video import (

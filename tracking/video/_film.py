@@ -15,7 +15,14 @@ from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
 from servosight.tracking.video._prefetch import prefetch
 from servosight.tracking.video._stabilisation import LEAST_PX, Stabiliser, camera_motion_px
-from servosight.tracking.video._video import Frame, calm_frames, even_times, frames, stretches
+from servosight.tracking.video._video import (
+    Frame,
+    calm_frames,
+    even_times,
+    frame_at,
+    frames,
+    stretches,
+)
 
 _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
@@ -68,6 +75,10 @@ class Film:
     def frames(self) -> Iterator[Frame]:
         """All frames in order; memory does not grow with the video's length."""
         return prefetch(map(self._still, frames(self.path)), _AHEAD)
+
+    def frame_at(self, at_s: float) -> Frame:
+        """The frame whose presentation time is nearest to ``at_s``; InputError beyond the end."""
+        return self._still(frame_at(self.path, at_s))
 
     def stretches(self, count: int, length: int) -> Iterator[list[Frame]]:
         """``count`` runs of ``length`` neighbouring frames, spread evenly over the video.

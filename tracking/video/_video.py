@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _RUNS, _RUN_PARTS, _PART = 8, 4, 10
 _LARGEST_SIDE_PX = 8192
+_BEYOND_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,22 @@ def _grey(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None =
         )
     image: Image = picture.to_ndarray(format="gray")
     return image
+
+
+def frame_at(video: Path, at_s: float) -> Frame:
+    """The picture whose presentation time is nearest to ``at_s`` [s]; InputError beyond the end."""
+    best: Frame | None = None
+    for frame in frames(video):
+        if best is not None and abs(frame.time_s - at_s) >= abs(best.time_s - at_s):
+            return best
+        best = frame
+    assert best is not None
+    if at_s > best.time_s + _BEYOND_S:
+        raise InputError(
+            f"{video}: --at {at_s:g} is beyond the last frame, at {best.time_s:.3f} s; expected a "
+            "time in the video."
+        )
+    return best
 
 
 def sample_frames(video: Path, count: int) -> list[Frame]:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_force, any_path, box, point
+from servosight.app.arguments import add_force, any_path, box, number, point, rank
 from servosight.app.output import check_outputs, check_target, console
 from servosight.app.progress import progress
 from servosight.models.base import Kind
@@ -25,10 +25,6 @@ REFUSED = "track_refused.png"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight track``."""
     parser.add_argument("source", metavar="VIDEO|REC", type=any_path, help="a video or a recording")
-    parser.add_argument("--pivot", metavar="X,Y", type=point, help="centre of rotation [px]")
-    parser.add_argument(
-        "--template", metavar="X,Y,W,H", type=box, help="box around the surface, first frame [px]"
-    )
     parser.add_argument(
         "--method",
         metavar="NAME",
@@ -53,6 +49,25 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--id", metavar="N", type=int, help="its number (default: the marker that moves farthest)"
+    )
+    hints = parser.add_argument_group("which part is meant; each is enough by itself")
+    hints.add_argument("--pivot", metavar="X,Y", type=point, help="centre of rotation [px]")
+    hints.add_argument("--template", metavar="X,Y,W,H", type=box, help="box around the part [px]")
+    hints.add_argument(
+        "--tip", metavar="X,Y", type=point, help="a point of the part, far from its pivot [px]"
+    )
+    hints.add_argument(
+        "--at",
+        metavar="SECONDS",
+        type=number,
+        help="time of the frame that these point at (default: the first frame's)",
+    )
+    hints.add_argument(
+        "--pick",
+        metavar="N",
+        type=rank,
+        default=1,
+        help="of the parts that turn, the one at this place by what it explains (default: 1)",
     )
     second = parser.add_argument_group(
         "a second part, such as the horn; written to horn.csv beside angle.csv"
@@ -91,7 +106,7 @@ def run(args: argparse.Namespace) -> None:
 
     method_of(args.method)  # before anything is read or written
     parts = Parts(
-        Part(args.pivot, args.template),
+        Part(args.pivot, args.template, args.tip, args.at, args.pick),
         Part(args.second_pivot, args.second_template)
         if args.second or args.second_template or args.second_pivot
         else None,

@@ -75,6 +75,9 @@ def track(
     *,
     pivot: tuple[float, float] | None = None,
     template: tuple[int, int, int, int] | None = None,
+    tip: tuple[float, float] | None = None,
+    at_s: float | None = None,
+    pick: int = 1,
     method: Literal["refine", "match", "marker"] = "refine",
     frame_table: Path | str | None = None,
     exposure_s: float | None = None,
@@ -87,8 +90,10 @@ def track(
 ) -> Track:
     """Measure the angle of the moving part in a video, or in the video of a recording's folder.
 
-    ``pivot`` x, y [px] and ``template`` x, y, width, height [px] on the first frame are found from
-    the motion where they are not given. ``method`` is refine (a fit to the pixels), match (template
+    ``pivot`` x, y [px], ``template`` x, y, width, height [px] and ``tip`` x, y [px], a point of the
+    part far from its pivot, say which part is meant, on the frame at ``at_s`` (the first one); each
+    is enough by itself, and what is not given is found from the motion. ``pick`` takes another of
+    the track's ``candidates``. ``method`` is refine (a fit to the pixels), match (template
     matching) or marker: the marker of ``marker_family`` with ``marker_id`` (default: the one that
     moves farthest). ``frame_table`` is a frames.csv with mid-exposure times, ``exposure_s`` and
     ``readout_s`` are the shutter's (found from motion blur where neither is given), ``camera`` is a
@@ -117,7 +122,7 @@ def track(
         camera = read_camera(Path(camera))
     place = Path(source)
     marker = (marker_family, marker_id) if method == "marker" else None
-    how = Tracking(Parts(Part(pivot, template)), method, camera, marker=marker)
+    how = Tracking(Parts(Part(pivot, template, tip, at_s, pick)), method, camera, marker=marker)
     given: dict[str, Any] = {
         "frame_table": None if frame_table is None else Path(frame_table),
         "exposure_s": exposure_s,
