@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,6 +28,7 @@ from servosight.models.core._rounding import uncertain
 
 if TYPE_CHECKING:
     from servosight.models.effects import Effect
+    from servosight.models.plant import LimitCycle
 
 FORMAT = 1
 
@@ -116,12 +117,68 @@ class Actuator:
             recording = load_recording(recording)
         return predict(self, recording, known)
 
-    def to_control(self) -> Any:
-        """The linear core k / (T^2 s^2 + 2 xi T s + 1) as a ``control.TransferFunction``."""
+    def to_control(self, *, state_space: bool = False, delay_order: int = 0) -> Any:
+        """The linear core k / (T^2 s^2 + 2 xi T s + 1) as a ``control.TransferFunction``.
+
+        With ``state_space`` a ``control.StateSpace`` with the states angle [deg] and speed [deg/s].
+        With a ``delay_order`` from 1 behind the dead time, where the model has one, as a Pade
+        approximation of this order, whose states come last.
+        """
         import control  # heavy, and needed here alone
 
         k, T, xi = (self.value(name) for name in ("k", "T", "xi"))
-        return control.tf([k], [T * T, 2.0 * xi * T, 1.0])
+        if state_space:
+            rates = [[0.0, 1.0], [-1.0 / T**2, -2.0 * xi / T]]
+            core = control.ss(rates, [[0.0], [k / T**2]], [[1.0, 0.0]], [[0.0]])
+        else:
+            core = control.tf([k], [T * T, 2.0 * xi * T, 1.0])
+        delay = self.value("dead_time.delay") if "dead_time" in self.effects else 0.0
+        if delay_order < 1 or delay == 0.0:
+            return core
+        late = control.tf(*control.pade(delay, delay_order))
+        return control.series(control.tf2ss(late) if state_space else late, core)
+
+    def describing_function(
+        self,
+        amplitude_deg: float,
+        frequency_hz: float,
+        *,
+        offset_deg: float = 0.0,
+        catalogue: Mapping[str, Effect] | None = None,
+    ) -> complex:
+        """Gain and phase of the model, all effects included, for a sine of the command.
+
+        The first harmonic of the angle over that of a command of ``amplitude_deg`` about
+        ``offset_deg``, by simulation. Raises InputError for an amplitude or a frequency of 0.
+        """
+        from servosight.models.effects import catalogue as built_in
+        from servosight.models.plant import describing_function
+
+        known = built_in() if catalogue is None else catalogue
+        return describing_function(self, amplitude_deg, frequency_hz, known, offset_deg=offset_deg)
+
+    def limit_cycles(
+        self,
+        loop: Callable[[complex], complex],
+        *,
+        amplitudes_deg: tuple[float, float] | None = None,
+        frequencies_hz: tuple[float, float] | None = None,
+        catalogue: Mapping[str, Effect] | None = None,
+    ) -> tuple[LimitCycle, ...]:
+        """Oscillations that a loop around the servo sustains, the slowest first.
+
+        ``loop`` is the rest of the loop, from the angle to minus the command: controller times
+        vehicle, as a ``control.TransferFunction`` or any function of s [rad/s]. Searched for
+        commands of ``amplitudes_deg`` (default 0.05 to 40) at ``frequencies_hz`` (default 0.02 to 2
+        times the natural frequency). By harmonic balance, so to be confirmed by simulation.
+        """
+        from servosight.models.effects import catalogue as built_in
+        from servosight.models.plant import limit_cycles
+
+        known = built_in() if catalogue is None else catalogue
+        return limit_cycles(
+            self, loop, known, amplitudes_deg=amplitudes_deg, frequencies_hz=frequencies_hz
+        )
 
     def __repr__(self) -> str:
         """Core and effects in one line."""

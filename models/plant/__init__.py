@@ -1,11 +1,14 @@
 """The one plant equation, compiled."""
 
 from servosight.models.plant._codegen import kernel_source as kernel_source
+from servosight.models.plant._describing import describing_function as describing_function
 from servosight.models.plant._difference import TRANSFORMS as TRANSFORMS
 from servosight.models.plant._difference import Difference as Difference
 from servosight.models.plant._difference import Linear as Linear
 from servosight.models.plant._difference import to_difference as to_difference
 from servosight.models.plant._layout import Layout as Layout
+from servosight.models.plant._limit_cycles import LimitCycle as LimitCycle
+from servosight.models.plant._limit_cycles import limit_cycles as limit_cycles
 from servosight.models.plant._metrics import StepMetrics as StepMetrics
 from servosight.models.plant._metrics import bandwidth_hz as bandwidth_hz
 from servosight.models.plant._metrics import natural_frequency_hz as natural_frequency_hz

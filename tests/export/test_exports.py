@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.servo import actuator
 
@@ -83,6 +84,11 @@ def test_the_control_file_has_the_systems_of_the_model(tmp_path: Path) -> None:
     for s in (0.0, 2.0 + 30.0j, 100.0j):
         assert made["left_fin"](s) == pytest.approx(model.to_control()(s), rel=1e-12)
         assert made["left_fin_ss"](s) == pytest.approx(model.to_control()(s), rel=1e-9)
+        assert made["left_fin_ss"](s) == pytest.approx(model.to_control(state_space=True)(s))
+        late = made["left_fin_delayed"](s)
+        assert late == pytest.approx(model.to_control()(s) * np.exp(-0.01 * s), abs=1e-4)
+        assert late == pytest.approx(model.to_control(delay_order=4)(s))
+        assert late == pytest.approx(model.to_control(state_space=True, delay_order=4)(s))
     assert made["left_fin_sampled"].dt == 0.01
 
 
