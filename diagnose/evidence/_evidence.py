@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from servosight.diagnose.evidence._detectable import detectable
 from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
-from servosight.diagnose.evidence._regimes import Regime, regimes
+from servosight.diagnose.evidence._regimes import WITHOUT_IT, Regime, regimes
 from servosight.diagnose.evidence._repeats import Repeated, repeated
 from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
@@ -65,9 +65,9 @@ def _with_inclusion(
 ) -> tuple[Regime, ...]:
     """The first regime, where it leads, with what fitting its recording too gives.
 
-    Only where none of the recording is fitted.
+    Only where none of the recording is fitted, and not for an input that no model has.
     """
-    if not found or not found[0].leading:
+    if not found or not found[0].leading or found[0].remedy == WITHOUT_IT:
         return found
     apart = [one.recording for one in judged if not one.fitted.any()]
     for recording in apart:

@@ -43,6 +43,11 @@ class MeasuredMotion:
         return np.abs(self._parabola[1])
 
     @property
+    def disturbance(self) -> Array:
+        """Magnitude of the known disturbance, in its own unit; 0 where none is known."""
+        return np.abs(self.recording.disturbance_at(self.recording.time_s))
+
+    @property
     def swing_deg(self) -> Array:
         """Size of the swing that the command makes, from one turning point to the next."""
         return self._swings[0]

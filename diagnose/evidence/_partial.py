@@ -33,6 +33,7 @@ KINDS = {
     "time": "time",
     "frequency": "frequency",
     "command": "frequency",
+    "disturbance": "disturbance",
 }
 """What an error depends on, for each test that shows it."""
 WORDS = {
@@ -45,6 +46,7 @@ WORDS = {
     "frequency": "the frequency",
     "load": "the load",
     "gain": "the gain of the loop",
+    "disturbance": "the known disturbance",
 }
 STEPS = {
     "angle": "Record slow triangles over the whole range, up and down: an error that depends "
@@ -64,6 +66,8 @@ STEPS = {
     "recording.toml).",
     "gain": "Record the same command at two more gains of the loop (relative_gain in "
     "recording.toml).",
+    "disturbance": "Fit and test on runs without the known disturbance, which is no input of any "
+    "model; then compare the model with this run: what remains is what the disturbance moves.",
 }
 """The next step for what the error depends on most."""
 DURING = {

@@ -74,6 +74,12 @@ class Regime:
         return f"{self.sentence}.{more}"
 
 
+WITHOUT_IT = (
+    "Test on a run without the known disturbance, or leave its time out: no model has it as an "
+    "input."
+)
+
+
 @dataclass(frozen=True)
 class _Quantity:
     """A quantity by name, its values at each sample, and how its range is widened."""
@@ -90,6 +96,7 @@ def _constant(motion: MeasuredMotion, value: float) -> Array:
 
 
 _QUANTITIES = (
+    _Quantity("known disturbance", "", lambda one: one.disturbance, kind="input"),
     _Quantity("speed", "deg/s", lambda one: one.speed_deg_s),
     _Quantity("acceleration", "deg/s²", lambda one: one.acceleration_deg_s2),
     _Quantity("angle", "deg", lambda one: one.angle_deg, ("above", "below"), "range"),
@@ -191,7 +198,7 @@ class _Case:
         leads = leads and rmse >= self.policy.worse * self.usual_deg
         return Regime(
             quantity=self.quantity.name,
-            unit=self.quantity.unit,
+            unit=self.quantity.unit or one.recording.disturbance_unit or "",
             fitted_low=self.low,
             fitted_high=self.high,
             beyond=self.side,
@@ -204,7 +211,7 @@ class _Case:
             use=use,
             leading=leads,
             sentence=self._words(one, share, reached),
-            remedy=_remedy(one),
+            remedy=WITHOUT_IT if self.quantity.kind == "input" else _remedy(one),
         )
 
     def _words(self, one: Judged, share: float, reached: float) -> str:
@@ -217,9 +224,12 @@ class _Case:
             held = "only" if self.low == self.high else f"and {word} that only"
             fitted = f"the fitted data have {rounded(end)} {held}"
         else:
+            unit = unit or one.recording.disturbance_unit or ""
             where = f"{_with_article(name)} {self.side} {rounded(self.limit)} {unit}"
             fitted = f"the fitted data reach {rounded(end)} {unit}"
         way_out = "fit this recording too" if not one.fitted.any() else "record longer"
+        if self.quantity.kind == "input":
+            way_out = "no model has it as an input, so test on a run without it"
         return (
             f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies at {where}; "
             f"{fitted}: {way_out}"

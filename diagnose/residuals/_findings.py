@@ -10,12 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from servosight.diagnose.residuals import _disturbance_findings as disturbance_findings
 from servosight.diagnose.residuals import _motion_findings as motion_findings
 from servosight.diagnose.residuals import _side_findings as side_findings
 from servosight.diagnose.residuals import _system_findings as system_findings
 from servosight.diagnose.residuals._finding import Case, Finding
 from servosight.diagnose.residuals._judged import EXPLAINED, Judged
 
+TESTS = (
+    *side_findings.TESTS,
+    *disturbance_findings.TESTS,
+    *motion_findings.TESTS,
+    *system_findings.TESTS,
+)
 CHANCE = 0.01
 MATTERS = 0.5
 """A part of the error counts from this share of the floor on, as an rms."""
@@ -36,7 +43,7 @@ def findings(judged: Sequence[Judged], floor_deg: float, noise_deg: float) -> tu
         return ()
     found = [
         one
-        for test in (*side_findings.TESTS, *motion_findings.TESTS, *system_findings.TESTS)
+        for test in TESTS
         for one in test(case)
         if one.p < CHANCE and one.size_deg >= MATTERS * floor_deg and one.share >= LEAST_SHARE
     ]

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Hold = Literal["zero", "linear"]
 Side = Literal["surface", "horn"]
 
+DISTURBANCE = "disturbance_"
+"""The name of a signal that is a known disturbance begins so; its unit follows."""
 SAME_TIME_S = 1e-9
 """Far below any clock's step, far above what rounding does to seconds of a recording."""
 
@@ -159,6 +161,32 @@ class Recording:
         [2.0]
         """
         return command_at(self.command_time_s, self.command_deg, time_s, self.hold)
+
+    def disturbance_at(self, time_s: Array) -> Array:
+        """The known disturbance at ``time_s`` (any shape), in its own unit; 0 where there is none.
+
+        >>> none = np.zeros(1)
+        >>> pulses = Signals(np.array([0.0, 1.0]), {"disturbance_N": np.array([0.0, 20.0])})
+        >>> rec = Recording("rows", none, none, time_s=none, angle_deg=none, signals=pulses)
+        >>> rec.disturbance_at(np.array([0.5, 1.0])).tolist(), rec.disturbance_unit
+        ([0.0, 20.0], 'N')
+        """
+        for _, values in self._disturbances:
+            assert self.signals is not None
+            return command_at(self.signals.time_s, values, time_s)
+        return np.zeros(np.shape(time_s))
+
+    @property
+    def disturbance_unit(self) -> str | None:
+        """Its unit, None where no disturbance is known or it is zero throughout."""
+        for name, _ in self._disturbances:
+            return name.removeprefix(DISTURBANCE)
+        return None
+
+    @property
+    def _disturbances(self) -> list[tuple[str, Array]]:
+        every = () if self.signals is None else self.signals.values.items()
+        return [(name, v) for name, v in every if name.startswith(DISTURBANCE) and np.any(v)]
 
     def save(self, folder: Path | str) -> None:
         """Write a recording's folder, completely or not at all; InputError if it is not empty."""

@@ -11,7 +11,7 @@ from servosight.diagnose import Diagnosis, Verdict, diagnose
 from servosight.diagnose.evidence import Regime, RegimePolicy, regimes
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result.wording import partial_words
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array, Recording, Signals
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 
@@ -61,6 +61,21 @@ def test_the_sentence_says_how_much_where_and_the_way_out() -> None:
     assert "speed above 34.5 deg/s; the fitted data reach 31.4 deg/s" in words
     assert words.endswith("fit this recording too")
     assert "Name fast among the fitted recordings" in found[0].remedy
+
+
+def test_a_disturbance_that_no_fitted_run_had_comes_first_and_is_no_reason_to_fit_it() -> None:
+    force = np.where((TIME_S > 4.0) & (TIME_S < 5.0), 20.0, 0.0)
+    tested = run(10.0, 0.5, np.where(force > 0.0, 1.0, 0.02), TEST, "pushed")
+    signals = Signals(TIME_S, {"disturbance_N": force})
+    tested = replace(tested, recording=replace(tested.recording, signals=signals))
+    (found,) = regimes([run(10.0, 0.5, 0.02, FIT), tested], FLOOR_DEG)
+    assert found.leading
+    assert (found.quantity, found.unit, found.reached) == ("known disturbance", "N", 20.0)
+    assert found.sentence.endswith(
+        "lies at a known disturbance above 0 N; the fitted data reach 0 N: no model has it as an "
+        "input, so test on a run without it"
+    )
+    assert found.remedy.startswith("Test on a run without the known disturbance")
 
 
 def test_a_wider_run_is_beyond_in_angle_on_both_sides_and_in_swing() -> None:

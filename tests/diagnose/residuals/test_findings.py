@@ -29,7 +29,7 @@ from servosight.diagnose.residuals import (
 )
 from servosight.diagnose.residuals._events import rests, turning_points
 from servosight.diagnose.selection import Split
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array, Recording, Signals
 from servosight.models.excitation import Excitation, Limits, chirp, design
 
 NOISE_DEG = 0.03
@@ -220,6 +220,35 @@ def test_an_error_that_grows_faster_than_the_motion() -> None:
     assert found is not None
     assert found.power == pytest.approx(2.0, abs=3.0 * max(found.sigma, 0.05))
     assert "grows faster than the motion" in found_in(judged)["amplitude"].sentence
+
+
+def pushed(judged: Judged, size_n: float) -> Judged:
+    """With a force of ``size_n`` in the log, in pulses of 0.2 s once a second."""
+    time_s = judged.recording.time_s
+    force = size_n * (np.modf(time_s)[0] < 0.2)
+    signals = Signals(time_s, {"disturbance_N": force})
+    return replace(judged, recording=replace(judged.recording, signals=signals))
+
+
+def test_what_a_known_disturbance_moves_is_told_apart() -> None:
+    """A force of 20 N gives way by 0.3 deg with a lag of 50 ms; the model has no such input."""
+    lag = np.exp(-1.0 / (0.05 * RATE_HZ))
+
+    def moved(t: Array, y: Array) -> Array:
+        force = 20.0 * (np.modf(t)[0] < 0.2)
+        return np.asarray(lfilter([0.015 * (1.0 - lag)], [1.0, -lag], force))
+
+    found = found_in(pushed(case(moved), 20.0))["disturbance"]
+    assert found.share > 0.8
+    own = moved(np.arange(0.0, 9.0, 1.0 / RATE_HZ), np.zeros(0))
+    assert found.size_deg == pytest.approx(np.std(own), rel=0.2)
+    assert "(up to 20.0 N) can account for" in found.sentence
+    assert "disturbance" not in found_in(case(moved))
+
+
+def test_a_force_that_moves_nothing_is_no_finding() -> None:
+    for error in (direction, lambda t, y: 0.3 * np.sin(2.0 * np.pi * 0.31 * t)):
+        assert "disturbance" not in found_in(pushed(case(error), 20.0))
 
 
 def test_reversals_are_picked_out() -> None:
