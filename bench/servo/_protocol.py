@@ -17,6 +17,10 @@ class ServoFault(InputError):
     """The servo reports a fault of its own, or exceeds a limit; one sentence."""
 
 
+class WatchdogTripped(ServoFault):
+    """The servo has stopped by itself because it heard nothing; it can be enabled again."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Reading:
     """What a servo reports of itself; None for what it does not measure.

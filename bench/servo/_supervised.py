@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits, ramp
-from servosight.bench.servo._protocol import Driver, Reading, ServoFault, StoredPlayback
+from servosight.bench.servo._protocol import (
+    Driver,
+    LinkLost,
+    Reading,
+    ServoFault,
+    StoredPlayback,
+    WatchdogTripped,
+)
 from servosight.models.core import InputError
 
 _OUTSIDE_DEG = 1.0
 """How far outside its range a servo may stand when it is armed: its own resolution and play."""
 _SPARE_S = 5.0
+_PERSIST_S = 2.0
+"""How long a release tries a link that is lost, from the last goal on that got through."""
+_AGAIN_S = 0.12
+"""Pause between two tries: after a gap of 100 ms a servo gives up a packet that it has begun."""
 
 
 class SupervisedServo:
@@ -105,15 +117,38 @@ class SupervisedServo:
             self._write(angle_deg, self.limits.ramp_rate_deg_s)
 
     def release(self) -> None:
-        """Ramp to neutral as far as the link allows, then switch the torque off in any case."""
+        """Ramp to neutral as far as the link allows, then switch the torque off in any case.
+
+        A link that is lost is tried again for 2 s, for neutral and for the torque each.
+        """
         if self._armed_s is None:
             return
         try:
             if not isinstance(self.driver, StoredPlayback):
-                self.move_to(self.limits.neutral_deg)
+                self._persist(self._neutral)
         finally:
-            self.driver.disable()
+            self._persist(self.driver.disable)
             self._armed_s = self.goal_deg = None
+
+    def _neutral(self) -> None:
+        try:
+            self.move_to(self.limits.neutral_deg)
+        except WatchdogTripped:
+            angle = self.driver.read().angle_deg
+            assert angle is not None  # who has a watchdog, measures
+            self.goal_deg, self._sent_s = angle, self.clock.now()
+            self.driver.enable(angle)
+            self.move_to(self.limits.neutral_deg)
+
+    def _persist(self, action: Callable[[], None]) -> None:
+        start = self.clock.now()
+        while True:
+            try:
+                return action()
+            except LinkLost:
+                if self.clock.now() >= max(start, self._sent_s) + _PERSIST_S:
+                    raise
+                self.clock.wait(self.clock.now() + _AGAIN_S)
 
     def close(self) -> None:
         """Release, and let go of the port."""

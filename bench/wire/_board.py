@@ -33,7 +33,6 @@ class BoardStandIn(StandIn):
         self._buffer: deque[int] = deque()
         self._rise_s = 0.0
         self._now_s = 0.0
-        self._rest = b""
         self.plays: list[tuple[float, float | None]] = []
 
     def lit(self, time_s: float) -> bool:
@@ -55,7 +54,7 @@ class BoardStandIn(StandIn):
 
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
         """Answer every whole packet."""
-        packets, self._rest = codec.split(self._rest + data)
+        packets, self._rest = codec.split(self.gathered(data, now_s))
         return [codec.encode(self._answer(packet, now_s)) for packet in packets]
 
     @property

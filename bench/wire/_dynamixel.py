@@ -24,7 +24,6 @@ class DynamixelStandIn(StandIn):
         super().__init__(plant)
         self.id, self.baud = id, baud
         self.table = bytearray(_TABLE)
-        self._rest = b""
         self._heard_s = 0.0
         for register, value in (
             (codec.MODEL_NUMBER, MODEL),
@@ -60,7 +59,7 @@ class DynamixelStandIn(StandIn):
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
         """Answer the instructions to this id."""
         self.return_delay_s = 2e-6 * self.get(codec.RETURN_DELAY_TIME)
-        packets, self._rest = codec.split(self._rest + data)
+        packets, self._rest = codec.split(self.gathered(data, now_s))
         answers = []
         for packet in packets:
             if packet.error is None and packet.id in (self.id, codec.BROADCAST):

@@ -20,7 +20,6 @@ class FeetechStandIn(StandIn):
         self.return_delay_s = 100e-6
         self.table = bytearray(_TABLE)
         self.error = 0
-        self._rest = b""
         for register, value in (
             (codec.ID, id),
             (codec.MAX_ANGLE_LIMIT, 4095),
@@ -41,7 +40,7 @@ class FeetechStandIn(StandIn):
 
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
         """Answer the instructions to this id."""
-        packets, self._rest = codec.split(self._rest + data)
+        packets, self._rest = codec.split(self.gathered(data, now_s))
         answers = []
         for packet in packets:
             if packet.id not in (self.id, codec.BROADCAST):

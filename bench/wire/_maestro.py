@@ -34,11 +34,10 @@ class MaestroStandIn(StandIn):
         self._low, self._high = round(4 * low_us), round(4 * high_us)
         self._period_s, self._timeout_s = period_s, timeout_s
         self._target = 0
-        self._pulse = 0
+        self._pulse = self._speed = 0
         self._pulse_s = 0.0
         self._heard_s = 0.0
         self._errors = 0
-        self._rest = b""
 
     def advance(self, now_s: float) -> None:
         """Start the pulses that are due, and move."""
@@ -50,15 +49,22 @@ class MaestroStandIn(StandIn):
         while self._pulse_s + self._period_s <= now_s:
             self._pulse_s += self._period_s
             super().advance(self._pulse_s)
-            if self._target != self._pulse:
-                self._pulse = self._target
+            if (pulse := self._next_pulse()) != self._pulse:
+                self._pulse = pulse
                 goal = (self._pulse / codec.QUARTERS - 1500.0) * 0.09 if self._pulse else 0.0
                 self.tell(self._pulse_s, goal if self._pulse else self.goal_deg, self._pulse > 0)
         super().advance(now_s)
 
+    def _next_pulse(self) -> int:
+        """The next pulse's width, the target or as near to it as the speed allows; 0 is none."""
+        if not (self._target and self._pulse and self._speed):
+            return self._target
+        most = math.floor(self._speed * codec.SPEED_US_S * codec.QUARTERS * self._period_s)
+        return self._pulse + max(-most, min(most, self._target - self._pulse))
+
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
         """Take commands; answer those that ask."""
-        commands, self._rest, errors = codec.split(self._rest + data, self._crc)
+        commands, self._rest, errors = codec.split(self.gathered(data, now_s), self._crc)
         self._errors |= errors
         answers = []
         for command in commands:
@@ -67,6 +73,8 @@ class MaestroStandIn(StandIn):
                 channel, target = codec.target_of(command)
                 if channel == self.channel:
                     self._target = max(self._low, min(self._high, target)) if target else 0
+            elif command.code == codec.SET_SPEED and command.data[0] == self.channel:
+                self._speed = codec.target_of(command)[1]
             elif command.code == codec.GET_POSITION:
                 here = self._target if command.data[0] == self.channel else 0
                 answers.append(here.to_bytes(2, "little"))

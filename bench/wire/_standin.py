@@ -8,7 +8,9 @@ from servosight.bench.wire._plant import Plant
 
 STEP_S = 1e-3
 """Longest step of the plant."""
-_COLD_C, _OHM_RISE_C = 25.0, 8.0
+GAP_S = 0.1
+"""A pause between bytes after which a servo gives up the packet that they began."""
+_COLD_C = 25.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +42,14 @@ class StandIn:
         self.torque = False
         self.temperature_c = _COLD_C
         self._time_s: float | None = None
+        self._rest = b""
+        self._byte_s = 0.0
+
+    def gathered(self, data: bytes, now_s: float) -> bytes:
+        """New bytes behind those that may be the beginning of a packet."""
+        rest = self._rest if now_s - self._byte_s < GAP_S else b""
+        self._byte_s = now_s
+        return rest + data
 
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
         """Take bytes off the wire; return the answers to them."""

@@ -62,7 +62,7 @@ class Wire:
         """Pass on what is to be passed on by now; return when something is next, inf without."""
         if self._start_s is None:
             self._start_s = now_s
-        if self.far >= 0 and now_s - self._start_s >= self._faults.unplugged_s:
+        if self.far >= 0 and now_s >= self._start_s + self._faults.unplugged_s:
             self.close()
         if self.far >= 0:
             with contextlib.suppress(BlockingIOError):

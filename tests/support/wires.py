@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-
-import numpy as np
 
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo, open_servo
@@ -63,11 +62,11 @@ def rig(
         wire.close()
 
 
-def fastest_deg_s(far: StandIn) -> float:
-    """The fastest change of the goal that a servo was told, from one goal to the next."""
-    on = [told for told in far.told if told.torque]
-    time_s = np.array([told.time_s for told in on])
-    goal = np.array([told.goal_deg for told in on])
-    apart = np.diff(time_s) > 1e-4  # goals within one piece of the stream are one
-    rates = np.abs(np.diff(goal))[apart] / np.diff(time_s)[apart]
-    return float(rates.max(initial=0.0))
+def too_fast_deg(far: StandIn, rate_deg_s: float) -> float:
+    """By how much the goals that a servo was told change more than a rate allows, at most."""
+    excess = 0.0
+    for one, other in itertools.pairwise(far.told):
+        if one.torque and other.torque:
+            allowed = rate_deg_s * (other.time_s - one.time_s)
+            excess = max(excess, abs(other.goal_deg - one.goal_deg) - allowed)
+    return excess

@@ -19,7 +19,7 @@ from servosight.bench.servo.codecs.crc import crc16
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST = 0xFE
 PING, READ, WRITE, STATUS = 0x01, 0x02, 0x03, 0x55
-LONGEST = 1024
+LONGEST = 192
 """More than any packet of one servo; a length beyond it is a damaged one."""
 
 ALERT = 0x80

@@ -16,6 +16,10 @@ POLOLU = 0xAA
 QUARTERS = 4
 """Steps of a target in a microsecond."""
 
+SPEED_US_S = 25.0
+"""A step of SET_SPEED: 0.25 us per 10 ms."""
+FASTEST = 0x3FFF
+
 _DATA = {
     SET_TARGET: 3,
     SET_SPEED: 3,

@@ -8,7 +8,7 @@ from typing import Annotated
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
 from servosight.bench.servo._port import TRIES, Exchange, Port, ask
-from servosight.bench.servo._protocol import Reading, ServoFault
+from servosight.bench.servo._protocol import Reading, ServoFault, WatchdogTripped
 from servosight.bench.servo.codecs import dynamixel as codec
 from servosight.models.core import InputError, within
 
@@ -134,7 +134,7 @@ class Dynamixel:
     def _refusal(self, what: str) -> ServoFault:
         """Why the servo has refused: its watchdog, or something in its control table."""
         if self._peek(codec.BUS_WATCHDOG) == 255:
-            return ServoFault(
+            return WatchdogTripped(
                 f"{self.name}: the servo heard nothing for {20e-3 * WATCHDOG:g} s and has stopped; "
                 f"start again, and end other programs that keep the computer busy"
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -12,6 +13,8 @@ from servosight.bench.servo._protocol import LinkLost, Reading, ServoFault
 from servosight.bench.servo.codecs import maestro as codec
 from servosight.models.core import InputError, within
 
+PULSE_S = 0.02
+"""The Maestro's pulse period as it comes."""
 LOWEST_US, HIGHEST_US = 400.0, 2600.0
 """Pulse widths beyond which no hobby servo is meant to go."""
 
@@ -39,6 +42,8 @@ class Maestro:
         """Open the port."""
         self.name = f"Maestro channel {settings.channel} on {path}"
         self._settings = settings
+        self._speed = self._last = 0
+        self._clock = clock
         self._port = Port(path, settings.baud, clock, self.name)
         if settings.deg_per_us == 0.0:
             self.close()
@@ -56,17 +61,24 @@ class Maestro:
                     f"{LOWEST_US:.0f} to {HIGHEST_US:.0f} us; narrow the limits or correct "
                     "deg_per_us"
                 )
+        if limits.rate_deg_s is not None:
+            rate_us_s = limits.rate_deg_s / abs(self._settings.deg_per_us)
+            self._speed = min(math.ceil(rate_us_s / codec.SPEED_US_S), codec.FASTEST)
         self._ask(codec.get_errors(self._settings.device))  # which clears old ones
         self._position()
 
     def enable(self, angle_deg: float) -> None:
-        """Start the pulses, without the Maestro's own limits of speed."""
-        self._send(codec.set_speed(self._settings.channel, 0, self._settings.device))
+        """Start the pulses; the Maestro itself holds them to the rate, from pulse to pulse."""
+        for _ in range(TRIES):  # the Maestro does not acknowledge it, but it notes a damaged one
+            self._send(codec.set_speed(self._settings.channel, self._speed, self._settings.device))
+            if self._ask(codec.get_errors(self._settings.device))[0] == 0:
+                break
         self.write(angle_deg)
 
     def write(self, angle_deg: float) -> float:
         """Set the target; the Maestro uses it from its next pulse on."""
-        return self._target(round(codec.QUARTERS * self._width_us(angle_deg)))
+        self._last = round(codec.QUARTERS * self._width_us(angle_deg))
+        return self._target(self._last)
 
     def read(self) -> Reading:
         """Ask for errors; LinkLost without an answer, ServoFault after the Maestro's time-out."""
@@ -79,7 +91,10 @@ class Maestro:
         return Reading(time_s=middle)
 
     def disable(self) -> None:
-        """Stop the pulses, and see that they have stopped."""
+        """Stop the pulses after one with the last goal, and see that they have stopped."""
+        if self._last:
+            self._target(self._last)  # once more: nothing has acknowledged it
+        self._clock.wait(self._clock.now() + PULSE_S)
         for _ in range(TRIES):
             self._target(0)
             if self._position() == 0:
