@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from servosight.app.commands import bench
 from servosight.app.commands.about import completion, demo, effects
 from servosight.app.commands.model import (
     add,
@@ -38,6 +39,7 @@ COMMANDS: dict[str, ModuleType] = {
     "sweep": sweep,
     "results": results,
     "advise": advise,
+    "bench": bench,
     "completion": completion,
 }
 """By name, in the order of the help."""

@@ -8,10 +8,13 @@ from collections.abc import Callable
 from servosight.bench.camera._ffmpeg import open_ffmpeg
 from servosight.bench.camera._http import open_http
 from servosight.bench.camera._protocol import Camera, Given, Now
+from servosight.bench.camera._v4l2 import open_v4l2
+from servosight.bench.camera._v4l2_list import list_v4l2
 
 BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
     "http": open_http,
     "https": open_http,
+    "v4l2": open_v4l2,
 }
 """By what stands before the first colon of an address; any other address is FFmpeg's."""
 
@@ -19,9 +22,15 @@ BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
 def open_camera(address: str, given: Given | None = None, now: Now = time.monotonic) -> Camera:
     """Open a camera by its address.
 
-    ``http://HOST:8080/?action=stream`` for MJPEG over HTTP; ``rtsp://HOST/PATH``, a video file and
-    whatever else FFmpeg reads. Raises InputError where there is no camera, CameraLost where it does
-    not answer.
+    ``v4l2:/dev/video0?width=640&height=480&rate=60&exposure=0.004`` for a camera of
+    Video4Linux; ``http://HOST:8080/?action=stream`` for MJPEG over HTTP; ``rtsp://HOST/PATH``, a
+    video file and whatever else FFmpeg reads. Raises InputError where there is no camera,
+    CameraLost where it does not answer.
     """
     scheme = address.partition(":")[0]
     return BACK_ENDS.get(scheme, open_ffmpeg)(address, given or Given(), now)
+
+
+def list_cameras() -> list[str]:
+    """A line for each mode of each camera of this computer."""
+    return list(list_v4l2())

@@ -10,6 +10,7 @@ from servosight.bench.servo._protocol import LinkLost as LinkLost
 from servosight.bench.servo._protocol import Reading as Reading
 from servosight.bench.servo._protocol import Servo as Servo
 from servosight.bench.servo._protocol import ServoFault as ServoFault
+from servosight.bench.servo._protocol import StoredPlayback as StoredPlayback
 from servosight.bench.servo._registry import open_servo as open_servo
 from servosight.bench.servo._registry import servo_kinds as servo_kinds
 from servosight.bench.servo._supervised import SupervisedServo as SupervisedServo

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from servosight.bench.camera import Camera, Footage, Recorder
+from servosight.bench.camera import VIDEO, Camera, Footage, Recorder
 from servosight.bench.safety import check_command, released
-from servosight.bench.servo import CommandLog, SupervisedServo, play
+from servosight.bench.servo import CommandLog, StoredPlayback, SupervisedServo, play
 from servosight.bench.session._light import read_light
-from servosight.bench.session._write import RUN_FILES, Clocked, write_run
+from servosight.bench.session._write import RUN_FILES, SIGN, Clocked, write_run
 from servosight.bench.timing import LightPattern
 from servosight.models.core import Array, InputError, check_folder, new_folder
 
@@ -20,6 +20,7 @@ REST_S = 0.6
 _START_S = 10.0
 _LATE_S = 30.0
 _POLL_S = 0.02
+_LEAST_SAMPLES = 20
 
 
 class Light(Protocol):
@@ -67,9 +68,9 @@ def run(
     interruption leaves no folder. Raises InputError where nothing could be recorded.
     """
     check_command(servo.limits, time_s, command_deg, source)
-    check_folder(folder, RUN_FILES, sign="bench.toml", force=force)
+    check_folder(folder, RUN_FILES, sign=SIGN, force=force)
     log = CommandLog()
-    with new_folder(folder, RUN_FILES, sign="bench.toml", force=force) as fresh:
+    with new_folder(folder, RUN_FILES, sign=SIGN, force=force) as fresh:
         recorder = Recorder(camera, fresh)
         stage = _Stage(servo, recorder, light, log)
         fault = None
@@ -82,14 +83,11 @@ def run(
             fault = str(error)  # the recording up to here is kept
         finally:
             footage = stage.last_frame()
-        lit = stage.lit
         fault = fault or footage.fault
         found = None
-        if lit is not None:
+        if stage.pattern is not None:
             try:
-                found = Clocked(
-                    *read_light(fresh / "video.mkv", footage, LightPattern.of_command(*lit))
-                )
+                found = Clocked(*read_light(fresh / VIDEO, footage, stage.pattern))
             except InputError as error:
                 fault = fault or str(error)
         write_run(fresh, log, footage, found, servo.name, camera.name, fault)
@@ -111,7 +109,7 @@ class _Stage:
     ) -> None:
         self._servo, self._recorder, self._light, self._log = servo, recorder, light, log
         self._clock = servo.clock
-        self.lit: tuple[float, float] | None = None
+        self.pattern: LightPattern | None = None
 
     def play(self, time_s: Array, command_deg: Array, source: str) -> None:
         """Go to the first row, then film: no frame shows a motion that command.csv lacks."""
@@ -128,9 +126,9 @@ class _Stage:
             end_s = clock.now()
             self._recorder.stop_after(end_s)
             if begun_s is not None and self._light is not None:
-                self.lit = begun_s, self._light.end()
+                self.pattern = LightPattern.of_command(begun_s, self._light.end())
             elif self._log.light_s is not None:
-                self.lit = self._log.light_s, end_s
+                self.pattern = self._of_board(self._log.light_s)
 
     def last_frame(self) -> Footage:
         """Wait for what the camera took up to the end of the run; it may come late."""
@@ -139,6 +137,14 @@ class _Stage:
             self._clock.wait(self._clock.now() + _POLL_S)
             time.sleep(1e-3)
         return self._recorder.finish()
+
+    def _of_board(self, begun_s: float) -> LightPattern | None:
+        """The light of a board that plays the command and the code by one clock of its own."""
+        driver, sent = self._servo.driver, self._log.sent
+        if not isinstance(driver, StoredPlayback) or len(sent) < _LEAST_SAMPLES:
+            return None
+        rate = (sent[-1][0] - sent[0][0]) / ((len(sent) - 1) * driver.period_s)
+        return LightPattern.of_command(begun_s, sent[-1][0] + rate * driver.period_s, rate)
 
     def _rest(self) -> None:
         """Wait without moving."""
@@ -163,3 +169,25 @@ class _Stage:
             raise InputError(recorder.fault)
         if recorder.frames == 0:
             raise InputError(f"no frame came within {_START_S:g} s; check the camera")
+
+
+def run_words(run: Run) -> list[str]:
+    """What a run left, a sentence each."""
+    footage = run.footage
+    lines = [
+        f"{run.folder}: {run.rows} rows sent, {footage.number.size} frames, {footage.lost} lost, "
+        f"{footage.rate_hz or 0.0:.3f} frames/s"
+    ]
+    if run.clock is None:
+        lines.append(
+            "no coded light: the offset between command and video is not known, and dead time "
+            "cannot be distinguished from the camera's latency"
+        )
+        return lines
+    fit = run.clock.fit
+    lines.append(
+        f"clock: offset known to {1e3 * fit.offset_sigma_s:.2g} ms, drift {1e6 * fit.drift:+.1f} "
+        f"ppm with a sigma of {1e6 * fit.drift_sigma:.2g} ppm, by the light at "
+        f"{run.clock.light.place_px[0]:.0f},{run.clock.light.place_px[1]:.0f} px"
+    )
+    return lines

@@ -42,11 +42,14 @@ class LightPattern:
     states: Array
 
     @classmethod
-    def of_command(cls, start_s: float, end_s: float) -> LightPattern:
-        """The coded light of a command that lasts from ``start_s`` to ``end_s``."""
-        bits = light.pattern()
-        count = math.ceil((end_s - start_s) / light.BIT_S - 1e-9)
-        edges_s = np.append(start_s + light.BIT_S * np.arange(count), end_s)
+    def of_command(cls, start_s: float, end_s: float, rate: float = 1.0) -> LightPattern:
+        """The coded light from ``start_s`` to ``end_s`` by the host's clock.
+
+        ``rate`` is how many of the host's seconds a second of the light's own clock lasts.
+        """
+        bits, bit_s = light.pattern(), rate * light.BIT_S
+        count = math.ceil((end_s - start_s) / bit_s - 1e-9)
+        edges_s = np.append(start_s + bit_s * np.arange(count), end_s)
         return cls(time_s=edges_s, states=np.append(np.resize(bits, count), False) * 1.0)
 
     @property

@@ -6,3 +6,5 @@ from servosight.scenarios.rehearsal._bench import Rehearsal as Rehearsal
 from servosight.scenarios.rehearsal._bench import VirtualBench as VirtualBench
 from servosight.scenarios.rehearsal._bench import virtual_bench as virtual_bench
 from servosight.scenarios.rehearsal._camera import CameraFaults as CameraFaults
+from servosight.scenarios.rehearsal._rehearse import rehearse as rehearse
+from servosight.scenarios.rehearsal._rehearse import write_truth as write_truth

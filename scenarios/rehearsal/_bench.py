@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Meta
 
 from servosight.bench.wire import (
+    BoardStandIn,
     DynamixelStandIn,
     FeetechStandIn,
     MaestroStandIn,
@@ -22,16 +23,23 @@ from servosight.bench.wire import (
 )
 from servosight.models.core import Camera
 from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.rehearsal._camera import CameraFaults, VirtualCamera, VirtualLight
+from servosight.scenarios.rehearsal._camera import (
+    BoardLight,
+    CameraFaults,
+    VirtualCamera,
+    VirtualLight,
+)
 from servosight.scenarios.scenario import LinearServo
 from servosight.sim.effects import resolve
 from servosight.sim.live import LiveTwin
 
-Kind = Literal["dynamixel", "feetech", "maestro"]
+Kind = Literal["board", "dynamixel", "feetech", "maestro"]
 HIDDEN = ("backlash", "coulomb_friction", "dead_zone", "asymmetric_gain")
 """Effects that a rehearsal may hide: each shows in a film of ten seconds."""
+SLOW_PPM = 800.0
+"""By how much the virtual board's resonator runs slow."""
 CAMERA = Camera(rate_hz=60.0, exposure_s=0.003, width=320, height=240)
-_KEYS = {"dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
+_KEYS = {"board": "", "dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,11 +90,14 @@ class Rehearsal:
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualBench:
-    """Addresses as a user would type them, the light, and the clock by which time passes."""
+    """Addresses as a user would type them, and the clock by which time passes.
+
+    ``light`` is None where the board drives it.
+    """
 
     servo: str
     camera: str
-    light: VirtualLight
+    light: VirtualLight | None
     clock: VirtualClock
     film: VirtualCamera
     stand_in: StandIn
@@ -105,11 +116,12 @@ def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
     pumped: list[Any] = [wire]
     clock = VirtualClock(pumped)
     light = VirtualLight(clock.now)
+    lamp = BoardLight(stand_in, SLOW_PPM) if isinstance(stand_in, BoardStandIn) else light
     film = VirtualCamera(
         twin,
         rehearsal.camera,
         rehearsal.faults,
-        light,
+        lamp,
         start_s=clock.now(),
         seed=rehearsal.seed,
     )
@@ -120,7 +132,7 @@ def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
             yield VirtualBench(
                 servo=f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}",
                 camera=server.address,
-                light=light,
+                light=None if lamp is not light else light,
                 clock=clock,
                 film=film,
                 stand_in=stand_in,
@@ -130,6 +142,8 @@ def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
 
 
 def _stand_in(kind: Kind, plant: Plant) -> StandIn:
+    if kind == "board":
+        return BoardStandIn(plant, SLOW_PPM)
     if kind == "dynamixel":
         return DynamixelStandIn(plant)
     if kind == "feetech":

@@ -6,18 +6,18 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from queue import Queue
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 
 from servosight.bench.timing import LightPattern
-from servosight.bench.wire import ServedFrame
+from servosight.bench.wire import BoardStandIn, ServedFrame
 from servosight.models.core import Array, Camera, share, within
 from servosight.sim.film import LiveFilm, VideoSettings
 from servosight.sim.live import LiveTwin
 
 _PATIENCE_S = 5.0
-_LONGEST_S = 3600.0
+_LONGEST_S = 600.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +34,29 @@ class CameraFaults:
     latency_s: Annotated[float, within(0.0, 1.0, "seconds")] = 0.045
     jitter_s: Annotated[float, within(0.0, 1.0, "seconds")] = 0.004
     dropped: Annotated[float, share(0.5)] = 0.01
+
+
+class Lamp(Protocol):
+    """A light in the picture."""
+
+    def share(self, from_s: Array, to_s: Array) -> Array:
+        """The share of stretches of time, by the host's clock, in which it is on."""
+
+
+class BoardLight:
+    """The light that a virtual board drives while it plays a command."""
+
+    def __init__(self, board: BoardStandIn, slow_ppm: float) -> None:
+        self._board, self._rate = board, 1.0 + 1e-6 * slow_ppm
+
+    def share(self, from_s: Array, to_s: Array) -> Array:
+        """The share of stretches of time in which it is on."""
+        total = np.zeros(np.shape(from_s))
+        for began_s, ended_s in self._board.plays:
+            last_s = began_s + _LONGEST_S if ended_s is None else ended_s
+            pattern = LightPattern.of_command(began_s, last_s, self._rate)
+            total = total + pattern.share(0.5 * (from_s + to_s), float((to_s - from_s).flat[0]))
+        return total
 
 
 class VirtualLight:
@@ -76,7 +99,7 @@ class VirtualCamera:
         twin: LiveTwin,
         camera: Camera,
         faults: CameraFaults,
-        light: VirtualLight,
+        light: Lamp,
         *,
         start_s: float,
         seed: int,

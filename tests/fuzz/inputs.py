@@ -127,6 +127,12 @@ TARGETS = (
     Target("log.csv", TABLE, ("diagnose log.csv",), 1),
     Target("rec/recording.toml", SETTINGS, ("compare model.toml rec", "excite --analyse rec"), 12),
     Target("rec/command.csv", TABLE, ("compare model.toml rec", "excite --analyse rec"), 12),
+    Target(
+        "rec/command.csv",
+        TABLE,
+        ("bench run rec/command.csv -o new --servo maestro:none --camera none.mkv",),
+        3,
+    ),
     Target("rec/angle.csv", TABLE, ("compare model.toml rec", "excite --analyse rec"), 12),
     Target("rec/horn.csv", TABLE, ("compare model.toml rec", "excite --analyse rec"), 6),
     Target("rec/track.toml", SETTINGS, ("track rec", "compare model.toml rec"), 6),

@@ -1,0 +1,65 @@
+"""Check, run, track and diagnose; go on with further experiments where they decide something."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from servosight.app.output import check_target, console, made
+from servosight.app.progress import progress
+from servosight.models.base import Kind
+
+WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
+
+
+def run(args: argparse.Namespace) -> None:
+    """The whole experiment; asks before each further run, unless --yes is given."""
+    from servosight.app.commands.bench import wanted
+    from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
+    from servosight.app.present import show_diagnosis
+    from servosight.app.report import write_report
+    from servosight.bench.session import check_camera, check_servo, run_words
+    from servosight.models.base import json_text, write_text
+    from servosight.models.core import InputError
+    from servosight.scenarios.trial import carry_out
+
+    wanted(args, "output", "servo", "camera")
+    check_armed(args)
+    out = console(args)
+    args.output.mkdir(parents=True, exist_ok=True)
+    for name, kind in WRITTEN.items():
+        check_target(args.output / name, kind, force=args.force)
+
+    def ask(question: str) -> bool:
+        out.print(f"To learn more: {question}")
+        if args.yes:
+            return True
+        if not sys.stdin.isatty():
+            return False
+        return input("Run it now? The servo moves. [y/N] ").strip().lower() in ("y", "yes")
+
+    with opened_camera(args) as camera, opened_servo(args) as servo:
+        lines = [*check_camera(camera), *check_servo(servo)]
+        for line in lines:
+            out.print(f"{'ok' if line.good else 'NO':4}{line.what}: {line.words}")
+        if not all(line.good for line in lines):
+            raise InputError("bench auto: not everything is in order; the lines above say how")
+        with progress("bench") as show:
+            trial = carry_out(
+                servo,
+                camera,
+                args.output,
+                duration_s=args.duration,
+                seed=args.seed,
+                ask=ask,
+                progress=show,
+                force=args.force,
+            )
+    for one in trial.runs:
+        for words in run_words(one):
+            out.print(words)
+    values = trial.diagnosis.to_dict()
+    write_text(args.output / "diagnosis.json", json_text(values))
+    write_report(args.output / "report.html", trial.diagnosis, list(trial.recordings), **made(args))
+    show_diagnosis(out, values)
+    out.print(f"Open {args.output / 'report.html'} in a browser.")

@@ -1,0 +1,60 @@
+"""Devices as the options name them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from servosight.bench.camera import Camera, Given, open_camera
+from servosight.bench.safety import Limits
+from servosight.bench.servo import SupervisedServo, open_servo
+from servosight.models.core import InputError
+
+_LIMITS = {
+    "low": "low_deg",
+    "high": "high_deg",
+    "neutral": "neutral_deg",
+    "rate": "rate_deg_s",
+    "acceleration": "acceleration_deg_s2",
+    "longest": "duration_s",
+}
+
+
+def limits_of(args: argparse.Namespace) -> Limits:
+    """The limits that the options give."""
+    given = {key: getattr(args, name) for name, key in _LIMITS.items()}
+    return Limits(**{key: value for key, value in given.items() if value is not None})
+
+
+def given_of(args: argparse.Namespace) -> Given:
+    """What the options state of the camera."""
+    return Given(exposure_s=args.exposure, readout_s=args.readout, meaning=args.stamp)
+
+
+@contextmanager
+def opened_camera(args: argparse.Namespace) -> Iterator[Camera]:
+    """The camera of ``--camera``, closed in any case."""
+    camera = open_camera(args.camera, given_of(args))
+    try:
+        yield camera
+    finally:
+        camera.close()
+
+
+@contextmanager
+def opened_servo(args: argparse.Namespace) -> Iterator[SupervisedServo]:
+    """The servo of ``--servo``, released and closed in any case."""
+    servo = open_servo(args.servo, limits_of(args))
+    try:
+        yield servo
+    finally:
+        servo.close()
+
+
+def check_armed(args: argparse.Namespace) -> None:
+    """Raise InputError without ``--arm``."""
+    if not args.arm:
+        raise InputError(
+            f"bench {args.action}: moves the servo; clear its way, and say so with --arm"
+        )

@@ -1,0 +1,90 @@
+"""``servosight bench``: what it lists, refuses and records."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.app.main import main
+from servosight.bench.wire import MjpegServer, ServedFrame
+from servosight.models.excitation import standard
+
+
+@pytest.fixture
+def camera() -> Iterator[str]:
+    """A stream of sixty frames a second of a printed pattern, 60 times faster than it says."""
+    pattern = np.kron(np.random.default_rng(1).integers(0, 2, (12, 16)), np.ones((10, 10)))
+    data = cv2.imencode(".jpg", (60 + 120 * pattern).astype(np.uint8))[1].tobytes()
+
+    def film() -> Iterator[ServedFrame]:
+        for n in range(200):
+            yield ServedFrame(number=n, stamp_s=n / 60.0, data=data)
+        time.sleep(1.0)
+
+    with MjpegServer(film) as server:
+        yield server.address
+
+
+def complaint(capsys: pytest.CaptureFixture[str], line: list[str]) -> str:
+    """The one sentence of bad input."""
+    assert main(["bench", *line]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    return error
+
+
+def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "servos"]) == 0
+    assert "dynamixel" in capsys.readouterr().out
+    assert main(["bench", "cameras"]) == 0
+    assert capsys.readouterr().out
+
+
+def test_a_cameras_real_rate_is_measured(capsys: pytest.CaptureFixture[str], camera: str) -> None:
+    assert main(["bench", "cameras", "--camera", camera]) == 0
+    said = capsys.readouterr().out
+    assert "160 x 120, mjpeg, 60.000 frames/s" in said
+    assert "the end of the last row's readout" in said
+
+
+def test_a_check_says_what_is_not_in_order(capsys: pytest.CaptureFixture[str], camera: str) -> None:
+    line = ["check", "--camera", camera]
+    assert main(["bench", *line, "--exposure", "0.004"]) == 0
+    assert "NO" not in capsys.readouterr().out
+    assert "exposure not in order" in complaint(capsys, [*line, "--exposure", "0.015"])
+
+
+def test_nothing_moves_without_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    command = tmp_path / "command.csv"
+    standard(4.0, 10.0, 1, 50.0).save(command)
+    devices = ["--servo", "maestro:/dev/none", "--camera", "none.mkv"]
+    output = ["-o", str(tmp_path / "rec")]
+    assert "--arm" in complaint(capsys, ["run", str(command), *output, *devices])
+    for action in ("zero", "auto"):
+        assert "--arm" in complaint(capsys, [action, *output, *devices])
+    assert not (tmp_path / "rec").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (["jump"], "no action of the bench"),
+        (["check"], "needs --camera"),
+        (["run"], "needs EXCITATION"),
+        (["rehearse"], "needs -o"),
+        (["rehearse", "-o", "x", "--duration", "2"], "expected 4 to 60 seconds"),
+        (["check", "--camera", "http://127.0.0.1:9/"], "does not answer"),
+        (["servos", "--servo", "maestro:/dev/none"], "/dev/none"),
+        (["check", "--camera", "x", "--exposure", "7"], "exposure_s"),
+        (["check", "--servo", "maestro:/dev/none", "--low", "50"], "low_deg"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_sentence(
+    capsys: pytest.CaptureFixture[str], line: list[str], words: str
+) -> None:
+    assert words in complaint(capsys, line)
