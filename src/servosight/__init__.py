@@ -35,6 +35,7 @@ _VERBS = (
 )
 _HOMES = {
     **{verb: ("servosight._verbs", verb) for verb in _VERBS},
+    "bench": ("servosight._verbs", "bench"),
     "Recording": ("servosight.models.core", "Recording"),
     "Actuator": ("servosight.models.core", "Actuator"),
     "InputError": ("servosight.models.core", "InputError"),

@@ -1,5 +1,6 @@
 from servosight._verbs import (
     add,
+    bench,
     compare,
     diagnose,
     effects,
@@ -33,6 +34,7 @@ __all__ = [
     "Track",
     "__version__",
     "add",
+    "bench",
     "compare",
     "diagnose",
     "effects",

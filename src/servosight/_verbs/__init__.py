@@ -4,6 +4,7 @@ A recording is given as a ``Recording`` or as the path of one; several as a sequ
 as one. What a verb needs is imported when it is called.
 """
 
+from servosight._verbs import bench as bench
 from servosight._verbs._catalogue import effects as effects
 from servosight._verbs._catalogue import load as load
 from servosight._verbs._export import export as export

@@ -1,0 +1,172 @@
+"""``ss.bench``: the bench from Python, as ``servosight bench`` does it.
+
+Devices are given by their addresses, as on the command line (docs/bench.md). Nothing moves without
+``arm=True``.
+
+>>> import servosight as ss
+>>> isinstance(ss.bench.cameras(), list)
+True
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from servosight.bench.camera import Given
+    from servosight.bench.safety import Limits
+    from servosight.bench.session import Line, Run
+    from servosight.models.core import Recording
+    from servosight.models.excitation import Excitation
+    from servosight.scenarios.trial import Trial
+
+__all__ = ["auto", "cameras", "check", "rehearse", "run"]
+
+
+def cameras() -> list[str]:
+    """A line for each mode of each camera of this computer.
+
+    >>> import servosight as ss
+    >>> all(line.startswith("v4l2:") or "cannot" in line for line in ss.bench.cameras())
+    True
+    """
+    from servosight.bench.camera import list_cameras
+
+    return list_cameras()
+
+
+def check(
+    *,
+    camera: str | None = None,
+    servo: str | None = None,
+    limits: Limits | None = None,
+    given: Given | None = None,
+) -> list[Line]:
+    """Check a camera and a servo by their addresses; nothing moves. Lines with ``good`` and words.
+
+    ``given`` is what is stated of the camera, such as ``Given(exposure_s=0.004)``.
+
+    >>> import servosight as ss
+    >>> ss.bench.check()
+    []
+    """
+    from contextlib import closing
+
+    from servosight.bench.camera import open_camera
+    from servosight.bench.servo import open_servo
+    from servosight.bench.session import check_camera, check_servo
+
+    lines: list[Line] = []
+    if camera is not None:
+        with closing(open_camera(camera, given)) as looking:
+            lines += check_camera(looking)
+    if servo is not None:
+        with closing(open_servo(servo, limits)) as asked:
+            lines += check_servo(asked)
+    return lines
+
+
+def run(
+    command: Excitation | Path | str,
+    folder: Path | str,
+    *,
+    servo: str,
+    camera: str,
+    arm: bool = False,
+    limits: Limits | None = None,
+    given: Given | None = None,
+    force: bool = False,
+) -> Run:
+    """Play a command on a servo, film it, and write the recording's folder.
+
+    ``command`` is a CSV file, or an ``Excitation``. Raises InputError without ``arm=True``.
+
+    >>> import servosight as ss
+    >>> ss.bench.run("command.csv", "rec", servo="maestro:/dev/none", camera="none.mkv")
+    Traceback (most recent call last):
+    servosight.models.base._errors.InputError: ss.bench.run: moves the servo; clear its way, and \
+say so with arm=True
+    """
+    from contextlib import closing
+
+    from servosight.bench.camera import open_camera
+    from servosight.bench.servo import open_servo
+    from servosight.bench.session import run as record
+    from servosight.models.excitation import Excitation
+
+    _check_armed("run", arm)
+    source = "command" if isinstance(command, Excitation) else str(command)
+    rows = command if isinstance(command, Excitation) else Excitation.load(Path(command))
+    with closing(open_camera(camera, given)) as film, closing(open_servo(servo, limits)) as driven:
+        return record(
+            driven, film, rows.time_s, rows.command_deg, Path(folder), source=source, force=force
+        )
+
+
+def auto(
+    folder: Path | str,
+    *,
+    servo: str,
+    camera: str,
+    arm: bool = False,
+    duration_s: float = 20.0,
+    seed: int = 0,
+    limits: Limits | None = None,
+    given: Given | None = None,
+    ask: Callable[[str], bool] = lambda question: False,
+    force: bool = False,
+) -> Trial:
+    """Run, track and diagnose; ``ask`` decides on each further experiment that is proposed.
+
+    >>> import servosight as ss
+    >>> ss.bench.auto("out", servo="maestro:/dev/none", camera="none.mkv")
+    Traceback (most recent call last):
+    servosight.models.base._errors.InputError: ss.bench.auto: moves the servo; clear its way, and \
+say so with arm=True
+    """
+    from contextlib import closing
+
+    from servosight.bench.camera import open_camera
+    from servosight.bench.servo import open_servo
+    from servosight.scenarios.trial import carry_out
+
+    _check_armed("auto", arm)
+    with closing(open_camera(camera, given)) as film, closing(open_servo(servo, limits)) as driven:
+        return carry_out(
+            driven, film, Path(folder), duration_s=duration_s, seed=seed, ask=ask, force=force
+        )
+
+
+def rehearse(
+    folder: Path | str,
+    *,
+    seed: int = 1,
+    kind: Literal["board", "dynamixel", "feetech", "maestro"] = "dynamixel",
+    duration_s: float = 10.0,
+    force: bool = False,
+) -> tuple[Recording, dict[str, Any]]:
+    """A recording of a virtual servo before a virtual camera on the wire, and what is hidden.
+
+    >>> import servosight as ss
+    >>> from servosight.scenarios.rehearsal import Rehearsal
+    >>> list(Rehearsal.drawn(2).effects)
+    ['asymmetric_gain']
+    """
+    from servosight.scenarios.rehearsal import Rehearsal
+    from servosight.scenarios.rehearsal import rehearse as record
+    from servosight.sources import read
+
+    drawn = Rehearsal.drawn(seed, kind)
+    record(drawn, Path(folder), duration_s, force=force)
+    return read(Path(folder)), drawn.truth()
+
+
+def _check_armed(verb: str, arm: bool) -> None:
+    from servosight.models.core import InputError
+
+    if not arm:
+        raise InputError(
+            f"ss.bench.{verb}: moves the servo; clear its way, and say so with arm=True"
+        )
