@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from servosight.diagnose.discrepancy import Law, find_law
-from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken
+from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken, undetermined
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -96,6 +96,8 @@ def diagnose(
         selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
     ladder = _with_taken([_step(models, criterion, step) for step in selected.steps])
+    open_ = models.known.removable(ladder[-1].effects) if auto else ()
+    stable = replace(stable, undetermined=undetermined(ladder[-1].parameters, open_, catalogue))
     verdict = _verdict(models, criterion, last)
     effects = tuple(one for one in _in_order(models, selected) if one not in stable.uncertain)
     resolution = Resolution(noise, criterion)

@@ -36,17 +36,20 @@ class Stability:
     """Shares of the ``resamples`` that name each effect; the chosen ones, then others so named.
 
     A resample that names an effect which contains a chosen one counts for the chosen one as well.
-    ``models`` has the share of each set of effects.
+    ``models`` has the share of each set of effects. ``undetermined`` are effects that the fit to
+    all data leaves without one parameter that differs from its neutral value.
     """
 
     shares: Mapping[str, float] = field(default_factory=dict)
     resamples: int = 0
     models: Mapping[EffectSet, float] = field(default_factory=dict)
+    undetermined: tuple[str, ...] = ()
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """The effects that less than half of the resamples name."""
-        return tuple(name for name, share in self.shares.items() if share < LEAST)
+        """The effects that less than half of the resamples name, and those not determined."""
+        rare = [name for name, share in self.shares.items() if share < LEAST]
+        return tuple(dict.fromkeys((*rare, *self.undetermined)))
 
 
 def firm(

@@ -10,6 +10,11 @@ from servosight.diagnose.evidence import Evidence, Regime, Repeated, Stability, 
 from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
+from servosight.diagnose.result._stability_words import (
+    stability_words,
+    uncertain_words,
+    undetermined_words,
+)
 from servosight.models.core import degrees, times
 
 FAR_BELOW = 0.5
@@ -80,6 +85,7 @@ def told(
         verdict, ladder, candidates, law, levels, known.leading, certain
     )
     firm = stability_words(certain, stable.shares, stable.resamples)
+    firm += undetermined_words(stable.undetermined)
     left = partial_words(ladder, known.unexplained, known.repeated)
     open_ = ""
     if untried and verdict is Verdict.UNEXPLAINED:
@@ -168,34 +174,6 @@ def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
     """What a first model lacks, and what it has and does not need."""
     lacks = [f"lacks {listed(added)}"] if added else []
     return " and ".join([*lacks, *([f"does not need {listed(gone)}"] if gone else [])])
-
-
-def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:
-    """How often effects are named when parts of the data are left out; empty where not tried.
-
-    >>> stability_words(["backlash"], {"backlash": 1.0, "cogging": 0.3}, 10)
-    ' Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
-    """
-    if not shares:
-        return ""
-    firm = [f"{_count(shares[n], resamples)} name {listed([n])}" for n in effects if n in shares]
-    rare = [
-        f"{listed([n])} ({_count(share, resamples)} of {resamples})"
-        for n, share in shares.items()
-        if n not in effects
-    ]
-    named = f" Of {resamples} parts of the data, {', '.join(firm)}." if firm else ""
-    return named + (f" Not called missing: {', '.join(rare)}." if rare else "")
-
-
-def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:
-    """What the headline adds for effects that were chosen and are too seldom named."""
-    chosen = [name for name in uncertain if any(name in step.effects for step in ladder)]
-    return f"; uncertain: {listed(chosen)}" if chosen else ""
-
-
-def _count(share: float, resamples: int) -> int:
-    return round(share * resamples)
 
 
 def partial_words(

@@ -18,7 +18,7 @@ from servosight.diagnose.evidence import (
 )
 from servosight.diagnose.evidence._stability import shares
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
-from servosight.diagnose.result.wording import stability_words, uncertain_words
+from servosight.diagnose.result._stability_words import stability_words, uncertain_words
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,

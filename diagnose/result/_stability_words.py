@@ -1,0 +1,51 @@
+"""How firmly effects are named, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from servosight.diagnose.residuals import listed
+from servosight.diagnose.result._diagnosis import LadderStep
+
+
+def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:
+    """How often effects are named when parts of the data are left out; empty where not tried.
+
+    >>> stability_words(["backlash"], {"backlash": 1.0, "cogging": 0.3}, 10)
+    ' Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
+    """
+    if not shares:
+        return ""
+    firm = [f"{_count(shares[n], resamples)} name {listed([n])}" for n in effects if n in shares]
+    rare = [
+        f"{listed([n])} ({_count(share, resamples)} of {resamples})"
+        for n, share in shares.items()
+        if n not in effects
+    ]
+    named = f" Of {resamples} parts of the data, {', '.join(firm)}." if firm else ""
+    return named + (f" Not called missing: {', '.join(rare)}." if rare else "")
+
+
+def undetermined_words(effects: Sequence[str]) -> str:
+    """Why effects of the model are not called missing, though the error falls with them.
+
+    >>> undetermined_words(["linkage_geometry"])[:55]
+    ' The data do not determine linkage geometry: none of its'
+    """
+    if not effects:
+        return ""
+    which = "its" if len(effects) == 1 else "their"
+    return (
+        f" The data do not determine {listed(effects)}: none of {which} parameters differs from "
+        f"its neutral value by more than its sigma, so that another run may name something else."
+    )
+
+
+def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:
+    """What the headline adds for effects that were chosen and are too seldom named."""
+    chosen = [name for name in uncertain if any(name in step.effects for step in ladder)]
+    return f"; uncertain: {listed(chosen)}" if chosen else ""
+
+
+def _count(share: float, resamples: int) -> int:
+    return round(share * resamples)

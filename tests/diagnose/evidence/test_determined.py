@@ -1,0 +1,61 @@
+"""Effects whose parameters the data leave open are not called missing."""
+
+from __future__ import annotations
+
+from math import inf
+
+import pytest
+
+from servosight.diagnose.evidence import Stability, undetermined
+from servosight.diagnose.evidence._determined import sigmas
+from servosight.models.core import Estimate
+from servosight.models.effects import catalogue
+
+KNOWN = catalogue()
+
+
+def table(**values: tuple[float, float | None]) -> dict[str, Estimate]:
+    return {
+        name.replace("__", "."): Estimate(value, sigma, "-")
+        for name, (value, sigma) in values.items()
+    }
+
+
+def left_open(*effects: str, **values: tuple[float, float | None]) -> tuple[str, ...]:
+    return undetermined(table(**values), effects, KNOWN)
+
+
+def test_a_linkage_of_any_shape_has_not_been_measured() -> None:
+    """As a log of a servo without a linkage left it: a horn not known, an offset of 45 +- 212."""
+    assert left_open(
+        "linkage_geometry",
+        linkage_geometry__horn=(1.7, None),
+        linkage_geometry__offset=(45.0, 212.0),
+    ) == ("linkage_geometry",)
+
+
+def test_one_measured_parameter_is_enough() -> None:
+    two = {"directional_friction__motor": (0.0, None), "directional_friction__outer": (0.24, 0.06)}
+    assert left_open("directional_friction", **two) == ()
+    for value, found in ((0.99, ("backlash",)), (1.01, ())):
+        assert left_open("backlash", backlash__gap=(value, 1.0)) == found
+
+
+def test_a_limit_is_far_from_none_where_its_reciprocal_is() -> None:
+    rate = KNOWN["rate_limit"].parameters[0]
+    assert rate.neutral == inf
+    assert sigmas(200.0, 20.0, rate) == pytest.approx(10.0)
+    assert left_open("rate_limit", rate_limit__rate=(200.0, 20.0)) == ()
+    assert left_open("rate_limit", rate_limit__rate=(1e6, 1e8)) == ("rate_limit",)
+
+
+def test_nothing_is_said_without_a_sigma_nor_of_places_and_periods() -> None:
+    assert left_open("backlash", backlash__gap=(1.0, None)) == ()
+    wave = {"cogging__amplitude": (0.9, 0.1), "cogging__period": (6.0, 50.0)}
+    assert left_open("cogging", **wave) == ()
+    assert left_open("cogging", **{**wave, "cogging__amplitude": (0.9, 1.0)}) == ("cogging",)
+
+
+def test_they_are_uncertain_beside_those_that_few_parts_name() -> None:
+    found = Stability({"backlash": 0.4, "linkage_geometry": 0.7}, 10, {}, ("linkage_geometry",))
+    assert found.uncertain == ("backlash", "linkage_geometry")
