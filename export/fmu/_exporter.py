@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 import tempfile
 import uuid
 import zipfile
@@ -145,11 +146,7 @@ def _extras(request: ExportRequest) -> dict[str, str]:
 
 def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
     """Load it and take the trial's steps, by each interface that it has."""
-    from fmpy.validation import validate_fmu
-
-    problems = validate_fmu(str(path))
-    if problems:
-        raise RuntimeError(f"the FMU is not valid ({problems[0]}); nothing was written")
+    _check_valid(path)
     steps = held_steps(trial)
     start = {"initial_angle": trial.start_deg, "initial_speed": 0.0}
     words = {"command_name": "command", "output_name": "angle"}
@@ -166,6 +163,16 @@ def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
                 f"{EXCHANGE_DEG:g} expected; nothing was written"
             )
     return Response(time_s=steps.time_s, angle_deg=angle)
+
+
+def _check_valid(path: Path) -> None:
+    """Raise RuntimeError for what fmpy finds wrong; under an ending by which it knows an FMU."""
+    from fmpy.validation import validate_fmu
+
+    with tempfile.TemporaryDirectory() as folder:
+        problems = validate_fmu(shutil.copyfile(path, Path(folder) / "model.fmu").as_posix())
+    if problems:
+        raise RuntimeError(f"the FMU is not valid ({problems[0]}); nothing was written")
 
 
 def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
