@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import math
 import os
 import pty
-import termios
+import sys
 import tty
 from dataclasses import dataclass
 
@@ -15,6 +16,9 @@ import numpy as np
 from servosight.bench.wire._standin import StandIn
 
 _CHUNK = 4096
+_TERMIOS2 = 44
+_TCGETS2 = 0x802C542A
+"""Linux's struct termios2 ends with the output rate in bit/s, whichever way it was set."""
 _BITS = 10
 """Bits on the wire for a byte: start, eight, stop."""
 
@@ -119,5 +123,5 @@ class Wire:
         return bytes(arrived)
 
     def _same_rate(self) -> bool:
-        speed = getattr(termios, f"B{self.servo.baud}")
-        return bool(termios.tcgetattr(self._near)[5] == speed)
+        mode = fcntl.ioctl(self._near, _TCGETS2, bytes(_TERMIOS2))
+        return int.from_bytes(mode[-4:], sys.byteorder) == self.servo.baud
