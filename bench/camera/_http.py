@@ -42,6 +42,7 @@ class HttpCamera:
         self._timeout_s = given.timeout_s
         self._connection = _connection(address, given.timeout_s)
         self._count = 0
+        self._file: BinaryIO | None = None
         # One picture now, and the stream anew when it is wanted: a server or the network would
         # otherwise keep old pictures until then.
         with closing(self.frames()) as frames:
@@ -59,18 +60,21 @@ class HttpCamera:
     def frames(self) -> Generator[CapturedFrame]:
         """The pictures from now on; closing the generator leaves the stream."""
         self._count = 0
-        self._file = self._ask(self.name)
         try:
+            self._ask(self.name)
             while True:
                 yield self._next()
         finally:
-            self._connection.close()
+            self.close()
 
     def close(self) -> None:
         """Leave the stream."""
+        if self._file is not None:  # the answer has the socket
+            self._file.close()
+            self._file = None
         self._connection.close()
 
-    def _ask(self, address: str) -> BinaryIO:
+    def _ask(self, address: str) -> None:
         parts = urlsplit(address)
         path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         try:
@@ -82,12 +86,12 @@ class HttpCamera:
                 f"check that the camera is on and the address right"
             ) from None
         kind = answer.getheader("Content-Type", "")
+        self._file = answer
         if answer.status != 200 or not kind.startswith("multipart/"):
             raise InputError(
                 f"{address}: answers with status {answer.status} and {kind or 'no type'}; expected "
                 f"multipart/x-mixed-replace, give the address of the stream itself"
             )
-        return answer
 
     def _next(self) -> CapturedFrame:
         try:
@@ -116,7 +120,7 @@ class HttpCamera:
         found: dict[str, str] = {}
         begun = False
         for _ in range(_MOST_LINES):
-            line = self._file.readline(_LONGEST_LINE)
+            line = self._stream().readline(_LONGEST_LINE)
             if not line:
                 raise ValueError("the stream ended")
             text = line.decode("latin-1").strip()
@@ -129,13 +133,18 @@ class HttpCamera:
                 found[key.strip().lower()] = value.strip()
         raise ValueError("a part without a picture")
 
+    def _stream(self) -> BinaryIO:
+        if self._file is None:
+            raise ValueError("the stream is closed")
+        return self._file
+
     def _body(self, headers: dict[str, str]) -> bytes:
         length = _number(headers.get("content-length"))
         if length is None:
             return self._until_end()
         if not 0 < length <= _LARGEST_PART:
             raise ValueError(f"a part of {length:g} bytes")
-        data = self._file.read(int(length))
+        data = self._stream().read(int(length))
         if len(data) < int(length):
             raise ValueError("the stream ended within a picture")
         return data
@@ -144,7 +153,7 @@ class HttpCamera:
         """A part whose length is not told: up to the end of its JPEG."""
         data = bytearray()
         while not data.rstrip(b"\r\n").endswith(_END):
-            line = self._file.readline(2**20)
+            line = self._stream().readline(2**20)
             if not line or len(data) > _LARGEST_PART:
                 raise ValueError("the stream ended within a picture")
             data += line

@@ -15,6 +15,8 @@ WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 def run(args: argparse.Namespace) -> None:
     """The whole experiment; asks before each further run, unless --yes is given."""
     from servosight.app.commands.bench import wanted
+
+    wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
@@ -23,7 +25,6 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.core import InputError
     from servosight.scenarios.trial import carry_out
 
-    wanted(args, "output", "servo", "camera")
     check_armed(args)
     out = console(args)
     args.output.mkdir(parents=True, exist_ok=True)

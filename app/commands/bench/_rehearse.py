@@ -18,6 +18,12 @@ _LONGEST_S = 60.0
 def run(args: argparse.Namespace) -> None:
     """Check, run, track, diagnose; then say what was hidden."""
     from servosight.app.commands.bench import wanted
+
+    wanted(args, "output")
+    if not 4.0 <= args.duration <= _LONGEST_S:
+        raise InputError(
+            f"--duration: {args.duration:g} is out of range, expected 4 to {_LONGEST_S:g} seconds"
+        )
     from servosight.app.output import made
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
@@ -27,11 +33,6 @@ def run(args: argparse.Namespace) -> None:
     from servosight.scenarios.rehearsal import Rehearsal, rehearse, write_truth
     from servosight.sources import read
 
-    wanted(args, "output")
-    if not 4.0 <= args.duration <= _LONGEST_S:
-        raise InputError(
-            f"--duration: {args.duration:g} is out of range, expected 4 to {_LONGEST_S:g} seconds"
-        )
     place = Path(args.output)
     place.mkdir(parents=True, exist_ok=True)
     for name, kind in WRITTEN.items():

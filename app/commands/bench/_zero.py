@@ -11,6 +11,8 @@ from servosight.app.progress import progress
 def run(args: argparse.Namespace) -> None:
     """One slow run, tracked; what it shows of the mounting."""
     from servosight.app.commands.bench import wanted
+
+    wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._devices import (
         check_armed,
         limits_of,
@@ -22,7 +24,6 @@ def run(args: argparse.Namespace) -> None:
     from servosight.scenarios.trial import zero_command, zero_of
     from servosight.sources import geometry_of, read
 
-    wanted(args, "output", "servo", "camera")
     check_armed(args)
     limits = limits_of(args)
     command = zero_command(limits)

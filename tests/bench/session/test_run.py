@@ -1,0 +1,102 @@
+"""A run of each kind of servo before a camera: clocks, faults, interruptions."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.filmed_wire import AHEAD_S, EXPOSURE_S, filmed_wire
+from support.wires import STAND_INS
+
+from servosight.bench.servo import SupervisedServo
+from servosight.bench.session import run
+from servosight.bench.wire import Faults
+from servosight.models.core import InputError
+from servosight.models.io import read_sheet
+
+TIME = np.arange(0.0, 4.0, 0.02)
+SINE = 15.0 * np.sin(2.0 * np.pi * 0.5 * TIME)
+
+
+@pytest.mark.parametrize("kind", list(STAND_INS))
+def test_command_and_video_of_each_kind_come_onto_one_clock(kind: str, tmp_path: Path) -> None:
+    with filmed_wire(kind) as on:
+        done = run(on.servo, on.camera, TIME, SINE, tmp_path / "rec", light=on.light)
+        on.clock.wait(on.clock.now() + 0.05)  # the Maestro's next pulse
+        assert not on.far.torque
+        assert abs(on.far.goal_deg) < 0.1
+    assert done.fault is None
+    assert done.clock is not None
+    stamps = done.footage.stamp_s
+    error_s = done.clock.fit.mid_exposure(stamps) - (stamps - AHEAD_S + 0.5 * EXPOSURE_S)
+    # The board's own clock is seen through the exchanges with it, to some 0.1 ms.
+    assert np.abs(error_s).max() < 1e-3
+    command = read_sheet(tmp_path / "rec" / "command.csv").columns(["time_s", "command_deg"])
+    frames = read_sheet(tmp_path / "rec" / "frames.csv").columns(["time_s"])[:, 0]
+    assert command[0, 0] == 0.0
+    assert frames[0] < -0.1
+    assert frames[-1] > command[-1, 0] + 0.4
+    assert tomllib.loads((tmp_path / "rec" / "bench.toml").read_text())["lost_frames"] == 0
+
+
+def test_a_lost_link_ends_the_run_and_keeps_what_was_recorded(tmp_path: Path) -> None:
+    with filmed_wire("dynamixel", Faults(unplugged_s=4.0)) as on:
+        done = run(on.servo, on.camera, TIME, SINE, tmp_path / "rec", light=on.light)
+    assert done.fault is not None
+    assert 20 < done.rows < TIME.size
+    ended = tomllib.loads((tmp_path / "rec" / "recording.toml").read_text())["ended"]
+    assert ended == done.fault
+    assert (tmp_path / "rec" / "video.mkv").stat().st_size > 0
+    rows = read_sheet(tmp_path / "rec" / "frames.csv").columns(["frame"])
+    assert len(rows) == done.footage.number.size
+
+
+def test_a_camera_that_stops_is_said_and_the_servo_comes_to_rest(tmp_path: Path) -> None:
+    for name, fault in (("ends", {"ends_s": 4.0}), ("freezes", {"freezes_s": 4.0})):
+        with filmed_wire("dynamixel", **fault) as on:
+            done = run(on.servo, on.camera, TIME, SINE, tmp_path / name, light=on.light)
+            assert not on.far.torque
+            assert abs(on.far.goal_deg) < 0.1
+        assert done.fault is not None
+        assert 50 < done.footage.number.size < 200
+        assert (tmp_path / name / "command.csv").exists()
+
+
+def test_an_interruption_leaves_neutral_and_no_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent = SupervisedServo.send
+    rows: list[float] = []
+
+    def interrupted(servo: SupervisedServo, angle_deg: float) -> float:
+        rows.append(angle_deg)
+        if len(rows) == 60:
+            raise KeyboardInterrupt
+        return sent(servo, angle_deg)
+
+    with filmed_wire("dynamixel") as on:
+        monkeypatch.setattr(SupervisedServo, "send", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run(on.servo, on.camera, TIME, SINE, tmp_path / "rec", light=on.light)
+        assert not on.far.torque
+        assert abs(on.far.goal_deg) < 0.1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_light_the_offset_is_not_known_and_said_so(tmp_path: Path) -> None:
+    with filmed_wire("dynamixel") as on:
+        done = run(on.servo, on.camera, TIME[:50], SINE[:50], tmp_path / "rec")
+    assert done.clock is None
+    settings = tomllib.loads((tmp_path / "rec" / "recording.toml").read_text())
+    assert settings["offset_sigma_s"] == float("inf")
+    assert "dead time" in settings["clock_note"]
+
+
+def test_a_command_beyond_the_limits_moves_nothing(tmp_path: Path) -> None:
+    with filmed_wire("dynamixel") as on:
+        with pytest.raises(InputError, match="row"):
+            run(on.servo, on.camera, TIME, 4.0 * SINE, tmp_path / "rec", light=on.light)
+        assert not on.far.told
+    assert list(tmp_path.iterdir()) == []
