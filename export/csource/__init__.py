@@ -8,6 +8,7 @@ from servosight.export.csource._model import limits_of as limits_of
 from servosight.export.csource._model import model_source as model_source
 from servosight.export.csource._model import parameters_of as parameters_of
 from servosight.export.csource._model import values_of as values_of
+from servosight.export.csource._reference import HeldSteps as HeldSteps
 from servosight.export.csource._reference import check_equal as check_equal
 from servosight.export.csource._reference import held_steps as held_steps
 from servosight.export.csource._reference import kernel_angle as kernel_angle

@@ -49,13 +49,14 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class Fmu:
-    """An open FMU; see :func:`open_fmu`."""
+    """An open FMU; see :func:`open_fmu`. ``step_s`` is the one step that it takes, else None."""
 
     path: Path
     version: str
     name: str
     interfaces: tuple[str, ...]
     variables: tuple[FmuVariable, ...]
+    step_s: float | None
     process: _Process = field(repr=False)
 
     def of(self, causality: str) -> tuple[FmuVariable, ...]:
@@ -100,7 +101,7 @@ class Fmu:
         }  # fmt: skip
         answer, arrays = self.process.ask(packed(table, [time_s, command, rows.ravel()]), len(rows))
         errors = answer.get("errors")
-        if not isinstance(errors, list) or len(errors) != len(arrays) != len(rows):
+        if not isinstance(errors, list) or not len(errors) == len(arrays) == len(rows):
             raise self.process.broken()
         if any(one.shape != time_s.shape for one in arrays):
             raise self.process.broken()
@@ -150,8 +151,7 @@ class _Process:
         assert self.child.stdout is not None
         answers = self.child.stdout
         try:
-            self.child.stdin.write(message)
-            self.child.stdin.flush()
+            self._write(self.child.stdin, message, until)
             table, arrays = received(lambda count: self._read(answers, count, until))
         except (BrokenPipeError, EOFError):
             raise self._refused(self._end()) from None
@@ -176,6 +176,17 @@ class _Process:
                 with suppress(BrokenPipeError):
                     stream.close()
         self.child.wait()
+
+    def _write(self, stream: IO[bytes], message: bytes, until: float) -> None:
+        os.set_blocking(stream.fileno(), False)
+        rest = memoryview(message)
+        with selectors.DefaultSelector() as ready:
+            ready.register(stream, selectors.EVENT_WRITE)
+            while rest:
+                left = until - time.monotonic()
+                if left <= 0.0 or not ready.select(left):
+                    raise TimeoutError
+                rest = rest[os.write(stream.fileno(), rest[: 1 << 20]) :]
 
     def _read(self, stream: IO[bytes], count: int, until: float) -> bytes:
         found = bytearray()
@@ -217,20 +228,24 @@ def _fmu(path: Path, table: dict[str, Any], process: _Process) -> Fmu:
                 causality=str(one["causality"]),
                 variability=str(one["variability"]),
                 start=_number(one["start"], None),
-                low=_number(one["low"], -math.inf) or 0.0,
+                low=_number(one["low"], -math.inf) or 0.0,  # never None
                 high=_number(one["high"], math.inf) or 0.0,
                 unit=str(one["unit"]),
             )
             for one in found["variables"]
         )
         interfaces = tuple(str(one) for one in found["interfaces"])
-        return Fmu(path, str(found["version"]), str(found["name"]), interfaces, variables, process)
+        step_s = _number(found["step_s"], None)
+        return Fmu(
+            path, str(found["version"]), str(found["name"]), interfaces, variables, step_s, process
+        )
     except (KeyError, TypeError):
         raise process.broken() from None
 
 
 def _number(text: Any, instead: float | None) -> float | None:
     try:
-        return float(text)
+        found = float(text)
     except (TypeError, ValueError):
         return instead
+    return instead if math.isnan(found) else found

@@ -71,7 +71,10 @@ class FmuModel:
         return tuple(one for one in self.fmu.of("parameter") if one.name in OWN_NAMES)
 
     def run_of(self, recording: Recording) -> FmuRun:
-        """Steps that end at each row of the command and at each sample."""
+        """Steps that end at each row of the command and at each sample.
+
+        An FMU that takes one step only takes that, under the command in its middle.
+        """
         nodes, weights = exposure_nodes(recording.time_s, recording.exposure_s)
         first, last = float(nodes[0]), float(nodes[-1])
         rows = recording.command_time_s
@@ -80,11 +83,14 @@ class FmuModel:
             rows = np.concatenate([rows, np.arange(first, last, _LINE_STEP_S)])
         time_s = np.unique(np.concatenate([rows[(rows > first) & (rows < last)], nodes]))
         time_s = time_s[np.concatenate([[True], np.diff(time_s) > _APART_S])]
+        step_s = self.fmu.step_s
+        if step_s is not None:
+            time_s = np.arange(int(np.ceil((last - first) / step_s)) + 1) * step_s + first
         at = 0.5 * (time_s[1:] + time_s[:-1])
         command = recording.command_at(at)
         return FmuRun(
             recording,
-            time_s - first,
+            np.asarray(time_s - first),
             command * _per_degree(self.command),
             np.asarray(nodes) - first,
             weights,

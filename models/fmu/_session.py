@@ -18,6 +18,7 @@ from servosight.models.core import Array
 _REAL = ("Real", "Float64")
 _ME_TOLERANCE = 1e-8
 _ME_STEP_S = 1e-3
+_STEP_S = 1e-3
 
 
 class Session:
@@ -47,6 +48,7 @@ class Session:
             "version": self.model.fmiVersion,
             "name": str(self.model.modelName),
             "interfaces": kinds,
+            "step_s": self._step(),
             "variables": [_variable(one) for one in self.model.modelVariables if _is_real(one)],
         }
 
@@ -68,6 +70,15 @@ class Session:
                 self._discard()
             found.append(out)
         return found, errors
+
+    def _step(self) -> float | None:
+        """The only step that the FMU takes: its default, where it cannot take others."""
+        able = self.model.coSimulation
+        if self.kind != "CoSimulation" or able.canHandleVariableCommunicationStepSize:
+            return None
+        fixed = getattr(able, "fixedInternalStepSize", None)
+        usual = self.model.defaultExperiment
+        return float(fixed or (usual.stepSize if usual is not None else None) or _STEP_S)
 
     def _check_binary(self) -> None:
         interface = self.model.coSimulation or self.model.modelExchange

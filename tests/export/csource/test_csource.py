@@ -120,9 +120,9 @@ def test_every_effect_and_all_together_are_the_kernels(tmp_path: Path) -> None:
         assert np.max(np.abs(truth - angle)) <= 1e-9, effects
 
 
-@pytest.mark.parametrize("name", ["", "presliding", "flexible_shaft"])
+@pytest.mark.parametrize("name", ["", "supply_sag"])
 def test_a_model_of_its_own_compiles_without_a_warning(name: str, tmp_path: Path) -> None:
-    """A card's own effects leave functions and branches out; optimised, for what gcc sees then."""
+    """A card's own effects leave functions and branches out."""
     source = tmp_path / "fin.c"
     text = model_source(request([name] if name else []))
     source.write_text(text, encoding="utf-8")
