@@ -23,10 +23,12 @@ T = TypeVar("T")
 
 ANSWER_S = 0.03
 """Time for an answer: 16 ms of an FTDI adapter's latency timer, and as much again."""
+QUIET_S = 0.02
 TRIES = 3
 BITS = 10
 """Bits on the wire for a byte: start, eight, stop."""
 _CHUNK = 4096
+_MOST_CHUNKS = 20
 
 
 class Port:
@@ -101,6 +103,12 @@ class Port:
             while os.read(self._fd, _CHUNK):
                 pass
 
+    def drain(self) -> None:
+        """Forget what has come, and what comes until the line is quiet for 20 ms."""
+        for _ in range(_MOST_CHUNKS):
+            if not self.read(self.clock.now() + QUIET_S):
+                break
+
     def close(self) -> None:
         """Let go of the port; nothing happens where it is closed already."""
         if self._fd >= 0:
@@ -134,9 +142,11 @@ def ask(
     """Ask until an answer is found, ``tries`` times at most; LinkLost where none is.
 
     ``find`` looks for the answer in everything received since the question, and returns None as
-    long as it is not there. An adapter that echoes what it sends is taken into account.
+    long as it is not there. An adapter that echoes what it sends is taken into account. Answers
+    bear no number: where a question was repeated, what still comes is waited for and dropped, so
+    that it is not taken for the answer to the next one.
     """
-    for _ in range(tries):
+    for attempt in range(tries):
         port.flush()
         asked = port.write(question)
         received = b""
@@ -144,6 +154,8 @@ def ask(
             received = (received + chunk).removeprefix(question)
             if (answer := find(received)) is not None:
                 began = port.clock.now() - len(received) * port.byte_s
+                if attempt:
+                    port.drain()
                 return answer, Exchange(asked_s=asked, answered_s=max(asked, began))
     raise LinkLost(
         f"{port.name}: no answer to {tries} questions within {1e3 * ANSWER_S:.0f} ms each; check "
