@@ -7,8 +7,16 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from servosight.diagnose.discrepancy import Law, find_law
-from servosight.diagnose.evidence import Evidence, Stability, firm, gather, taken, undetermined
+from servosight.diagnose.discrepancy import reported_law
+from servosight.diagnose.evidence import (
+    Evidence,
+    Stability,
+    firm,
+    gather,
+    run_floor,
+    taken,
+    undetermined,
+)
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
     EXPLAINED,
@@ -80,7 +88,8 @@ def diagnose(
     noise = joint_noise_deg(every)
     if tolerance is None:
         tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
-    floor = floor_deg(every, noise, tolerance)
+    scatter, repeats = run_floor(every)
+    floor = floor_deg(every, max(noise, scatter or 0.0), tolerance)
     criterion = AcceptanceCriterion(floor, tolerance, policy or SelectionPolicy())
     spans, notes = stretches(every, most_rows)
     parts = [cut(recording, own) for recording, own in zip(every, spans, strict=True)]
@@ -104,8 +113,13 @@ def diagnose(
     candidates = _candidates(models, selected, resolution)
     rivals = _rivals(models, selected, resolution, auto)
     proposal = propose(rivals, models, noise, tolerance, limits) if len(rivals) > 1 else None
-    law = _law(models, criterion, linear, last, noise, progress) if auto else None
-    levels = Levels(noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor)
+    law = None
+    if auto and not criterion.explained(last.score):
+        progress("searching for a law of the remaining error", 0, 1)
+        law = reported_law(models, linear, last, criterion, noise)
+    levels = Levels(
+        noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor, scatter_deg=scatter or 0.0
+    )
     judged, judged_last = models.tested(linear), models.tested(last)
     left = findings(judged_last, floor, noise)
     known = gather(models, linear, last, judged_last, left, criterion)
@@ -113,6 +127,7 @@ def diagnose(
     headline, summary = told(verdict, ladder, candidates, law, levels, known, stable, untried)
     return Diagnosis(
         noise_deg=noise,
+        scatter_deg=scatter,
         tolerance_deg=tolerance,
         floor_deg=floor,
         verdict=verdict,
@@ -130,7 +145,7 @@ def diagnose(
         law=law,
         recordings=recording_uses(models.split, spans),
         warnings=(
-            *itertools.chain(*left_out),
+            *itertools.chain(*left_out, repeats),
             *notes,
             *thinning,
             *models.split.warnings,
@@ -253,24 +268,6 @@ def _rivals(
         return ()
     tried = [one for one in models.alike(chosen) if models.known.allows(one.effects)]
     return (chosen, *alternatives(chosen, tried, resolution, models.whole))
-
-
-def _law(
-    models: ModelSelection,
-    criterion: AcceptanceCriterion,
-    linear: Trial,
-    last: Trial,
-    noise: float,
-    progress: StageProgress,
-) -> Law | None:
-    """What the ladder left, as a law; None where it left nothing or nothing lawful."""
-    if criterion.explained(last.score):
-        return None
-    progress("searching for a law of the remaining error", 0, 1)
-    bases = [linear] if last.effects == linear.effects else [linear, last]
-    found = find_law(models, bases, criterion, noise)
-    law = None if found is None else Law.of(found, criterion.floor_deg, noise)
-    return law if law is not None and law.holds else None
 
 
 def _grown(selected: Selected) -> bool:

@@ -7,3 +7,4 @@ from servosight.diagnose.discrepancy._result import Law as Law
 from servosight.diagnose.discrepancy._result import LawTerm as LawTerm
 from servosight.diagnose.discrepancy._result import MissingTorque as MissingTorque
 from servosight.diagnose.discrepancy._result import law_effects as law_effects
+from servosight.diagnose.discrepancy._result import reported_law as reported_law

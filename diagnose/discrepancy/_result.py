@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.diagnose.discrepancy._disturbance import DisturbanceEstimator
-from servosight.diagnose.discrepancy._law import Found, share_closed
+from servosight.diagnose.discrepancy._law import Found, find_law, share_closed
 from servosight.diagnose.discrepancy._matching_pursuit import TERMS
 from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 from servosight.diagnose.discrepancy.basis import BasisTerm
 from servosight.diagnose.residuals import held_out_rms
-from servosight.diagnose.selection import Trial
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import OwnValues
 from servosight.models.core import Array, Estimate
 from servosight.models.effects import Effect
@@ -122,6 +122,23 @@ class Law:
     def equation(self) -> str:
         """The terms' equations."""
         return "; ".join(term.equation for term in self.terms)
+
+
+def reported_law(
+    models: ModelSelection,
+    linear: Trial,
+    last: Trial,
+    criterion: AcceptanceCriterion,
+    noise_deg: float,
+) -> Law | None:
+    """What a ladder from ``linear`` to ``last`` left, as a law; None where nothing lawful is.
+
+    Nor where the law does not hold on the test data.
+    """
+    bases = [linear] if last.effects == linear.effects else [linear, last]
+    found = find_law(models, bases, criterion, noise_deg)
+    law = None if found is None else Law.of(found, criterion.floor_deg, noise_deg)
+    return law if law is not None and law.holds else None
 
 
 def law_effects() -> dict[str, Effect]:

@@ -15,6 +15,8 @@ from servosight.diagnose.evidence._regimes import RegimePolicy as RegimePolicy
 from servosight.diagnose.evidence._regimes import regimes as regimes
 from servosight.diagnose.evidence._repeats import Repeated as Repeated
 from servosight.diagnose.evidence._repeats import repeated as repeated
+from servosight.diagnose.evidence._repeats import run_floor as run_floor
+from servosight.diagnose.evidence._repeats import run_scatter_deg as run_scatter_deg
 from servosight.diagnose.evidence._resamples import resamples as resamples
 from servosight.diagnose.evidence._stability import Stability as Stability
 from servosight.diagnose.evidence._stability import firm as firm

@@ -13,6 +13,8 @@ from servosight.models.core import Array, Recording, degrees
 
 SAME_COMMAND = 0.01
 """Commands of two runs are the same where they differ by less than this share of the range, rms."""
+LARGEST = 0.01
+"""Share of the moved range up to which the difference of such runs is taken for scatter."""
 FEWEST = 50
 """Samples that runs must have in common."""
 
@@ -87,23 +89,81 @@ def _periods(judged: Sequence[Judged]) -> list[tuple[tuple[str, ...], Array]]:
     return found
 
 
+def run_scatter_deg(recordings: Sequence[Recording]) -> float | None:
+    """Rms by which runs with the same command differ, noise included [deg]; None where few do.
+
+    It is the floor of the servo itself: no model of the command alone predicts the next run more
+    closely. From every run its mean goes and, as runs may be a little apart in time, the command in
+    the proportion in which the angles follow it. Runs that are repeated must be most of the
+    samples: what differs between two of many recordings says nothing of the others.
+    """
+    groups = _groups(recordings)
+    known = sum(one.time_s.size for group in groups for one in group)
+    if 2 * known < sum(one.time_s.size for one in recordings) or not groups:
+        return None
+    squares, freedom = 0.0, 0
+    for group in groups:
+        time_s = _common_s(group)
+        u = np.array([one.command_at(one.time_s[0] + time_s) for one in group])
+        y = np.array([np.interp(time_s, _since(one), one.angle_deg) for one in group])
+        u, y = (rows - rows.mean(axis=1, keepdims=True) for rows in (u, y))
+        error = y - float(np.sum(u * y)) / max(float(np.sum(u * u)), 1e-300) * u
+        squares += float(np.sum((error - error.mean(axis=0)) ** 2))
+        freedom += (len(group) - 1) * time_s.size
+    return float(np.sqrt(squares / freedom))
+
+
+def run_floor(recordings: Sequence[Recording]) -> tuple[float | None, list[str]]:
+    """The scatter of runs with the same command, where it may be the floor [deg], and a sentence.
+
+    Runs that differ by more than ``LARGEST`` of the range differ in more than chance: a gain, a
+    load or a supply that was changed between them is physics, and not the floor.
+    """
+    scatter = run_scatter_deg(recordings)
+    if scatter is None:
+        return None, []
+    names = ", ".join(one.name for group in _groups(recordings) for one in group)
+    moved = max(one.moved_range_deg for one in recordings)
+    if scatter > LARGEST * moved:
+        return None, [
+            f"{names} have the same command and differ by {degrees(scatter)} rms, more than "
+            f"{100.0 * LARGEST:.0f} % of the moved range: what was changed between them? For gain "
+            f"or load set relative_gain or relative_load in recording.toml"
+        ]
+    return scatter, [
+        f"{names} have the same command and differ by {degrees(scatter)} rms, noise included: "
+        f"where that is more than the noise, it is the floor"
+    ]
+
+
 def _runs(judged: Sequence[Judged]) -> list[tuple[tuple[str, ...], Array]]:
     """Errors (runs, samples) of each group of recordings with the same command, gain and load."""
-    left = list(judged)
+    error = {id(one.recording): one.error_deg for one in judged}
+    found = []
+    for group in _groups([one.recording for one in judged]):
+        time_s = _common_s(group)
+        errors = [np.interp(time_s, _since(one), error[id(one)]) for one in group]
+        found.append((tuple(one.name for one in group), np.array(errors)))
+    return found
+
+
+def _groups(recordings: Sequence[Recording]) -> list[list[Recording]]:
+    """Those with the same command, gain and load, and enough samples in common."""
+    left = list(recordings)
     found = []
     while left:
         first = left.pop(0)
-        alike = [one for one in left if _same(first.recording, one.recording)]
+        alike = [one for one in left if _same(first, one)]
         left = [one for one in left if all(one is not other for other in alike)]
-        if not alike:
-            continue
-        group = [first, *alike]
-        time_s = _since(first.recording)
-        time_s = time_s[time_s <= min(_since(one.recording)[-1] for one in group)]
-        if time_s.size >= FEWEST:
-            errors = [np.interp(time_s, _since(one.recording), one.error_deg) for one in group]
-            found.append((tuple(one.recording.name for one in group), np.array(errors)))
+        if alike and _common_s([first, *alike]).size >= FEWEST:
+            found.append([first, *alike])
     return found
+
+
+def _common_s(group: Sequence[Recording]) -> Array:
+    """The times of the first of some runs, from its first sample on, that all of them have."""
+    time_s = _since(group[0])
+    return np.asarray(time_s[time_s <= min(_since(one)[-1] for one in group)])
 
 
 def _same(first: Recording, second: Recording) -> bool:

@@ -103,7 +103,8 @@ class Candidate:
 class Diagnosis(Result):
     """What is missing, how sure that is, where the linear model fails and what adding gains.
 
-    ``floor_deg`` is the smallest error that counts: hypot(``noise_deg``, ``tolerance_deg``).
+    ``floor_deg`` is the smallest error that counts: hypot(``noise_deg``, ``tolerance_deg``), with
+    ``scatter_deg`` in the place of the noise where runs with the same command differ by more.
     ``findings`` describe the error of the first model, the linear one unless more is ``known``
     before, ``remaining`` that of the last one.
     ``regimes`` are where validation and test data go beyond the fitted ones, with the share of the
@@ -142,6 +143,7 @@ class Diagnosis(Result):
     repeated: Repeated | None = None
     unexplained: Unexplained | None = None
     detectable: Table[Detectable] = field(default_factory=Table)
+    scatter_deg: float | None = None
 
     @property
     def actuator(self) -> Actuator:

@@ -34,22 +34,32 @@ REPEAT = (
 
 @dataclass(frozen=True, kw_only=True)
 class Levels:
-    """The noise of the measurement, the tolerance, and both together: the floor [deg]."""
+    """The noise of the measurement, the tolerance, and both together: the floor [deg].
+
+    ``scatter_deg`` is by how much runs with the same command differ. Where that is more than the
+    noise, it stands in its place.
+    """
 
     noise_deg: float
     tolerance_deg: float
     floor_deg: float
+    scatter_deg: float = 0.0
 
     def words(self, error_deg: float) -> str:
         """How an error compares with noise, tolerance and floor; the floor is said what it is."""
         tolerance, noise = degrees(self.tolerance_deg), degrees(self.noise_deg)
+        own, what = self.noise_deg, f"noise {noise}"
+        source = "noise of the measurement"
+        if self.scatter_deg > self.noise_deg:
+            own, source = self.scatter_deg, "scatter of the servo from run to run"
+            what = f"scatter from run to run {degrees(own)}"
         if error_deg > EXPLAINED * self.floor_deg:
             return (
                 f"{times(error_deg / max(self.floor_deg, 1e-12))} times the floor of "
-                f"{degrees(self.floor_deg)} (noise {noise} and tolerance {tolerance} together)"
+                f"{degrees(self.floor_deg)} ({what} and tolerance {tolerance} together)"
             )
-        if self.tolerance_deg <= self.noise_deg:
-            return f"no more than the noise of the measurement, {noise}, accounts for"
+        if self.tolerance_deg <= own:
+            return f"no more than the {source}, {degrees(own)}, accounts for"
         below = "far below" if error_deg < FAR_BELOW * self.floor_deg else "within"
         return (
             f"{below} the tolerance of {tolerance} at which the search ends; the noise of the "

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Repeated, repeated
+from servosight.diagnose.evidence import Repeated, repeated, run_floor, run_scatter_deg
 from servosight.diagnose.residuals import FIT, Judged
+from servosight.diagnose.result.wording import Levels
 from servosight.models.core import Array, Recording
 
 TIME_S = np.arange(0.0, 10.0, 0.01)
@@ -66,3 +67,44 @@ def test_other_commands_gains_and_loads_are_not_compared() -> None:
     assert repeated([first, case(noise(4), 0.05, "second")]) is None
     other = replace(first, recording=replace(first.recording, relative_load=2.0))
     assert repeated([first, other]) is None
+
+
+def again(error_deg: Array, name: str, moved_s: float = 0.0) -> Recording:
+    """A servo that follows by 0.9 with a lag; its run begins ``moved_s`` late."""
+    angle = 9.0 * np.sin(2.0 * np.pi * 0.04 * (TIME_S - 0.1 + moved_s)) + error_deg
+    command = 10.0 * np.sin(2.0 * np.pi * 0.04 * (TIME_S + moved_s))
+    return Recording(name, TIME_S, command, TIME_S, angle, hold="linear")
+
+
+def test_the_scatter_from_run_to_run_is_that_of_the_servo() -> None:
+    """Friction that lets go elsewhere each time; mean, and a start 20 ms apart, do not count."""
+    wander = [0.05 * np.sin(0.7 * TIME_S + phase) for phase in (0.0, 2.1, 4.2)]
+    runs = [
+        again(one + noise(5 + n, 0.01) + n, f"run {n}", 0.01 * n) for n, one in enumerate(wander)
+    ]
+    expected = np.hypot(0.05 / np.sqrt(2.0), 0.01)
+    found = run_scatter_deg(runs)
+    assert found == pytest.approx(expected * np.sqrt(1.5), rel=0.2)
+    floor, (words,) = run_floor(runs)
+    assert floor == found
+    assert words.startswith("run 0, run 1, run 2 have the same command and differ by 0.0")
+
+
+def test_few_repeats_and_changed_conditions_are_no_floor() -> None:
+    first, second = again(noise(1, 0.01), "a"), again(noise(2, 0.01), "b")
+    long = replace(first, name="c", command_deg=-first.command_deg)
+    assert run_scatter_deg([first]) is None
+    assert run_scatter_deg([first, second, long]) is not None
+    more = [replace(long, relative_gain=gain) for gain in (1.0, 2.0, 3.0)]
+    assert run_scatter_deg([first, second, *more]) is None
+    floor, (words,) = run_floor([first, replace(second, angle_deg=0.8 * second.angle_deg)])
+    assert floor is None
+    assert "what was changed between them?" in words
+    assert run_floor([first]) == (None, [])
+
+
+def test_the_words_name_the_scatter_where_it_is_the_floor() -> None:
+    for scatter, said, floor in ((0.2, "scatter from run to run", 0.2), (0.05, "noise", 0.1)):
+        levels = Levels(noise_deg=0.1, tolerance_deg=0.01, floor_deg=floor, scatter_deg=scatter)
+        assert f"({said} " in levels.words(1.0)
+        assert ("scatter of the servo" in levels.words(floor)) == (scatter > 0.1)
