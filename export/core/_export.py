@@ -23,6 +23,8 @@ from servosight.models.core import Actuator, Array, InputError, Recording, Table
 from servosight.models.effects import Effect, catalogue
 from servosight.models.plant import TRANSFORMS
 
+LARGEST_DEG = 1e6
+"""No servo turns as far on a trial."""
 SAMPLE_TIME_S = (1e-5, 1.0)
 """Shortest and longest sample time [s]."""
 STIFFNESS_NM_RAD = (1e-3, 1e6)
@@ -55,11 +57,24 @@ def export_model(
         options=options,
     )
     trial = trial_of(actuator, on)
+    whole = _bounded(model_angle(request, trial))
     reason = exporter.missing()
     with new_file(output) as place:
         exporter.write(request, place)
         response = None if reason else exporter.run(request, place, trial)
-        return _result(to, output, exporter, request, trial, response, reason, on is not None)
+        return _result(
+            to, output, exporter, request, trial, whole, response, reason, on is not None
+        )
+
+
+def _bounded(angle: Array) -> Array:
+    """The model's angle; InputError where it runs away, as with a current limit that drives."""
+    if not np.all(np.abs(angle) < LARGEST_DEG):
+        raise InputError(
+            f"the model's own angle grows beyond {LARGEST_DEG:g} deg on the trial, expected a "
+            f"model that stays within it; correct its card"
+        )
+    return angle
 
 
 def identifier(text: str) -> str:
@@ -99,11 +114,11 @@ def _result(
     exporter: Exporter,
     request: ExportRequest,
     trial: Trial,
+    whole: Array,
     response: Response | None,
     reason: str | None,
     measured: bool,
 ) -> ExportResult:
-    whole = model_angle(request, trial)
     rows = Table(
         OmittedEffect(
             one.effect,
@@ -161,5 +176,5 @@ def _errors(
 
 
 def rms(values: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    """Root mean square, of values cut to what an angle can be."""
+    return float(np.sqrt(np.mean(np.square(np.clip(values, -LARGEST_DEG, LARGEST_DEG)))))

@@ -150,6 +150,14 @@ def test_a_recording_at_another_gain_is_refused(tmp_path: Path) -> None:
         export_model(actuator(), "csv", tmp_path / "a.csv", on=other)
 
 
+def test_a_model_that_runs_away_is_refused(tmp_path: Path) -> None:
+    """A back-EMF beyond the damping that it is part of drives the motor."""
+    model = actuator(current_limit__limit=1.0, current_limit__back_emf=2.0)
+    with pytest.raises(InputError, match="grows beyond"):
+        export_model(model, "csv", tmp_path / "a.csv")
+    assert not (tmp_path / "a.csv").exists()
+
+
 def test_names_are_identifiers() -> None:
     assert identifier("9 g") == "servo_9_g"
     assert identifier("Fin") == "fin"

@@ -105,6 +105,16 @@ def test_the_stiffness_scales_torques_and_leaves_the_motion(tmp_path: Path) -> N
         export_model(servo, "mjcf", soft, options=ExportOptions(stiffness_nm_rad=0.0))
 
 
+def test_a_step_that_is_too_long_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In one sentence, without MuJoCo's log in the working directory, and without a file."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ss.InputError, match=r"unstable at steps of 0\.5 s"):
+        export_model(actuator(), "mjcf", Path("a.xml"), options=ExportOptions(sample_time_s=0.5))
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_servo_that_starts_elsewhere_settles_first(tmp_path: Path) -> None:
     time_s = np.arange(0.0, 2.0, 0.01)
     command = np.where(time_s < 1.0, 12.0, -3.0)
