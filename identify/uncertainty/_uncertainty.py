@@ -56,8 +56,17 @@ class Uncertainty:
 
     @cached_property
     def inverse(self) -> Array:
-        """(J'J)^-1 of the free coordinates, NaN where the data does not determine them."""
-        return determined_inverse(self.jacobian, self.free)
+        """(J'J)^-1 of the free coordinates, NaN where the data does not determine them.
+
+        A recording's own coordinate whose sigma exceeds its whole range, such as the initial speed
+        of a motor within its play, is taken as known: what follows it linearly so far would leave
+        the range, and the others hardly depend on it.
+        """
+        found = determined_inverse(self.jacobian, self.free)
+        low, high = self.problem.bounds
+        own = np.array([one.recording is not None for one in self.problem.coordinates])
+        wide = own & (self.variance * np.nan_to_num(np.diag(found)) > (high - low) ** 2)
+        return determined_inverse(self.jacobian, self.free & ~wide) if wide.any() else found
 
     @cached_property
     def covariance(self) -> Array:

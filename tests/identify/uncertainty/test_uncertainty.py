@@ -132,6 +132,26 @@ def test_the_profile_agrees_with_the_jacobian_on_a_parabola(record: Any) -> None
     assert found.parabolic[0]
 
 
+def test_a_state_that_nothing_shows_leaves_the_other_sigmas_alone(record: Any) -> None:
+    """A motor at rest within its play: no data determine its initial speed, within any bounds.
+
+    The sigmas of the others are those of the Jacobian without it: the model is all but linear.
+    """
+    made = record(6.0, 3, backlash__gap=1.2, dead_time__delay=0.02)
+    fit = fit_effects(Problem.of([made], catalogue(), ["dead_time", "backlash"]))
+    found = fit.uncertainty
+    others = found.jacobian[:, :-1]
+    linear = np.sqrt(found.variance * np.diag(np.linalg.inv(others.T @ others)))
+    assert fit.problem.coordinates[-1].name == "initial_speed"
+    assert np.isnan(found.sigma[-1])
+    np.testing.assert_allclose(found.plain_sigma[:-1], linear, rtol=1e-6)
+    for index, coordinate in enumerate(fit.problem.coordinates[: fit.problem.physical]):
+        sigma = found.estimate(index)[0].sigma
+        assert sigma == pytest.approx(
+            found.sigma[index] * abs(coordinate.slope(float(found.point[index]))), rel=0.15
+        )
+
+
 @pytest.mark.parametrize(
     "effect",
     [
