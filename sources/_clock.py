@@ -62,7 +62,10 @@ def video_offset(
         sigma_s = settings.offset_sigma_s if "offset_sigma_s" in settings.details else math.inf
         note = CONFOUNDED
         if math.isfinite(sigma_s):
-            note = f"no light in view; recording.toml states the offset to {1e3 * sigma_s:.2g} ms"
+            note = (
+                f"recording.toml states the offset to {1e3 * sigma_s:.2g} ms; no light that the "
+                f"command itself switches is in view"
+            )
         return Offset(assumed_s, note, _keys(note, sigma_s))
     x, y = light.place_px
     seen = (

@@ -17,7 +17,7 @@ from servosight.bench.timing import MEANINGS, even_stamps, lost_between
 from servosight.models.core import Array, Image, InputError
 
 _PICTURES = 12
-_FRAMES = 60
+_FRAMES = 120
 
 
 @dataclass(frozen=True, kw_only=True)

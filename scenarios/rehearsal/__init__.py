@@ -4,6 +4,7 @@ from servosight.scenarios.rehearsal._bench import CAMERA as CAMERA
 from servosight.scenarios.rehearsal._bench import HIDDEN as HIDDEN
 from servosight.scenarios.rehearsal._bench import Rehearsal as Rehearsal
 from servosight.scenarios.rehearsal._bench import VirtualBench as VirtualBench
+from servosight.scenarios.rehearsal._bench import served_bench as served_bench
 from servosight.scenarios.rehearsal._bench import virtual_bench as virtual_bench
 from servosight.scenarios.rehearsal._camera import CameraFaults as CameraFaults
 from servosight.scenarios.rehearsal._rehearse import rehearse as rehearse

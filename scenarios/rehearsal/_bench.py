@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
+from servosight.bench.host_clock import HOST
 from servosight.bench.wire import (
     BoardStandIn,
     DynamixelStandIn,
@@ -20,6 +21,7 @@ from servosight.bench.wire import (
     StandIn,
     VirtualClock,
     Wire,
+    serving,
 )
 from servosight.models.core import Camera
 from servosight.scenarios.draws import DRAWS
@@ -110,33 +112,49 @@ def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
     Time passes while somebody waits on ``clock``, and waits for the pictures to be drawn: a
     rehearsal takes as long as the computer needs.
     """
+    pumped: list[Any] = []
+    clock = VirtualClock(pumped)
+    with _devices(rehearsal, clock.now) as (wire, film, light, address):
+        pumped += [wire, film]
+        yield VirtualBench(
+            servo=f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}",
+            camera=address,
+            light=light,
+            clock=clock,
+            film=film,
+            stand_in=wire.servo,
+        )
+
+
+@contextmanager
+def served_bench(rehearsal: Rehearsal) -> Iterator[tuple[str, str]]:
+    """Addresses of a servo and a camera that live in real time, for other programs to use.
+
+    The light is driven by a board only (``kind`` "board"): another program cannot switch it. A
+    computer that draws too slowly delivers frames late; their stamps are right all the same.
+    """
+    with _devices(rehearsal, HOST.now) as (wire, film, _, address), serving(wire), serving(film):
+        yield f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}", address
+
+
+@contextmanager
+def _devices(
+    rehearsal: Rehearsal, now: Callable[[], float]
+) -> Iterator[tuple[Wire, VirtualCamera, VirtualLight | None, str]]:
+    """Wire, camera, light where no board drives it, and the camera's address."""
     twin = LiveTwin(rehearsal.servo.bench(), rehearsal.effects)
     stand_in = _stand_in(rehearsal.kind, twin)
     wire = Wire(stand_in)
-    pumped: list[Any] = [wire]
-    clock = VirtualClock(pumped)
-    light = VirtualLight(clock.now)
+    light = None if isinstance(stand_in, BoardStandIn) else VirtualLight(now)
     lamp = BoardLight(stand_in, SLOW_PPM) if isinstance(stand_in, BoardStandIn) else light
-    film = VirtualCamera(
-        twin,
-        rehearsal.camera,
-        rehearsal.faults,
-        lamp,
-        start_s=clock.now(),
-        seed=rehearsal.seed,
-    )
-    stand_in.advance(clock.now())
-    pumped.append(film)
+    assert lamp is not None
+    film = VirtualCamera(twin, rehearsal.camera, rehearsal.faults, lamp, seed=rehearsal.seed)
+    start_s = now()
+    stand_in.advance(start_s)
+    film.start(start_s)
     try:
         with MjpegServer(film.film) as server:
-            yield VirtualBench(
-                servo=f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}",
-                camera=server.address,
-                light=None if lamp is not light else light,
-                clock=clock,
-                film=film,
-                stand_in=stand_in,
-            )
+            yield wire, film, light, server.address
     finally:
         wire.close()
 

@@ -101,18 +101,20 @@ class VirtualCamera:
         faults: CameraFaults,
         light: Lamp,
         *,
-        start_s: float,
         seed: int,
     ) -> None:
-        """``start_s`` is the host's time at which the twin's own time is 0."""
         self._twin, self._camera, self._faults, self._light = twin, camera, faults, light
-        self._start_s = start_s
+        self._start_s = 0.0
         settings = VideoSettings(texture_seed=seed % 1000, workers=1)
         self._film = LiveFilm(camera, settings, seed)
         self._random = np.random.default_rng([seed, 77])
         self._number = 1
         self._late_s = self._draw_late_s()
         self._watching: list[Queue[ServedFrame]] = []
+
+    def start(self, start_s: float) -> None:
+        """Begin; ``start_s`` is the host's time at which the twin's own time is 0."""
+        self._start_s = start_s
 
     def pump(self, now_s: float) -> float:
         """Deliver the frames that are due by now; the time of the next delivery."""

@@ -78,6 +78,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     rehearsal.add_argument(
         "--duration", metavar="S", type=number, default=10.0, help="of the command (default 10)"
     )
+    rehearsal.add_argument(
+        "--serve",
+        action="store_true",
+        help="only stand servo and camera on the wire, for commands in another terminal",
+    )
     add_seed(parser, default=1)
     add_force(parser)
 

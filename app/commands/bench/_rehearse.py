@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servosight.app.output import check_target, console
 from servosight.app.progress import progress
 from servosight.models.base import InputError, Kind
 
+if TYPE_CHECKING:
+    from servosight.scenarios.rehearsal import Rehearsal
+
 RECORDING = "recording"
 WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 _EXPOSURE_S = 0.003
 _LONGEST_S = 60.0
+_SWITCH_S = 2e-4
 
 
 def run(args: argparse.Namespace) -> None:
     """Check, run, track, diagnose; then say what was hidden."""
     from servosight.app.commands.bench import wanted
 
+    if args.serve:
+        _serve(args)
+        return
     wanted(args, "output")
     if not 4.0 <= args.duration <= _LONGEST_S:
         raise InputError(
@@ -63,3 +71,31 @@ def run(args: argparse.Namespace) -> None:
     for name, value in drawn.truth()["parameters"].items():
         out.print(f"   {name} = {value:.4g}")
     out.print(f"5. Open {place / 'report.html'} in a browser.")
+
+
+def _serve(args: argparse.Namespace) -> None:
+    """Serve until Ctrl-C, then say what was hidden."""
+    import sys
+    import time
+
+    from servosight.scenarios.rehearsal import Rehearsal, served_bench
+
+    sys.setswitchinterval(_SWITCH_S)  # drawing must not keep the servo from answering in time
+    drawn = Rehearsal.drawn(args.seed, args.kind)
+    out = console(args)
+    with served_bench(drawn) as (servo, camera):
+        out.print(f'--servo "{servo}" --camera "{camera}" --exposure {_EXPOSURE_S:g}')
+        if args.kind != "board":
+            out.print("note: only --kind board has a light that its own clock drives")
+        out.print("Ctrl-C ends it and says what is hidden.")
+        sys.stdout.flush()  # whoever reads the addresses waits for them
+        try:
+            while True:
+                time.sleep(0.2)
+        except KeyboardInterrupt:
+            out.print(f"hidden: {', '.join(f'{k} = {v:.4g}' for k, v in _values(drawn))}")
+            raise
+
+
+def _values(drawn: Rehearsal) -> list[tuple[str, float]]:
+    return list(drawn.truth()["parameters"].items())

@@ -75,7 +75,7 @@ def test_each_line_of_the_picture_has_its_limit(images: list[Image], what: str) 
 
 def test_a_camera_on_the_wire_is_checked() -> None:
     data = cv2.imencode(".jpg", picture())[1].tobytes()
-    frames = [ServedFrame(number=n, stamp_s=n / 60.0, data=data) for n in range(80)]
+    frames = [ServedFrame(number=n, stamp_s=n / 60.0, data=data) for n in range(140)]
     with MjpegServer(lambda: iter(frames)) as server:
         camera = open_camera(server.address, Given(exposure_s=0.004))
         lines = check_camera(camera)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from contextlib import closing
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from servosight.bench.servo import open_servo
 from servosight.bench.session import run
 from servosight.models.excitation import standard
 from servosight.models.io import read_sheet
-from servosight.scenarios.rehearsal import Rehearsal, virtual_bench
+from servosight.scenarios.rehearsal import Rehearsal, served_bench, virtual_bench
 
 SEED = 1
 EXPOSURE_S = 0.003
@@ -68,3 +70,15 @@ def test_the_hidden_effect_is_named_and_the_servo_found(recording: Path) -> None
     for name in ("k", "T", "xi"):
         found = result.ladder[-1].parameters[name]
         assert abs(found.value - truth["parameters"][name]) < 3.0 * found.sigma, name
+
+
+@pytest.mark.slow
+def test_a_served_bench_films_in_real_time() -> None:
+    with served_bench(Rehearsal.drawn(2, "board")) as (servo, address):
+        assert servo.startswith("board:/dev/")
+        camera = open_camera(address, Given(timeout_s=20.0))
+        with closing(camera.frames()) as frames:
+            stamps = [frame.stamp_s for frame in islice(frames, 6)]
+        camera.close()
+    assert camera.stream.size == (320, 240)
+    assert np.all(np.diff(stamps) > 0.5 / 60.0)
