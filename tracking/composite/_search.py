@@ -82,7 +82,7 @@ def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
     rough = []
     for start in starts:
         place = (float(start[0]), float(start[1]))
-        part = learnt(middle, change, place, _FAR * _MIDDLE_PX, references)
+        part = learnt(middle, change, place, _FAR * max(middle.shape[1:]), references)
         if part is not None:
             rough.append(part)
     found = []
@@ -171,11 +171,11 @@ def _pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> li
     grid = np.column_stack([x.ravel(), y.ravel()])
     about = cv2.dilate(active, np.ones((41, 41), np.uint8))
     grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
-    reach = _REACH * _COARSE_PX
+    reach = _REACH * max(height, width)
     soft = near and replace(near, picture=_blurred(near.picture))
     references = _references(blurred, smooth, soft)
     scores = pivot_scores(blurred, smooth, grid, reach, references).max(1)
-    best = _apart(grid, scores, _TRIED, _APART * _COARSE_PX)
+    best = _apart(grid, scores, _TRIED, _APART * max(height, width))
     sharp = Change.of(coarse[fewer])
     references = _references(coarse[fewer], sharp, near)
     step = np.arange(-2, 3) * _FINE_PX
