@@ -21,19 +21,22 @@ _MOST_FRAMES = 16
 # Features have a common error that depends on the view and that their own scatter does not show: on
 # the twin's videos at 30 deg off the axis the error was up to 2.8 times the sigma from the scatter.
 _VIEW_FACTOR = 3.0
+_CODED_PX = 0.3  # error of a feature that lasts for frames, in codecs that predict
 
 
 @dataclass(frozen=True)
 class CameraView:
     """The plane that the tracker works in, the swing from which it was found, and a sentence on it.
 
-    ``calibrated`` says that a calibration gave it.
+    ``calibrated`` says that a calibration gave it, ``doubtful`` that the swing's plane is neither
+    used nor excluded.
     """
 
     plane: MotionPlane
     swing: Swing | None
     note: str
     calibrated: bool = False
+    doubtful: bool = False
 
     @property
     def found(self) -> bool:
@@ -44,13 +47,21 @@ class CameraView:
         """Errors of angles (n,) relative to the first frame's due to the plane; (n, errors).
 
         One sigma of each independent error."""
+        if self.swing is not None and self.doubtful:
+            return _correction(self.swing, angle_rad)[:, None]
         if self.swing is None or not self.found:
             return np.zeros((len(angle_rad), 0))
         return _VIEW_FACTOR * self.swing.shared_at(angle_rad)
 
 
-def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> CameraView:
-    """The view from frames spread over the motion, the first frame first."""
+def view_of(
+    images: Sequence[Image], camera: CameraGeometry | None = None, predicted: bool = False
+) -> CameraView:
+    """The view from frames spread over the motion, the first frame first.
+
+    ``predicted`` says that the codec predicts pictures from earlier ones: an error of a feature
+    then lasts for frames, and a tilt that moves features by less is not believed.
+    """
     lens = camera.lens if camera is not None else None
     if camera is not None and camera.onto is not None:
         middle = 0.5 * (np.array(images[0].shape[1::-1], np.float64) - 1.0)
@@ -75,6 +86,17 @@ def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> Ca
             f"camera assumed to look along the axis of rotation: the swing shows no tilt, and one "
             f"too small to show changes the angle by at most {doubt_deg:.2g} deg (one sigma)",
         )
+    assert tracks is not None
+    arm_px = float(np.median(np.hypot(*(tracks.xy_px - np.array(swing.pivot_px)).T)))
+    if predicted and swing.gain_rad * arm_px < _CODED_PX:
+        return CameraView(
+            flat,
+            swing,
+            "camera assumed to look along the axis of rotation: the swing shows a tilt that "
+            f"changes the angle by {np.rad2deg(swing.gain_rad):.2g} deg rms, no more than the "
+            "codec's errors; sigma includes it; `servosight calibrate` measures it",
+            doubtful=True,
+        )
     tilt = swing.plane.tilt_deg(np.array(swing.pivot_px))
     return CameraView(
         swing.plane,
@@ -82,6 +104,13 @@ def view_of(images: Sequence[Image], camera: CameraGeometry | None = None) -> Ca
         f"camera {tilt:.3g} deg off the axis of rotation, found from the swing and corrected: "
         f"without that angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms",
     )
+
+
+def _correction(swing: Swing, angle_rad: Array) -> Array:
+    """By how much a swing's plane changes angles (n,) relative to the first frame's; (n,)."""
+    order = np.argsort(swing.angle_rad)
+    known, change = swing.angle_rad[order], (swing.angle_rad - swing.rigid_rad)[order]
+    return np.asarray(np.interp(angle_rad, known, change) - np.interp(0.0, known, change))
 
 
 def rectifier(plane: MotionPlane, shape: tuple[int, ...]) -> Callable[[Image], Image]:

@@ -7,6 +7,7 @@ it does not cover is the background. A plain bar is located by its edges against
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -31,7 +32,8 @@ class PoseFit:
 
     ``sigma_rad`` as for residuals that are correlated over the model's blocks; ``kept`` is the
     share of cells that the model explains, ``explained`` how much better it does than the
-    background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3).
+    background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3). ``sides_rad`` is the
+    angle by the leading half of the cells less that by the trailing one.
     """
 
     angle_rad: float
@@ -40,6 +42,7 @@ class PoseFit:
     kept: float
     explained: float
     noise: float
+    sides_rad: float
 
     @property
     def sigma_rad(self) -> float:
@@ -130,7 +133,22 @@ class CompositeModel:
         model = float((area * np.minimum(left**2, 3600.0))[inside].sum())
         plain = float((area * np.minimum(still**2, 3600.0))[inside].sum())
         kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
-        return PoseFit(angle_rad, shift, covariance, kept, 1.0 - model / max(plain, 1e-9), scale)
+        explained = 1.0 - model / max(plain, 1e-9)
+        sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
+        return PoseFit(angle_rad, shift, covariance, kept, explained, scale, sides)
+
+    def _sides(self, pull: Array, hold: Array) -> float:
+        """The difference of the angles that both halves of the cells give, from their terms of the
+        normal equation (cells,)."""
+        ahead = np.sin(self.phi_rad - self._middle_rad) > 0.0
+        steps = [-pull[s].sum() / max(float(hold[s].sum()), 1e-9) for s in (ahead, ~ahead)]
+        return float(steps[0] - steps[1])
+
+    @cached_property
+    def _middle_rad(self) -> float:
+        """The direction of the part's middle."""
+        weight = self.cover * self.radius_px**2
+        return float(np.angle((weight * np.exp(1j * self.phi_rad)).sum()))
 
     def _linear(self, picture: Single, angle_rad: float, shift: Array) -> tuple[Array, ...]:
         """Picture less model, its slopes by angle and shift, the cells' areas, picture less

@@ -45,6 +45,7 @@ _LEAST_EXPLAINED = 0.65  # of a sampled picture's change: else a hand or a shado
 _ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
+_FAR_OFF = 5.0  # times the median: a hand before one side
 
 
 def composite(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -200,6 +201,7 @@ def _track(
     angle = np.full(len(fits), np.nan)
     angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
     sigma = np.array([_sigma(fit, meter) if fit is not None else np.nan for fit in fits])
+    sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
     last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
     middle_s = film.shutters.middle_s if film.shutters is not None else 0.0
@@ -231,6 +233,17 @@ def _sigma(fit: PoseFit, meter: PartMeter) -> float:
     share = max(fit.kept, 0.2)
     place_px = np.hypot(_ALIGNMENT_PX, meter.doubt_px)
     return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
+
+
+def _apart(sides_rad: Sequence[float]) -> float:
+    """Error of an angle [rad] that differs from angle to angle, as of a shadow beside the part.
+
+    It shifts one side of the part, so that both sides give angles whose difference varies; the
+    error of the angle is half of that.
+    """
+    away = np.abs(np.array(sides_rad) - np.median(sides_rad))
+    limited = np.minimum(away, _FAR_OFF * np.median(away))
+    return 0.5 * float(np.sqrt(np.mean(limited**2)))
 
 
 def _box(outline: Array, shape: tuple[int, ...]) -> Box:

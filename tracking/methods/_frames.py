@@ -122,7 +122,7 @@ def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
     if options.at_s is not None and box is not None:
         images = [film.frame_at(options.at_s).image, *images]
     if beside is None:
-        view = view_of(images, options.camera)
+        view = view_of(images, options.camera, film.predicted)
     else:
         view = same_view(beside, options.camera)
         images = images if box is not None else without(images, beside)

@@ -148,6 +148,32 @@ def test_an_angle_on_a_known_background_to_half_a_pixel() -> None:
         assert fit.explained > 0.9
 
 
+def test_a_shadow_at_one_side_sets_the_sides_apart() -> None:
+    """A faint shadow beside the bar moves that side's angle; without it both sides agree."""
+    angles = np.deg2rad(np.linspace(-50, 50, 16))
+    drawn = np.stack([p.astype(np.float32) for p in filmed(np.rad2deg(angles), 0.0, 0.0)])
+    view = PolarView.around((PIVOT[0], PIVOT[1]), 66.0)
+    shape = np.zeros((SIZE[1], SIZE[0]), np.float32)
+    cv2.fillPoly(shape, [np.round(BAR + PIVOT).astype(np.int32)], 1.0)
+    cover = np.nan_to_num(view.of(shape, nearest=True))
+    model = CompositeModel.of(drawn, angles, (PIVOT[0], PIVOT[1]), cover, view)
+    clear = model.fit(drawn[8], float(angles[8]))
+    strip = turned(
+        PIVOT + np.array([[5.0, 3.0], [45.0, 3.0], [45.0, 6.0], [5.0, 6.0]]),
+        (PIVOT[0], PIVOT[1]), float(angles[8]),
+    )  # fmt: skip
+    shade = np.ones_like(drawn[8])
+    cv2.fillPoly(shade, [np.round(16 * strip).astype(np.int32)], 0.9, cv2.LINE_AA, shift=4)
+    shaded = np.asarray(drawn[8] * shade, np.float32)
+    dark = model.fit(shaded, float(angles[8]))
+    assert clear is not None
+    assert dark is not None
+    assert abs(clear.sides_rad) < np.deg2rad(0.2)
+    error = abs(dark.angle_rad - clear.angle_rad)
+    assert error > np.deg2rad(0.03)
+    assert abs(dark.sides_rad - clear.sides_rad) > 0.5 * error
+
+
 def test_a_pivot_that_is_off_shows_in_the_shifts() -> None:
     angles = np.linspace(-0.6, 0.6, 20)
     true = np.array([1.4, -0.8])
