@@ -22,7 +22,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--clips", type=int, default=60)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--hint", choices=("pivot",))
+    parser.add_argument("--hint", choices=("pivot", "tip", "template"))
     parser.add_argument("--folder", type=Path, default=ROOT / "out" / "wild")
     parser.add_argument("--only", type=int, nargs="*")
     args = parser.parse_args()

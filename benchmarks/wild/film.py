@@ -68,7 +68,7 @@ def encode(scene: WildScene, video: Path) -> Array:
 
 def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
     """Each frame (height, width, 3) as the codec receives it, and whether it is usable."""
-    rng = np.random.default_rng([2031, scene.number])
+    rng = _rng(scene)
     bench, (sprite, middle), passing = background(scene), part(scene), hand(scene)
     camera = _camera(scene, rng)
     duration = scene.frames / scene.rate_hz
@@ -89,6 +89,16 @@ def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
             _processed(picture * np.float32(light), scene, rng),
             not (covered or start_s < scene.pan_s),
         )
+
+
+def views(scene: WildScene) -> Array:
+    """The view of each frame: from the scene to the picture, (frames, 2, 3)."""
+    return _camera(scene, _rng(scene))
+
+
+def _rng(scene: WildScene) -> np.random.Generator:
+    """For the camera's motion, then for the rest of the filming."""
+    return np.random.default_rng([2031, scene.number])
 
 
 def _camera(scene: WildScene, rng: np.random.Generator) -> Array:

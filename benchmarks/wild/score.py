@@ -11,7 +11,8 @@ import numpy as np
 from servosight.models.core import InputError
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
-from wild.film import filmed
+from wild.film import WildTruth, filmed, views
+from wild.scene import scene_of
 
 LARGEST_DEG, MOST_SIGMAS = 0.5, 3.0
 _WITHIN = 0.95  # of the frames after the pan that no hand crosses
@@ -33,10 +34,38 @@ class Outcome:
     words: str
 
 
+def hinted(number: int, truth: WildTruth, hint: str | None) -> TrackOptions:
+    """A click on the middle one of the usable frames: "pivot", "tip" or "template"; None: none."""
+    if hint is None:
+        return TrackOptions()
+    scene = scene_of(number)
+    usable = np.flatnonzero(truth.usable)
+    frame = int(usable[len(usable) // 2])
+    view, angle = views(scene)[frame], np.deg2rad(truth.angle_deg[frame])
+    along = scene.length_px * np.array([np.cos(angle), -np.sin(angle)])
+    across = 0.12 * along[::-1] * (1, -1)
+    places = {
+        "pivot": [np.zeros(2)],
+        "tip": [0.85 * along],
+        "template": [s * along + w * across for s in (-0.1, 1.0) for w in (-1, 1)],
+    }
+    points = (np.array(places[hint]) + truth.pivot_px) @ view[:, :2].T + view[:, 2]
+    x, y = (float(v) for v in points[0])
+    at_s = frame / scene.rate_hz
+    if hint == "pivot":
+        return TrackOptions(pivot=(x, y), at_s=at_s)
+    if hint == "tip":
+        return TrackOptions(tip=(x, y), at_s=at_s)
+    low = np.clip(np.floor(points.min(0)), 0, np.array(scene.size) - 14).astype(int)
+    high = np.clip(np.ceil(points.max(0)), low + 14, scene.size).astype(int)
+    box = (int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
+    return TrackOptions(template=box, at_s=at_s)
+
+
 def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
-    """Track a clip and compare with its truth; ``hint`` "pivot" gives the true pivot."""
+    """Track a clip, with a hint if one is named, and compare with its truth."""
     video, truth = filmed(number, folder)
-    options = TrackOptions(pivot=truth.pivot_px if hint == "pivot" else None)
+    options = hinted(number, truth, hint)
     start = time.process_time()
     try:
         found = track(video, options)
