@@ -11,6 +11,7 @@ from servosight.bench.servo._protocol import (
     Driver,
     LinkLost,
     Reading,
+    Servo,
     ServoFault,
     StoredPlayback,
     WatchdogTripped,
@@ -26,7 +27,7 @@ _AGAIN_S = 0.12
 """Pause between two tries: after a gap of 100 ms a servo gives up a packet that it has begun."""
 
 
-class SupervisedServo:
+class SupervisedServo(Servo):
     """A ``Servo`` made of a driver.
 
     Whatever is sent, the servo receives no angle outside the range and no faster change than the
