@@ -28,13 +28,11 @@ from servosight.export.csource import (
     check_equal,
     compile_c,
     held_steps,
-    layout_of,
     missing,
     model_source,
-    parameters_of,
-    values_of,
 )
 from servosight.export.fmu._description import TIME_REFERENCE, build_description, description
+from servosight.export.fmu._extras import extras
 from servosight.export.fmu._variables import has_exchange, nominals
 from servosight.models.core import InputError
 from servosight.models.fmu import open_fmu
@@ -64,7 +62,7 @@ def _write(version: int, request: ExportRequest, path: Path) -> None:
         content["sources/buildDescription.xml"] = build_description(request).encode()
     content["modelDescription.xml"] = description(request, version, token).encode()
     content[_binary_name(version, request)] = _binary(version, files)
-    content |= {f"{OWN}/{name}": text.encode() for name, text in _extras(request).items()}
+    content |= {f"{OWN}/{name}": text.encode() for name, text in extras(request).items()}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.comment = mark_of("fmu").encode()
         for name in sorted(content, key=lambda one: (one != "modelDescription.xml", one)):
@@ -119,31 +117,6 @@ def _binary(version: int, files: dict[str, str]) -> bytes:
         options = ["-shared", "-fPIC", "-fvisibility=hidden"]
         compile_c([*options, "-o", str(library), str(source), "-lm"])
         return library.read_bytes()
-
-
-def _extras(request: ExportRequest) -> dict[str, str]:
-    """Values with their uncertainty: a table, and a parameter set of SSP 1.0."""
-    layout = layout_of(request)
-    bounds = parameters_of(layout)
-    names, values = layout.names(), values_of(request.actuator, layout)
-    rows, entries = ["name,value,sigma,unit"], []
-    for name, value in zip(names, values, strict=True):
-        known = request.actuator.parameters.get(name)
-        sigma = "" if known is None or known.sigma is None else number(known.sigma)
-        rows.append(f"{name},{number(value)},{sigma},{bounds[name].unit}")
-        if np.isfinite(value):
-            entries.append(
-                f'    <ssv:Parameter name="{name}"><ssv:Real value="{number(value)}"/>'
-                "</ssv:Parameter>"
-            )
-    ssv = (
-        '<?xml version="1.0" encoding="UTF-8"?>\n'
-        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
-        f'version="1.0" name="{request.name}">\n  <ssv:Parameters>\n'
-        + "\n".join(entries)
-        + "\n  </ssv:Parameters>\n</ssv:ParameterSet>\n"
-    )
-    return {"parameters.csv": "\n".join(rows) + "\n", "parameters.ssv": ssv}
 
 
 def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -32,6 +32,16 @@ from servosight.models.plant import Difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+def _covariance_of(covariance: Matrix) -> dict[str, Any]:
+    """The covariance of the parameters that it is known of, for a card's provenance."""
+    known = np.isfinite(np.diag(covariance.values))
+    names = [name for name, one in zip(covariance.names, known, strict=True) if one]
+    values = covariance.values[np.ix_(known, known)]
+    if not names or not np.all(np.isfinite(values)):
+        return {}
+    return {"covariance": {"names": names, "values": values.tolist()}}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -95,7 +105,11 @@ class Fit(Result):
         return Actuator(
             {**shared, "bias": self.biases[0]},
             self.effects,
-            {"fitted_on": list(self.recordings), "method": self.method},
+            {
+                "fitted_on": list(self.recordings),
+                "method": self.method,
+                **_covariance_of(self.covariance),
+            },
         )
 
     @property

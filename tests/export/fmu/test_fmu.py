@@ -40,7 +40,9 @@ COMMAND = 20.0 * np.sign(np.sin(4.0 * TIMES)) + np.sin(20.0 * TIMES)
 def actuator(values: dict[str, float]) -> Actuator:
     effects = tuple(dict.fromkeys(name.split(".")[0] for name in values))
     numbers = CORE | values
-    return Actuator({n: Estimate(v, 0.01 * v, "") for n, v in numbers.items()}, effects)
+    covariance = {"names": ["k", "T"], "values": [[1e-4, 1e-7], [1e-7, 1e-8]]}
+    estimates = {n: Estimate(v, 0.01 * v, "") for n, v in numbers.items()}
+    return Actuator(estimates, effects, {"covariance": covariance})
 
 
 @pytest.fixture(scope="module", params=["fmu", "fmu2"])
@@ -145,6 +147,8 @@ def test_the_sources_compile_without_a_warning_and_the_archive_is_plain(
         table = archive.read("extra/org.servosight/parameters.csv").decode()
     assert not any("\\" in name or name.endswith("/") for name in names)
     assert "backlash.gap,2.0,0.02,deg" in table.splitlines()
+    covariance = (tmp_path / "extra/org.servosight/covariance.csv").read_text(encoding="utf-8")
+    assert covariance.splitlines() == ["name,k,T", "k,0.0001,1e-07", "T,1e-07,1e-08"]
     (source,) = (tmp_path / "sources").glob("fmi?.c")
     warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
     if shutil.which("gcc"):
