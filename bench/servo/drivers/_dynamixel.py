@@ -36,7 +36,7 @@ that register holds an estimated load instead."""
 class DynamixelSettings:
     """The keys of an address."""
 
-    id: Annotated[int, within(0, 252, "")] = 1
+    id: Annotated[int, within(0, 252, "as a whole number")] = 1
     baud: Annotated[int, within(9600, 4_500_000, "bit/s")] = 57600
 
 

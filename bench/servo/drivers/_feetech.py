@@ -23,7 +23,7 @@ _COUNT = codec.PRESENT_CURRENT.address + 2 - _FIRST
 class FeetechSettings:
     """The keys of an address."""
 
-    id: Annotated[int, within(0, 253, "")] = 1
+    id: Annotated[int, within(0, 253, "as a whole number")] = 1
     baud: Annotated[int, within(38400, 1_000_000, "bit/s")] = 1_000_000
 
 

@@ -24,8 +24,8 @@ class MaestroSettings:
     """The keys of an address; ``device`` selects the Pololu protocol, ``crc`` as set in the "
     "Maestro."""
 
-    channel: Annotated[int, within(0, 23, "")] = 0
-    device: Annotated[int, within(0, 127, "")] | None = None
+    channel: Annotated[int, within(0, 23, "as a whole number")] = 0
+    device: Annotated[int, within(0, 127, "as a whole number")] | None = None
     crc: bool = False
     neutral_us: Annotated[float, within(800.0, 2200.0, "us")] = 1500.0
     deg_per_us: Annotated[float, within(-1.0, 1.0, "deg/us")] = 0.09

@@ -230,7 +230,9 @@ def test_another_servos_answer_is_not_taken(kind: str) -> None:
     [
         ("dynamixel", "is no address of a servo"),
         ("dinamixel:/dev/x", "did you mean dynamixel"),
-        ("dynamixel:/dev/none", "cannot open /dev/none: No such file"),
+        ("dynamixel:/dev/none", "cannot open '/dev/none': No such file"),
+        ("dynamixel:/dev/no\0ne", "embedded null byte"),
+        ("dynamixel:/dev/none?id=1.5", "expected 0 to 252 as a whole number"),
         ("dynamixel:/dev/none?id=300", "key id is 300"),
         ("dynamixel:/dev/none?idd=3", "unknown key idd"),
         ("dynamixel:/dev/none?baud=12345", "no baud rate of 12345"),
