@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 from typing import Any, BinaryIO
 
 from servosight.models.fmu._wire import packed, received
 
 LARGEST_FILE = 1 << 26
 """Bytes of a file that an FMU may write."""
+_LOOK_S = 0.5
 
 
 def main(memory_bytes: int) -> int:
     """Serve until standard input ends; returns the exit code."""
     _limit(memory_bytes)
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what an FMU prints is no part of an answer
     sys.stdout = sys.stderr
@@ -45,6 +49,13 @@ def main(memory_bytes: int) -> int:
             answer = packed({"error": said})
         answers.write(answer)
         answers.flush()
+
+
+def _end_with(parent: int) -> None:
+    """End the process where the program that started it is gone, also within an endless step."""
+    while os.getppid() == parent:
+        time.sleep(_LOOK_S)
+    os._exit(1)
 
 
 def _limit(memory_bytes: int) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
@@ -103,6 +105,27 @@ def test_native_code_that_misbehaves_is_one_sentence(gain: int, said: str, bad: 
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
     assert time.monotonic() - begin < 60.0
+
+
+def test_no_process_is_left_where_the_program_is_killed(bad: Path) -> None:
+    """Within an endless step."""
+    program = (
+        "import numpy as np; from pathlib import Path; from servosight.models.fmu import open_fmu\n"
+        f"with open_fmu(Path({str(bad)!r})) as fmu:\n"
+        "    print(fmu.process.child.pid, flush=True)\n"
+        "    fmu.run(np.arange(3.0), np.zeros(2), command_name='command', output_name='angle',\n"
+        "            start={'k': 1.0})\n"
+    )
+    words = [sys.executable, "-c", program]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        time.sleep(0.3)
+        parent.kill()
+    until = time.monotonic() + 30.0
+    while Path(f"/proc/{child}").exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not Path(f"/proc/{child}").exists()
 
 
 def test_damaged_archives_are_refused_before_anything_is_loaded(good: Path, tmp_path: Path) -> None:
