@@ -80,6 +80,8 @@ DURING = {
 """Each kind of motion in words, and what an error there most often depends on."""
 MOST = 0.5
 """From this share of the remaining squared error on, a kind of motion holds most of it."""
+LEAST = 0.1
+"""A kind of motion with less is not named."""
 APART = 1.5
 """Recordings at different loads or gains differ where their rms errors do by this factor."""
 REPEATS = 0.5
@@ -150,21 +152,21 @@ def _left(share: float, first_deg: float, last_deg: float) -> str:
     if share <= 1.0:
         return f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"
     return (
-        f"the rms error on test data, {degrees(last_deg)}, is {times(last_deg / first_deg)} times "
-        f"the first model's: the effects were chosen on other motion than the test data contain"
+        f"On test data the rms error, {degrees(last_deg)}, is {times(last_deg / first_deg)} times "
+        f"the first model's: they hardly contain the motion that the effects were chosen on"
     )
 
 
 def _place(during: Mapping[str, float], worst: Window) -> str:
     """In which motion and when the error remains."""
     parts = [
-        f"{100.0 * part:.0f} % of it lies {DURING[kind][0]}"
+        f"{100.0 * part:.0f} % {DURING[kind][0]}"
         for kind, part in list(during.items())[:2]
-        if part >= 0.1
+        if part >= LEAST
     ]
     return (
-        f"{listed(parts)}, most from {worst.start_s:.2f} to {worst.end_s:.2f} s of "
-        f"{worst.recording} ({degrees(worst.rmse_deg)} rms)"
+        f"over all samples {listed(parts)}, most from {worst.start_s:.2f} to {worst.end_s:.2f} s "
+        f"of {worst.recording} ({degrees(worst.rmse_deg)} rms)"
     )
 
 

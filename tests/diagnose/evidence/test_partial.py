@@ -62,7 +62,7 @@ def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> No
     assert (found.worst.what, found.worst.recording) == ("slew", "run")
     assert 2.7 < found.worst.start_s < found.worst.end_s < 3.3
     assert found.during["slew"] > 0.9
-    assert "% of it lies in fast motion" in found.sentence
+    assert "% in fast motion" in found.sentence
     assert found.next_step is not None
     assert "at half and at double the speed" in found.next_step
 
@@ -70,7 +70,7 @@ def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> No
 def test_an_error_that_grew_is_no_share() -> None:
     """Chosen on other motion than the test data contain: 534 % of an error says nothing."""
     found = partial((0.073, 0.177), 0.053, [], [judged()], None)
-    assert found.sentence.startswith("the rms error on test data, 0.177°, is 2.4 times the first")
+    assert found.sentence.startswith("On test data the rms error, 0.177°, is 2.4 times the first")
 
 
 def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:
