@@ -23,6 +23,8 @@ from servosight.models.core import Actuator, Array, InputError, Recording, Table
 from servosight.models.effects import Effect, catalogue
 from servosight.models.plant import TRANSFORMS
 
+REFIT_SHARE = 0.05
+"""Advice is given where the target differs by so much of the moved range (rms)."""
 LARGEST_DEG = 1e6
 """No servo turns as far on a trial."""
 SAMPLE_TIME_S = (1e-5, 1.0)
@@ -147,7 +149,30 @@ def _result(
         target_rmse_deg=errors[1],
         not_run=reason,
         omissions=rows,
-        notes=exporter.notes(request) + (() if response is None else response.notes),
+        notes=(
+            *exporter.notes(request),
+            *(() if response is None else response.notes),
+            *_refit_note(request, exporter.target, rows, difference, whole),
+        ),
+    )
+
+
+def _refit_note(
+    request: ExportRequest,
+    target: str,
+    omissions: Table[OmittedEffect],
+    difference: Array | None,
+    whole: Array,
+) -> tuple[str, ...]:
+    """Advice where what is left out matters: k, T and xi of a model without it differ."""
+    absent = {one.effect for one in omissions if one.approximation is None}
+    if difference is None or not absent or rms(difference) < REFIT_SHARE * float(np.ptp(whole)):
+        return ()
+    left = [name for name in request.actuator.effects if name not in absent]
+    words = f" --effects {','.join(left)}" if left else ""
+    return (
+        f"what {target} lacks is a large part of this model; a model fitted without it comes "
+        f"closer: export that of `servosight identify REC{words}`",
     )
 
 

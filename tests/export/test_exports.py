@@ -150,6 +150,15 @@ def test_a_recording_at_another_gain_is_refused(tmp_path: Path) -> None:
         export_model(actuator(), "csv", tmp_path / "a.csv", on=other)
 
 
+def test_where_much_is_left_out_another_fit_is_advised(tmp_path: Path) -> None:
+    """Gravity holds part of the command: without it k is another."""
+    hanging = actuator(dead_time__delay=0.02, gravity_load__sine=40.0, gravity_load__cosine=10.0)
+    (note,) = export_model(hanging, "csv", tmp_path / "a.csv").notes
+    assert "servosight identify REC --effects dead_time`" in note
+    light = actuator(dead_time__delay=0.02, gravity_load__sine=0.1, gravity_load__cosine=0.1)
+    assert export_model(light, "csv", tmp_path / "a.csv").notes == ()
+
+
 def test_a_model_that_runs_away_is_refused(tmp_path: Path) -> None:
     """A back-EMF beyond the damping that it is part of drives the motor."""
     model = actuator(current_limit__limit=1.0, current_limit__back_emf=2.0)
