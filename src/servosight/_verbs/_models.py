@@ -81,6 +81,7 @@ def compare(
     effects: Sequence[str] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
+    trust: bool = False,
 ) -> Any: ...
 def compare(
     model: Model | Sources,
@@ -90,12 +91,13 @@ def compare(
     effects: Sequence[str] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
+    trust: bool = False,
 ) -> Comparison | ServoChange:
     """A model on recordings: where it fails. Two models, or two sets of recordings: what differs.
 
     ``model`` is a fit, a diagnosis (its last step), an actuator, or the path of a model card. On
     ``recordings`` its physical parameters stay as they are; bias and initial state are found on
-    each.
+    each. The path of an FMU (``.fmu``) is a model, too: it runs native code, so it takes ``trust``.
 
     With a second model in their place, or with recordings in both places, the result is a
     ``ServoChange``: which parameters differ, how surely, and what that can mean. To recordings one
@@ -110,7 +112,7 @@ def compare(
     >>> ss.compare(fit, fit).changed
     ()
     """
-    from servosight.diagnose import compare
+    from servosight.diagnose import compare, compare_fmu
     from servosight.diagnose.change import change_in_recordings
     from servosight.models.effects import select
     from servosight.sources import read_all, recordings_in
@@ -126,6 +128,8 @@ def compare(
     if is_model(recordings):
         return models_change(model, recordings, known)
     given = read_all(cast("Sources", recordings))
+    if isinstance(model, Path | str) and Path(model).suffix.lower() == ".fmu":
+        return compare_fmu(Path(model), given, trust=trust, tolerance=tolerance)
     found = compare(actuator_of(model, known), given, catalogue=known, tolerance=tolerance)
     return found.remember(given, known)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from fuzz import fmus
 
+import servosight as ss
 from servosight.app.main import main
 from servosight.export.core import ExportRequest
 from servosight.export.csource import compile_c, missing
@@ -172,6 +173,9 @@ def test_compare_takes_an_fmu_that_is_trusted(
     assert "an FMU runs native code with your rights, expected --trust" in capsys.readouterr().err
     assert main(["compare", str(good), str(recording), "--trust", "--json", "-"]) == 0
     assert '"backlash.gap"' in capsys.readouterr().out
+    with pytest.raises(InputError, match="--trust"):
+        ss.compare(good, recording)
+    assert ss.compare(good, recording, trust=True).effects == ()
     words = ["compare", str(good), str(recording), "--trust"]
     assert main([*words, "--fmu-input", "goal"]) == 2
     assert "has the inputs command, but none goal" in capsys.readouterr().err
