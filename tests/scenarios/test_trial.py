@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from support.filmed_wire import filmed_wire
 
 from servosight.bench.safety import Limits, check_command
 from servosight.models.core import InputError, Recording
-from servosight.scenarios.trial import first_command, zero_command, zero_of
+from servosight.models.io import read_sheet
+from servosight.scenarios.trial import carry_out, first_command, zero_command, zero_of
 
 
 @pytest.mark.parametrize(
@@ -44,3 +50,40 @@ def test_a_slow_command_shows_sign_zero_and_play() -> None:
     still = Recording("still", command.time_s, command.command_deg, time_s, 0.0 * angle)
     with pytest.raises(InputError, match="expected it to follow"):
         zero_of(still)
+
+
+def test_a_trial_goes_on_with_what_is_proposed_as_long_as_it_may(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    further = zero_command(Limits())
+    seen: list[int] = []
+
+    def diagnosed(recordings: list[Path], **options: object) -> SimpleNamespace:
+        seen.append(len(recordings))
+        proposal = SimpleNamespace(recommended=True, excitation=further)
+        return SimpleNamespace(proposal=proposal, next_experiment="run the triangle")
+
+    monkeypatch.setattr(import_module("servosight.diagnose"), "diagnose", diagnosed)
+    monkeypatch.setattr(import_module("servosight.sources"), "read", lambda place, progress: place)
+    for answer, runs in ((False, 1), (True, 3)):
+        seen.clear()
+        asked: list[str] = []
+
+        def ask(question: str, answer: bool = answer, asked: list[str] = asked) -> bool:
+            asked.append(question)
+            return answer
+
+        with filmed_wire("dynamixel") as on:
+            trial = carry_out(
+                on.servo,
+                on.camera,
+                tmp_path / str(answer),
+                duration_s=3.0,
+                light=on.light,
+                ask=ask,
+            )
+        assert seen == list(range(1, runs + 1))
+        assert set(asked) == {"run the triangle"}
+        assert len(trial.runs) == runs
+    last = read_sheet(tmp_path / "True" / "run3" / "command.csv").columns(["command_deg"])
+    np.testing.assert_allclose(last[:, 0], further.command_deg, atol=1e-9)

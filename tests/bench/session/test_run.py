@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import tomllib
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from servosight.bench.servo import SupervisedServo
 from servosight.bench.session import run
 from servosight.bench.wire import Faults
 from servosight.models.core import InputError
-from servosight.models.io import read_sheet
+from servosight.models.io import MatroskaWriter, read_sheet
 
 TIME = np.arange(0.0, 4.0, 0.02)
 SINE = 15.0 * np.sin(2.0 * np.pi * 0.5 * TIME)
@@ -100,3 +101,24 @@ def test_a_command_beyond_the_limits_moves_nothing(tmp_path: Path) -> None:
             run(on.servo, on.camera, TIME, 4.0 * SINE, tmp_path / "rec", light=on.light)
         assert not on.far.told
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_ends_the_recording_and_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = MatroskaWriter.write
+    packets: list[int] = []
+
+    def full(writer: MatroskaWriter, ticks: int, packet: bytes, key: bool = True) -> None:
+        packets.append(ticks)
+        if len(packets) > 120:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written(writer, ticks, packet, key)
+
+    monkeypatch.setattr(MatroskaWriter, "write", full)
+    with filmed_wire("dynamixel") as on:
+        done = run(on.servo, on.camera, TIME, SINE, tmp_path / "rec", light=on.light)
+        assert not on.far.torque
+    assert done.fault is not None
+    assert "No space left" in done.fault
+    assert done.footage.number.size == 120
