@@ -38,8 +38,8 @@ def read_light(video: Path, footage: Footage, pattern: LightPattern) -> tuple[Cl
     seen = find_light(stamps[:count], blocks, pattern, guess_s=footage.delay_s, reach_s=_REACH_S)
     if seen is None:
         raise InputError(
-            f"{video.name}: no part of the picture follows the coded light; bring the light into "
-            f"the picture, some 10 x 10 pixels large and not overexposed, or run with --no-light"
+            "no part of the picture follows the coded light; bring the light into the picture, "
+            "some 10 x 10 pixels large and not overexposed"
         )
     level = seen.level
     if stamps.size > count:

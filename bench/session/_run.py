@@ -37,7 +37,7 @@ class Light(Protocol):
 class Run:
     """What a run left: its folder, rows sent, frames, the light's clock; ``fault`` if it broke off.
 
-    ``clock`` is None without a light in the picture.
+    ``clock`` is None without a light in the picture; ``unlit`` says why, where one was driven.
     """
 
     folder: Path
@@ -46,6 +46,7 @@ class Run:
     footage: Footage
     clock: Clocked | None
     fault: str | None = None
+    unlit: str | None = None
 
 
 def run(
@@ -84,13 +85,13 @@ def run(
         finally:
             footage = stage.last_frame()
         fault = fault or footage.fault
-        found = None
+        found, unlit = None, None
         if stage.pattern is not None:
             try:
                 found = Clocked(*read_light(fresh / VIDEO, footage, stage.pattern))
-            except InputError as error:
-                fault = fault or str(error)
-        write_run(fresh, log, footage, found, servo.name, camera.name, fault)
+            except InputError as error:  # the recording is one without a light
+                unlit = str(error)
+        write_run(fresh, log, footage, found, servo.name, camera.name, fault, unlit)
     return Run(
         folder=folder,
         rows=len(log.sent),
@@ -98,6 +99,7 @@ def run(
         footage=footage,
         clock=found,
         fault=fault,
+        unlit=unlit,
     )
 
 
@@ -179,6 +181,7 @@ def run_words(run: Run) -> list[str]:
         f"{footage.rate_hz or 0.0:.3f} frames/s"
     ]
     if run.clock is None:
+        lines += [run.unlit] if run.unlit is not None else []
         lines.append(
             "no coded light: the offset between command and video is not known, and dead time "
             "cannot be distinguished from the camera's latency"

@@ -46,6 +46,7 @@ def write_run(
     servo: str,
     camera: str,
     fault: str | None,
+    unlit: str | None = None,
 ) -> None:
     """Write all but the video, which stands in ``folder`` already."""
     start_s = log.sent[0][0]
@@ -66,7 +67,7 @@ def write_run(
         "hold": "zero",
         "video_offset_s": 0.0,
         "offset_sigma_s": _doubt_s(clock),
-        "clock_note": _note(clock),
+        "clock_note": _note(clock, unlit),
     }
     if fault is not None:
         table["ended"] = fault
@@ -95,9 +96,9 @@ def _doubt_s(clock: Clocked | None) -> float:
     return float("inf") if clock is None else float(f"{clock.fit.offset_sigma_s:.3g}")
 
 
-def _note(clock: Clocked | None) -> str:
+def _note(clock: Clocked | None, unlit: str | None) -> str:
     if clock is None:
-        return _NO_LIGHT
+        return _NO_LIGHT if unlit is None else f"{_NO_LIGHT}; {unlit}"
     fit, (x, y) = clock.fit, clock.light.place_px
     return (
         f"the coded light at {x:.0f},{y:.0f} px gives the offset with a sigma of "

@@ -12,7 +12,7 @@ from support.filmed_wire import AHEAD_S, EXPOSURE_S, filmed_wire
 from support.wires import STAND_INS
 
 from servosight.bench.servo import SupervisedServo
-from servosight.bench.session import run
+from servosight.bench.session import run, run_words
 from servosight.bench.wire import Faults
 from servosight.models.core import InputError
 from servosight.models.io import MatroskaWriter, read_sheet
@@ -93,6 +93,26 @@ def test_without_a_light_the_offset_is_not_known_and_said_so(tmp_path: Path) -> 
     settings = tomllib.loads((tmp_path / "rec" / "recording.toml").read_text())
     assert settings["offset_sigma_s"] == float("inf")
     assert "dead time" in settings["clock_note"]
+
+
+def test_a_light_out_of_view_is_said_and_the_recording_kept(tmp_path: Path) -> None:
+    class Elsewhere:
+        """A light that the camera does not see."""
+
+        def begin(self) -> float:
+            return 1001.0
+
+        def end(self) -> float:
+            return 1004.0
+
+    with filmed_wire("dynamixel") as on:
+        done = run(on.servo, on.camera, TIME[:50], SINE[:50], tmp_path / "rec", light=Elsewhere())
+    assert (done.clock, done.fault) == (None, None)
+    assert done.unlit is not None
+    settings = tomllib.loads((tmp_path / "rec" / "recording.toml").read_text())
+    assert settings["offset_sigma_s"] == float("inf")
+    assert done.unlit in settings["clock_note"]
+    assert any("10 x 10 pixels" in line for line in run_words(done))
 
 
 def test_a_command_beyond_the_limits_moves_nothing(tmp_path: Path) -> None:
