@@ -35,6 +35,7 @@ KINDS: dict[str, ExportKind] = {
     "jsbsim": ExportKind("autopilots", "JSBSIM", "JSBSim: a system file in XML"),
     "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
     "mjcf": ExportKind("mjcf", "MJCF", "MuJoCo: a model of the servo"),
+    "urdf": ExportKind("mjcf", "URDF", "URDF: a joint with limits and friction, for Gazebo"),
     "control": ExportKind("linear", "CONTROL", "Python: python-control transfer functions"),
 }
 """By the word behind ``--to``, in the order of the help."""

@@ -1,3 +1,4 @@
-"""The servo as a MuJoCo model."""
+"""The servo as a MuJoCo model, and as a joint in URDF, which MuJoCo reads too."""
 
 from servosight.export.mjcf._mjcf import MJCF as MJCF
+from servosight.export.mjcf._urdf import URDF as URDF

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,8 +19,9 @@ from servosight.export.core import (
     Trial,
     omitted,
 )
+from servosight.export.mjcf._rollout import rolled_out
 from servosight.export.mjcf._text import model_text
-from servosight.models.core import Array, InputError, write_text
+from servosight.models.core import write_text
 
 EXPRESSED = (
     "dead_time",
@@ -67,39 +67,9 @@ def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
     joints = {model.joint(index).name: model.joint(index) for index in range(model.njnt)}
     for name, joint in joints.items():
         data.qpos[joint.qposadr[0]] = resting.get(name, 0.0)
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(model, kind))
-    mujoco.mj_getState(model, data, state, kind)
     # Sensors are read before each step: at the time of its command.
-    sensed = _rolled_out(model, data, state, given)
-    if any(data.warning[one].number for one in _unstable()):
-        raise InputError(
-            f"the MuJoCo model is unstable at steps of {step_s:g} s, expected shorter ones for "
-            f"this servo; choose them with --sample-time"
-        )
-    return Response(time_s=time_s, angle_deg=np.degrees(sensed[0][waiting:, 0]))
-
-
-def _unstable() -> tuple[Any, ...]:
-    """MuJoCo's warnings of a simulation that went out of bounds."""
-    import mujoco
-
-    kind = mujoco.mjtWarning
-    return kind.mjWARN_BADQPOS, kind.mjWARN_BADQVEL, kind.mjWARN_BADQACC
-
-
-def _rolled_out(model: Any, data: Any, state: Array, given: Array) -> Array:
-    """Sensors (1, steps, 1) for the controls ``given``; warnings are left in ``data``."""
-    import mujoco
-    from mujoco import rollout
-
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)  # else into a file of the working directory
-    try:
-        _, sensed = rollout.rollout(model, data, state, given[None, :, None])
-    finally:
-        mujoco.set_mju_user_warning(before)
-    return np.asarray(sensed, dtype=np.float64)
+    _, sensed = rolled_out(model, data, given)
+    return Response(time_s=time_s, angle_deg=np.degrees(sensed[waiting:, 0]))
 
 
 def _settling_s(request: ExportRequest) -> float:

@@ -32,7 +32,7 @@ tendons, the actuator and the sensor beside it.
 
 
 @dataclass(frozen=True)
-class _Servo:
+class Servo:
     """Values of the model in SI units."""
 
     request: ExportRequest
@@ -67,6 +67,23 @@ class _Servo:
             usual = min(usual, 0.02 * highest / self.deg("flexible_shaft.frequency"))
         return self.request.options.step_s(usual)
 
+    @property
+    def damping(self) -> float:
+        """Viscous damping of the linear core [N m s/rad]."""
+        return 2.0 * self.deg("xi") * self.deg("T") * self.stiffness
+
+    @property
+    def friction_deg(self) -> float:
+        """Sliding friction [deg of position error]."""
+        names = ("coulomb_friction", "stribeck_friction", "presliding")
+        return sum(self.deg(f"{name}.level") for name in names)
+
+    @property
+    def drive_limit_deg(self) -> float:
+        """Largest torque of the drive at rest [deg of position error], infinite for none."""
+        names = ("torque_saturation.limit", "current_limit.limit", "speed_limit.stall")
+        return min(self.deg(name, math.inf) for name in names)
+
     def torque(self, error_deg: float) -> float:
         """Torque [N m] of a position error [deg]."""
         return self.stiffness * math.radians(error_deg)
@@ -74,7 +91,7 @@ class _Servo:
 
 def model_text(request: ExportRequest) -> str:
     """The whole file."""
-    servo = _Servo(request)
+    servo = Servo(request)
     name = request.name
     head = HEAD.format(
         mark=mark_of("mjcf"),
@@ -97,7 +114,7 @@ def model_text(request: ExportRequest) -> str:
     return head + body
 
 
-def _bodies(servo: _Servo) -> str:
+def _bodies(servo: Servo) -> str:
     """Motor, the far side of a flexible shaft on it, and the surface behind a play beside it."""
     far = 0.0
     if servo.flexible:  # a massless far side still follows its spring
@@ -118,7 +135,7 @@ def _bodies(servo: _Servo) -> str:
 
 
 def _body(
-    servo: _Servo,
+    servo: Servo,
     names: tuple[str, str],
     inertia: float,
     joint: Mapping[str, str],
@@ -137,19 +154,18 @@ def _body(
     )
 
 
-def _motor(servo: _Servo, inertia: float) -> dict[str, str]:
+def _motor(servo: Servo, inertia: float) -> dict[str, str]:
     """Attributes of the motor's hinge.
 
     Springs and dampers are polynomials: in the angle, and in the speed and its size [rad, rad/s].
     """
     per_rad = math.degrees(1.0)
-    damping = number(2.0 * servo.deg("xi") * servo.deg("T") * servo.stiffness)
+    damping = number(servo.damping)
     square = servo.torque(servo.deg("quadratic_drag.coefficient")) * per_rad**2
     # The first two terms of sine sin(angle); the constant part of gravity is the actuator's.
     sine = servo.torque(servo.deg("gravity_load.sine"))
     third = servo.torque(servo.deg("hinge_hardening.cubic")) * per_rad**3 - sine / 6.0
-    names = ("coulomb_friction", "stribeck_friction", "presliding")
-    level = sum(servo.deg(f"{name}.level") for name in names)
+    level = servo.friction_deg
     given = {
         "armature": number(inertia),
         "damping": f"{damping} {number(square)} 0" if square > 0.0 else damping,
@@ -159,7 +175,7 @@ def _motor(servo: _Servo, inertia: float) -> dict[str, str]:
     return given | (_friction(servo, level) if level > 0.0 else {})
 
 
-def _friction(servo: _Servo, level_deg: float) -> dict[str, str]:
+def _friction(servo: Servo, level_deg: float) -> dict[str, str]:
     """Hard friction loss of a hinge: its time constant is the shortest that is stable."""
     return {
         "frictionloss": number(servo.torque(level_deg)),
@@ -168,7 +184,7 @@ def _friction(servo: _Servo, level_deg: float) -> dict[str, str]:
     }
 
 
-def _tendons(servo: _Servo) -> str:
+def _tendons(servo: Servo) -> str:
     name = servo.request.name
     play = servo.deg("backlash.gap")
     parts = [f"{name}_motor"]
@@ -187,7 +203,7 @@ def _tendons(servo: _Servo) -> str:
     )
 
 
-def _actuator(servo: _Servo) -> str:
+def _actuator(servo: Servo) -> str:
     """Stiffness times (k command + bias - angle), limited, of a delayed command."""
     name = servo.request.name
     stiffness = servo.stiffness
@@ -197,12 +213,8 @@ def _actuator(servo: _Servo) -> str:
         f'gainprm="{number(stiffness * servo.deg("k"))}" biastype="affine" '
         f'biasprm="{number(offset)} {number(-stiffness)} 0"'
     )
-    limits = [
-        servo.deg(limit, math.inf)
-        for limit in ("torque_saturation.limit", "current_limit.limit", "speed_limit.stall")
-    ]
-    if math.isfinite(min(limits)):
-        limit = number(servo.torque(min(limits)))
+    if math.isfinite(servo.drive_limit_deg):
+        limit = number(servo.torque(servo.drive_limit_deg))
         words += f' forcerange="-{limit} {limit}"'
     delay = servo.deg("dead_time.delay")
     if delay > 0.0:
