@@ -169,6 +169,7 @@ class Board:
             except LinkLost:
                 if self._clock.now() > until:
                     raise
+                self._clock.wait(self._clock.now() + _POLL_S)  # a port that is gone fails at once
             else:
                 return answer[0]
 

@@ -310,3 +310,9 @@ def test_a_board_that_starves_says_so() -> None:
         on.servo.release()
         assert not far.torque
         assert log.sent
+
+
+@kinds
+def test_a_port_that_is_gone_at_once_is_an_error_and_no_hang(kind: str) -> None:
+    with pytest.raises(LinkLost), rig(kind, faults=Faults(unplugged_s=0.001)):
+        pass
