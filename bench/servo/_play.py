@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servosight.bench.safety import check_command
-from servosight.bench.servo._protocol import Reading, StoredPlayback
+from servosight.bench.servo._protocol import LinkLost, Reading, StoredPlayback
 from servosight.bench.servo._supervised import SupervisedServo
 from servosight.models.core import Array
 
+_LONGER, _SPARE_S = 1.1, 2.0
+"""A device that plays may be slow by 10 %, and start and end within 2 s."""
 _SPARE = 1.5
 """A reading is taken where this many times the last one's duration is left before the next row."""
 
@@ -80,8 +82,13 @@ def _play_stored(
     row = np.searchsorted(time_s - time_s[0], sample_s + 1e-9, side="right") - 1
     told = device.begin(angle_deg[row])
     played, plays = 0, True
+    until = servo.clock.now() + _LONGER * (sample_s[-1] + device.period_s) + _SPARE_S
     try:
         while plays:
+            if servo.clock.now() > until:
+                raise LinkLost(
+                    f"{servo.name}: the command does not end; switch the board off and on"
+                )
             plays, played = device.feed()
             if played:
                 servo.goal_deg = float(told[played - 1])

@@ -116,8 +116,9 @@ class Board:
         status, _ = self._ask(codec.Packet(codec.STATUS))
         self._first = status.expected
         self._seen.clear()
-        while (stored := status.expected - self._first) < len(self._command) and status.free:
-            status = self._store(stored)
+        for _ in range(codec.BUFFER // codec.MOST_SAMPLES + 1):
+            if (stored := status.expected - self._first) < len(self._command) and status.free:
+                status = self._store(stored)
         end = (self._first + len(self._command)).to_bytes(4, "little")
         self._checked(codec.Packet(codec.PLAY, end))
         ticks = np.array(self._command, dtype=np.float64)

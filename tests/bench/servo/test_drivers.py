@@ -316,3 +316,14 @@ def test_a_board_that_starves_says_so() -> None:
 def test_a_port_that_is_gone_at_once_is_an_error_and_no_hang(kind: str) -> None:
     with pytest.raises(LinkLost), rig(kind, faults=Faults(unplugged_s=0.001)):
         pass
+
+
+def test_a_board_that_never_ends_is_left() -> None:
+    with rig("board") as on:
+        on.servo.arm()
+        feed = on.servo.driver.feed  # type: ignore[attr-defined]
+        on.servo.driver.feed = lambda: (True, feed()[1])  # type: ignore[attr-defined]
+        with pytest.raises(LinkLost, match="does not end"):
+            play(on.servo, TIME, SINE, CommandLog())
+        on.servo.release()
+        assert not on.far.torque
