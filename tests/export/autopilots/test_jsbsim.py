@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.servo import LINEAR, actuator
+from support.servo import LINEAR, actuator, short_trial
 
 import servosight as ss
 from servosight.app.main import main
@@ -37,7 +37,9 @@ FINE = ExportOptions(sample_time_s=1e-3)
 def test_what_it_expresses_agrees(
     effects: dict[str, Any], largest_rms: float, tmp_path: Path
 ) -> None:
-    result = export_model(actuator(**effects), "jsbsim", tmp_path / "fin.xml", options=FINE)
+    result = export_model(
+        actuator(**effects), "jsbsim", tmp_path / "fin.xml", options=FINE, on=short_trial()
+    )
     assert result.omissions == ()
     assert result.difference_rms_deg is not None
     assert result.difference_rms_deg < largest_rms
@@ -57,7 +59,9 @@ def test_what_it_expresses_agrees(
 def test_what_stands_in_for_an_effect_is_better_than_nothing(
     effects: dict[str, Any], share: float, tmp_path: Path
 ) -> None:
-    result = export_model(actuator(**effects), "jsbsim", tmp_path / "fin.xml", options=FINE)
+    result = export_model(
+        actuator(**effects), "jsbsim", tmp_path / "fin.xml", options=FINE, on=short_trial()
+    )
     (found,) = result.omissions
     assert found.approximation is not None
     assert result.difference_rms_deg is not None

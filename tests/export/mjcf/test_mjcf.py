@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from support.servo import LINEAR, actuator
+from support.servo import LINEAR, actuator, short_trial
 
 import servosight as ss
 from servosight.export.core import ExportOptions, ExportRequest, Trial, export_model
@@ -46,7 +46,7 @@ SHAFT = {"frequency": 12.0, "damping": 0.08, "inertia_ratio": 0.3}
 def test_what_it_expresses_agrees(
     effects: dict[str, Any], largest_rms: float, tmp_path: Path
 ) -> None:
-    result = export_model(actuator(**effects), "mjcf", tmp_path / "fin.xml")
+    result = export_model(actuator(**effects), "mjcf", tmp_path / "fin.xml", on=short_trial())
     assert result.omissions == ()
     assert result.difference_rms_deg is not None
     assert result.difference_rms_deg < largest_rms
@@ -72,7 +72,7 @@ def test_what_it_expresses_agrees(
 def test_what_stands_in_for_an_effect_is_better_than_nothing(
     effects: dict[str, Any], share: float, tmp_path: Path
 ) -> None:
-    result = export_model(actuator(**effects), "mjcf", tmp_path / "fin.xml")
+    result = export_model(actuator(**effects), "mjcf", tmp_path / "fin.xml", on=short_trial())
     (found,) = result.omissions
     assert found.approximation is not None
     assert result.difference_rms_deg is not None
