@@ -242,8 +242,20 @@ def _image(frame: CapturedFrame, stream: Stream) -> Image:
         return np.frombuffer(frame.data, np.uint8).reshape(height, width)
     from PIL import Image as Pictures
 
-    with Pictures.open(BytesIO(frame.data)) as picture:
-        return np.asarray(picture.convert("L"), np.uint8)
+    try:
+        with Pictures.open(BytesIO(frame.data)) as picture:
+            image = np.asarray(picture.convert("L"), np.uint8)
+    except (OSError, ValueError, SyntaxError, Pictures.DecompressionBombError) as error:
+        raise InputError(
+            f"frame {frame.number}: is a damaged JPEG ({error}); expected a whole one, check the "
+            f"camera's cable and link"
+        ) from None
+    if image.shape != stream.size[::-1]:
+        raise InputError(
+            f"frame {frame.number}: is {image.shape[1]} x {image.shape[0]} px, expected "
+            f"{stream.size[0]} x {stream.size[1]}; end what changes the camera's mode"
+        )
+    return image
 
 
 def _smooth(image: Image) -> Array:

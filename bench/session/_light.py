@@ -33,7 +33,9 @@ def read_light(video: Path, footage: Footage, pattern: LightPattern) -> tuple[Cl
     """
     stamps = steady_stamps(footage)
     count = min(stamps.size, _SEARCHED)
-    blocks = np.stack(list(islice(_blocks(video), count)))
+    pictures = list(islice(_blocks(video), count))
+    _check_count(video, len(pictures), count)
+    blocks = np.stack(pictures)
     # The shortest delay to the host is the clocks' offset and the latency.
     seen = find_light(stamps[:count], blocks, pattern, guess_s=footage.delay_s, reach_s=_REACH_S)
     if seen is None:
@@ -44,8 +46,9 @@ def read_light(video: Path, footage: Footage, pattern: LightPattern) -> tuple[Cl
     level = seen.level
     if stamps.size > count:
         level = np.array([float((means * seen.weights).sum()) for means in _blocks(video)])
+        _check_count(video, level.size, stamps.size)
     fit = decode(
-        stamps[: level.size],
+        stamps,
         level,
         pattern,
         exposure_s=footage.stream.exposure_s,
@@ -53,6 +56,14 @@ def read_light(video: Path, footage: Footage, pattern: LightPattern) -> tuple[Cl
         reach_s=_NEAR_S,
     )
     return fit, seen
+
+
+def _check_count(video: Path, found: int, expected: int) -> None:
+    if found != expected:
+        raise InputError(
+            f"{video.name}: {found} of {expected} pictures can be decoded, so that the light "
+            "cannot be read off it; check the camera's cable and link"
+        )
 
 
 def steady_stamps(footage: Footage) -> Array:
@@ -63,9 +74,17 @@ def steady_stamps(footage: Footage) -> Array:
 
 
 def _blocks(video: Path) -> Iterator[Single]:
+    """Block means of each picture, all of one size; InputError where the video is damaged."""
     import av
 
-    with av.open(str(video)) as container:
-        for picture in container.decode(video=0):
-            image: Image = np.asarray(picture.to_ndarray(format="gray"), np.uint8)
-            yield block_means(image)
+    shape: tuple[int, ...] | None = None
+    try:
+        with av.open(str(video)) as container:
+            for picture in container.decode(video=0):
+                image: Image = np.asarray(picture.to_ndarray(format="gray"), np.uint8)
+                if image.shape != (shape or image.shape):
+                    raise ValueError("its pictures change their size")
+                shape = image.shape
+                yield block_means(image)
+    except (av.FFmpegError, ValueError) as error:
+        raise InputError(f"{video.name}: the light cannot be read off it ({error})") from None

@@ -21,7 +21,7 @@ from servosight.bench.session import (
     serial_ports,
 )
 from servosight.bench.wire import MjpegServer, ServedFrame
-from servosight.models.core import Image
+from servosight.models.core import Image, InputError
 
 GOOD = MeasuredRate(rate_hz=60.0, frames=60, lost=0, jitter_s=1e-4, meaning="the start")
 
@@ -82,6 +82,16 @@ def test_a_camera_on_the_wire_is_checked() -> None:
         camera.close()
     assert bad(lines) == []
     assert "60.00 frames/s" in lines[0].words
+
+
+def test_a_damaged_picture_is_refused() -> None:
+    data = cv2.imencode(".jpg", picture())[1].tobytes()
+    frames = [ServedFrame(number=n, stamp_s=n / 60.0, data=data[:900]) for n in range(140)]
+    with MjpegServer(lambda: iter(frames)) as server:
+        camera = open_camera(server.address, Given(exposure_s=0.004))
+        with pytest.raises(InputError, match="damaged JPEG"):
+            check_camera(camera)
+        camera.close()
 
 
 def test_a_servo_is_checked_without_moving() -> None:
