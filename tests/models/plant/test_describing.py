@@ -108,9 +108,8 @@ def test_an_unstable_limit_cycle_is_the_border_of_a_stable_one() -> None:
     assert (small.stable, large.stable) == (False, True)
 
 
-def test_a_well_damped_loop_and_a_linear_servo_have_none() -> None:
+def test_a_well_damped_loop_has_none() -> None:
     assert actuator(CORE, backlash__gap=GAP).limit_cycles(loop_of(1.0, 0.0, 0.2)) == ()
-    assert actuator(CORE).limit_cycles(loop_of(2.0, 4.0, 0.15)) == ()
 
 
 @pytest.mark.parametrize(("amplitude_deg", "frequency_hz"), [(0.0, 1.0), (1.0, math.nan)])
