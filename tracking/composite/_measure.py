@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -12,6 +12,7 @@ from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, motion_between
 from servosight.tracking.composite._model import CompositeModel, PoseFit, cover_in, pivot_step
 from servosight.tracking.composite._part import Gains, TurningPart
+from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._steady import SteadySample, evenly
 from servosight.tracking.verification import PolarView, small
@@ -82,6 +83,18 @@ class PartMeter:
     def radius_px(self) -> float:
         """Of the part's farthest cell."""
         return float(self.model.radius_px.max())
+
+    def apart_rad(self, fits: Sequence[PoseFit | None]) -> float:
+        """The rms [rad] by which angles (frames,) change, beyond chance, where the part may also
+        shift: as with a pivot that is off. From the sampled frames."""
+        pairs = []
+        for picture, index in zip(self.steady.pictures, self.steady.index, strict=True):
+            fit = fits[index] if index < len(fits) else None
+            free = fit and self.model.fit(picture, fit.angle_rad, shifted=True)
+            if fit and free and free.explained > _LEAST_EXPLAINED and free.kept > _LEAST_KEPT:
+                pairs.append((fit.angle_rad, free.angle_rad - fit.angle_rad))
+        table = np.array(pairs).reshape(-1, 2)
+        return pattern_of(table[:, 0], table[:, 1])
 
     def measured(
         self, frames: Iterable[Frame], first: int, last: int

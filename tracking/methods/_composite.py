@@ -45,6 +45,7 @@ _LEAST_EXPLAINED = 0.65  # of a sampled picture's change: else a hand or a shado
 _ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
+_MOST_APART_DEG = 0.5
 _FAR_OFF = 5.0  # times the median: a hand before one side
 
 
@@ -87,7 +88,16 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     shown = outline_at(track, float(track.angle_deg[steady.reference_index]))
     draw = partial(_drawn, film, steady, stamps_s, [SeenPart(track.pivot_px, shown)])
     verify(film, options, track, np.array(track.pivot_px), line, seen, inside, draw)
-    return track
+    apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
+    if apart_deg > _MOST_APART_DEG:
+        x, y = track.pivot_px
+        raise TrackRefused(
+            f"{film.path}: the part turns about {x:.0f},{y:.0f} by angles that differ by "
+            f"{apart_deg:.2g} deg rms from those found without a pivot; expected a part that turns "
+            f"about one point, {POINT}.",
+            draw(),
+        )
+    return replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
 
 
 def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Array) -> Hint | None:

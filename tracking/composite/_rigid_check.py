@@ -1,0 +1,31 @@
+"""A second measurement of the angles, which does not use the pivot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servosight.models.core import Array
+
+_LEAST_FRAMES = 10
+_ROUNDS, _GATE = 3, 3.0
+_SURE = 4.0  # times what chance gives, mean square
+
+
+def pattern_of(angle_rad: Array, difference_rad: Array) -> float:
+    """The rms [rad] of what varies with the angle in differences (n,) at angles (n,).
+
+    0 where chance explains it. The differences are those of a fit of turn and shift from one of the
+    turn alone, which takes a pivot that is off for a change of the angle.
+    """
+    if angle_rad.size < _LEAST_FRAMES:
+        return 0.0
+    terms = np.column_stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)])
+    use = np.ones(angle_rad.size, bool)
+    for _ in range(_ROUNDS):
+        found = np.linalg.lstsq(terms[use], difference_rad[use], rcond=None)[0]
+        left = difference_rad - terms @ found
+        scatter = 1.4826 * float(np.median(np.abs(left[use])))
+        use = np.abs(left) <= _GATE * scatter + 1e-9
+    square = float(np.var((terms @ found)[use]))
+    chance = scatter**2 * (terms.shape[1] - 1) / max(int(use.sum()), 1)
+    return float(np.sqrt(square - chance)) if square > _SURE * chance else 0.0
