@@ -29,7 +29,7 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
 def undetermined_words(effects: Sequence[str]) -> str:
     """Why effects of the model are not called missing, though the error falls with them.
 
-    >>> undetermined_words(["linkage_geometry"])[:55]
+    >>> undetermined_words(["linkage_geometry"])[:56]
     ' The data do not determine linkage geometry: none of its'
     """
     if not effects:
