@@ -13,6 +13,8 @@ from servosight.models.core import Array, Recording, degrees
 
 SAME_COMMAND = 0.01
 """Commands of two runs are the same where they differ by less than this share of the range, rms."""
+SAME_RUN_DEG = 1e-9
+"""Runs that differ by no more are one run, given twice."""
 LARGEST = 0.01
 """Share of the moved range up to which the difference of such runs is taken for scatter."""
 FEWEST = 50
@@ -120,7 +122,7 @@ def run_floor(recordings: Sequence[Recording]) -> tuple[float | None, list[str]]
     load or a supply that was changed between them is physics, and not the floor.
     """
     scatter = run_scatter_deg(recordings)
-    if scatter is None:
+    if scatter is None or scatter < SAME_RUN_DEG:
         return None, []
     names = ", ".join(one.name for group in _groups(recordings) for one in group)
     moved = max(one.moved_range_deg for one in recordings)

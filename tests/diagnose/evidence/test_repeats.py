@@ -101,6 +101,7 @@ def test_few_repeats_and_changed_conditions_are_no_floor() -> None:
     assert floor is None
     assert "what was changed between them?" in words
     assert run_floor([first]) == (None, [])
+    assert run_floor([first, replace(first, name="copy")]) == (None, [])
 
 
 def test_the_words_name_the_scatter_where_it_is_the_floor() -> None:
