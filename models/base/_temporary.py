@@ -15,6 +15,7 @@ from pathlib import Path
 
 _NAME = re.compile(r"\..*\.servosight-\d+-[0-9a-f]{8}(\.\w+)?")
 _LONGEST = 40  # characters of the target's name; a file system allows 255 bytes in all
+_ATTEMPTS = 100
 _held: dict[Path, int] = {}
 _swept: set[Path] = set()
 
@@ -59,7 +60,7 @@ def sweep(folder: Path) -> None:
 def _claim(target: Path, flags: int) -> Path:
     sweep(target.parent)
     head = target.name[:_LONGEST]
-    while True:
+    for left in reversed(range(_ATTEMPTS)):
         unique = f"servosight-{os.getpid()}-{os.urandom(4).hex()}"
         if flags & os.O_DIRECTORY:
             path = target.with_name(f".{head}.{unique}")
@@ -69,13 +70,14 @@ def _claim(target: Path, flags: int) -> Path:
         try:
             handle = os.open(path, flags, 0o600)
         except FileNotFoundError:  # another run swept it before it was locked
-            if not target.parent.is_dir():
-                raise
+            if not left or not target.parent.is_dir():
+                raise  # /proc is a folder in which no file can be made
             continue
         _held[path] = handle
         if _lock(handle) and path.exists():
             return path
         discard(path)
+    raise OSError(f"no temporary beside {target.name} could be locked")
 
 
 def _ending(target: Path) -> str:

@@ -38,7 +38,11 @@ def filmed(recording: Recording, folder: Path, rate_hz: float) -> Recording:
     )
     count = recording.time_s.size
     track: Any = SimpleNamespace(
-        frames=count, measured=np.ones(count, bool), pivot_px=PIVOT, outline_px=outline
+        frames=count,
+        measured=np.ones(count, bool),
+        pivot_px=PIVOT,
+        outline_px=outline,
+        runner_up=None,
     )
     Geometry.of(track, video).save(folder)
     return replace(recording, video=video, path=folder)

@@ -6,7 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from servosight.models.base import new_file, new_folder, write_text
+import pytest
+
+from servosight.models.base import (
+    new_file,
+    new_folder,
+    temporary_file,
+    temporary_folder,
+    write_text,
+)
 
 MAKE = """
 import os, sys
@@ -59,3 +67,12 @@ def test_long_names_fit(tmp_path: Path) -> None:
     with new_folder(tmp_path / ("d" * 255), ()) as fresh:
         write_text(fresh / "a", "1")
     assert names(tmp_path) == ["d" * 255, name]
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="this system has no /proc")
+def test_a_folder_in_which_no_file_can_be_made_is_refused() -> None:
+    """/proc is a folder, and says that the new file does not exist."""
+    with pytest.raises(OSError, match="new"):
+        temporary_file(Path("/proc/new.json"))
+    with pytest.raises(OSError, match="new"):
+        temporary_folder(Path("/proc/new"))
