@@ -127,4 +127,4 @@ def share_at(size: float, counts: Detection) -> float | None:
     likelihood = _likelihood(at, x, hits, trials, counts.share)[0]
     slope = float(np.geomspace(SHALLOWEST, STEEPEST, _SLOPES)[int(np.argmax(likelihood))])
     z = slope * (math.log(size) - at[0]) + math.log(counts.share / (1.0 - counts.share))
-    return float(1.0 / (1.0 + math.exp(-z)))
+    return float(np.exp(-np.logaddexp(0.0, -z)))  # of a tiny size too, without overflow

@@ -58,6 +58,7 @@ def test_the_share_at_a_size_rises_with_it() -> None:
     shares = [share_at(size, found) or 0.0 for size in (0.1, 0.2, 0.4, 0.8)]
     assert shares == sorted(shares)
     assert shares[1] == pytest.approx(0.4, abs=0.15)
+    assert share_at(1e-320, found) == pytest.approx(0.0, abs=1e-9)
 
 
 def rows() -> pl.DataFrame:
