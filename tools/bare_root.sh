@@ -55,7 +55,7 @@ git clone --quiet --no-hardlinks "$project" "$root/srv/servosight"
 # inside USER COMMAND: its own mounts and processes end with it
 inside() {
     unshare --mount --pid --fork -- bash -c \
-        'mount -t proc proc "$1/proc" && exec chroot --userspec="$2" "$1" env -i "${@:4}" sh -c "cd /srv/servosight && $3"' \
+        'mount -t proc proc "$1/proc" && mount --bind /dev/pts "$1/dev/pts" && exec chroot --userspec="$2" "$1" env -i "${@:4}" sh -c "cd /srv/servosight && $3"' \
         bash "$root" "$1" "$2" "${carried[@]}" </dev/null
 }
 timed() {

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.bench.wire._standin import StandIn
+from servosight.models.core import InputError
 
 _CHUNK = 4096
 _TERMIOS2 = 44
@@ -54,7 +55,13 @@ class Wire:
         self.servo = servo
         self._faults = faults or Faults()
         self._random = np.random.default_rng(self._faults.seed)
-        self.far, self._near = pty.openpty()
+        try:
+            self.far, self._near = pty.openpty()
+        except OSError as error:
+            raise InputError(
+                f"/dev/pts: no pseudo-terminal to be had ({error}), expected one for each virtual "
+                f"servo; mount devpts there, as a container or chroot may lack it"
+            ) from None
         tty.setraw(self._near)
         os.set_blocking(self.far, False)
         self.path = os.ttyname(self._near)

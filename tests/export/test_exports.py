@@ -13,6 +13,7 @@ from support.servo import actuator
 import servosight as ss
 from servosight.app.main import main
 from servosight.export.core import ExportOptions, export_model, identifier
+from servosight.export.csource import missing
 from servosight.export.kinds import KINDS, kind_named
 from servosight.models.core import Actuator, InputError, Kind, kind_of
 
@@ -24,7 +25,12 @@ def card(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", KINDS)
+COMPILED = pytest.mark.skipif(missing() is not None, reason="needs a C compiler")
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(one, marks=COMPILED) if "fmu" in one else one for one in KINDS]
+)
 def test_the_linear_model_and_what_is_left_out(kind: str, tmp_path: Path) -> None:
     """A slow linear servo comes through every target; what is missing in it is said."""
     place = tmp_path / "fin.out"

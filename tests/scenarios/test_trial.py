@@ -15,6 +15,8 @@ from servosight.models.core import InputError, Recording
 from servosight.models.io import read_sheet
 from servosight.scenarios.trial import carry_out, first_command, zero_command, zero_of
 
+pytestmark = pytest.mark.pty
+
 
 @pytest.mark.parametrize(
     "limits",

@@ -21,6 +21,8 @@ from servosight.bench.wire import (
 )
 from servosight.models.core import InputError
 
+pytestmark = pytest.mark.pty
+
 kinds = pytest.mark.parametrize("kind", list(STAND_INS))
 TIME = np.arange(0.0, 1.0, 0.02)
 SINE = 20.0 * np.sin(2.0 * np.pi * TIME)

@@ -23,6 +23,8 @@ from servosight.bench.session import (
 from servosight.bench.wire import MjpegServer, ServedFrame
 from servosight.models.core import Image, InputError
 
+pytestmark = pytest.mark.pty
+
 GOOD = MeasuredRate(rate_hz=60.0, frames=60, lost=0, jitter_s=1e-4, meaning="the start")
 
 

@@ -17,6 +17,8 @@ from servosight.bench.wire import Faults
 from servosight.models.core import InputError
 from servosight.models.io import MatroskaWriter, read_sheet
 
+pytestmark = pytest.mark.pty
+
 TIME = np.arange(0.0, 4.0, 0.02)
 SINE = 15.0 * np.sin(2.0 * np.pi * 0.5 * TIME)
 

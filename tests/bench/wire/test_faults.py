@@ -14,6 +14,8 @@ from servosight.bench.servo import CommandLog, LinkLost, ServoFault, play
 from servosight.bench.servo.codecs import dynamixel, feetech
 from servosight.bench.wire import Faults
 
+pytestmark = pytest.mark.pty
+
 LIMITS = Limits(low_deg=-25.0, high_deg=25.0, rate_deg_s=250.0, ramp_deg_s=100.0, duration_s=2.0)
 TIME = np.arange(0.0, 0.6, 0.02)
 COMMAND = 20.0 * np.sin(2.0 * np.pi * 1.5 * TIME)

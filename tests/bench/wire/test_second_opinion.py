@@ -18,6 +18,8 @@ from servosight.bench.servo import CommandLog, LinkLost, open_servo, play
 from servosight.bench.servo.codecs import dynamixel
 from servosight.bench.wire import DynamixelStandIn, FeetechStandIn, LinearPlant, Wire, serving
 
+pytestmark = pytest.mark.pty
+
 T = TypeVar("T")
 
 

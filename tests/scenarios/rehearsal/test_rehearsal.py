@@ -18,6 +18,8 @@ from servosight.models.excitation import standard
 from servosight.models.io import read_sheet
 from servosight.scenarios.rehearsal import Rehearsal, served_bench, virtual_bench
 
+pytestmark = pytest.mark.pty
+
 SEED = 1
 EXPOSURE_S = 0.003
 
