@@ -1,6 +1,7 @@
 """What needs no numbers: the error of bad input, files in and out, JSON. Loads in no time."""
 
 from servosight.models.base._atomic import check_folder as check_folder
+from servosight.models.base._atomic import make_folder as make_folder
 from servosight.models.base._atomic import new_file as new_file
 from servosight.models.base._atomic import new_folder as new_folder
 from servosight.models.base._atomic import unwritable as unwritable

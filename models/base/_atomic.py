@@ -86,6 +86,15 @@ def new_folder(
         discard(stage)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, where there is none yet; InputError where it cannot be made."""
+    check_path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise unwritable(folder, error) from None
+
+
 def check_folder(
     folder: Path,
     replaceable: Collection[str],

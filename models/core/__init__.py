@@ -14,6 +14,7 @@ from servosight.models.base import check_path as check_path
 from servosight.models.base import did_you_mean as did_you_mean
 from servosight.models.base import json_text as json_text
 from servosight.models.base import kind_of as kind_of
+from servosight.models.base import make_folder as make_folder
 from servosight.models.base import marked_png as marked_png
 from servosight.models.base import marked_toml as marked_toml
 from servosight.models.base import new_file as new_file

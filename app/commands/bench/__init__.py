@@ -18,7 +18,7 @@ ACTIONS = {
     "check": "check camera and servo, a line each; moves nothing",
     "zero": "move slowly about neutral, film it, and find sign, zero and pivot",
     "run": "play EXCITATION, film it, write a recording",
-    "auto": "check, zero, run, track and diagnose; asks before each further experiment",
+    "auto": "check, run, track and diagnose; asks before each further experiment",
     "rehearse": "the same with a virtual servo and camera on the wire, and a hidden effect",
 }
 STAMPS = ("exposure_start", "frame_end", "arrival")

@@ -21,13 +21,13 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.bench.session import check_camera, check_servo, run_words
-    from servosight.models.base import json_text, write_text
+    from servosight.models.base import json_text, make_folder, write_text
     from servosight.models.core import InputError
     from servosight.scenarios.trial import carry_out
 
     check_armed(args)
     out = console(args)
-    args.output.mkdir(parents=True, exist_ok=True)
+    make_folder(args.output)
     for name, kind in WRITTEN.items():
         check_target(args.output / name, kind, force=args.force)
 

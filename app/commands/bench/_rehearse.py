@@ -36,13 +36,13 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.diagnose import diagnose
-    from servosight.models.base import json_text, write_text
+    from servosight.models.base import json_text, make_folder, write_text
     from servosight.models.effects import catalogue
     from servosight.scenarios.rehearsal import Rehearsal, rehearse, write_truth
     from servosight.sources import read
 
     place = Path(args.output)
-    place.mkdir(parents=True, exist_ok=True)
+    make_folder(place)
     for name, kind in WRITTEN.items():
         check_target(place / name, kind, force=args.force)
     drawn = Rehearsal.drawn(args.seed, args.kind)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Effect, GuessFeatures, Place
+from servosight.models.effects._band import band_starts
+from servosight.models.effects._contract import Effect, Place
 
 
 def term(drive: float, w: float, half_width: float) -> float:
@@ -36,15 +37,6 @@ def resolution(T: float, half_width: float) -> float:
     return 0.1 * T
 
 
-def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
-    """Half, once and three times the residual."""
-    return (
-        (0.5 * features.residual_deg,),
-        (1.5 * features.residual_deg,),
-        (4.0 * features.residual_deg,),
-    )
-
-
 EFFECT = Effect(
     id="dead_band",
     place=Place.DRIVE,
@@ -61,7 +53,7 @@ EFFECT = Effect(
     "at rest is the same, the rise is not slower",
     remedy="set the dead band to zero in the servo's registers, or add an integrator",
     source="Feetech STS3215 memory table, addresses 26 and 27 (dead zone of the position loop)",
-    starts=starts,
+    starts=band_starts,
     term=term,
     switch=switch,
     second_switch=second_switch,

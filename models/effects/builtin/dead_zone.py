@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Effect, GuessFeatures, Place
+from servosight.models.effects._band import band_starts
+from servosight.models.effects._contract import Effect, Place
 
 
 def term(drive: float, w: float, half_width: float) -> float:
@@ -18,15 +19,6 @@ def term(drive: float, w: float, half_width: float) -> float:
 def switch(drive: float, w: float, half_width: float) -> float:
     """Changes sign where the band begins or ends."""
     return abs(drive) - half_width
-
-
-def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
-    """Half, once and three times the residual."""
-    return (
-        (0.5 * features.residual_deg,),
-        (1.5 * features.residual_deg,),
-        (4.0 * features.residual_deg,),
-    )
 
 
 EFFECT = Effect(
@@ -44,7 +36,7 @@ EFFECT = Effect(
     remedy="reduce the dead band in the servo's settings, or add an integrator",
     source="Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor "
     "Nonlinearities (1996), chapter 2",
-    starts=starts,
+    starts=band_starts,
     term=term,
     switch=switch,
 )

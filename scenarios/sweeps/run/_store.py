@@ -17,7 +17,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servosight.models.core import InputError, json_text, new_file, read_typed, write_text
+from servosight.models.core import (
+    InputError,
+    json_text,
+    make_folder,
+    new_file,
+    read_typed,
+    write_text,
+)
 from servosight.scenarios.sweeps.run._batch import DONE, Row, row_path
 from servosight.scenarios.sweeps.run._table import KEY, frame_of, joined, read_part
 
@@ -61,7 +68,7 @@ class Store:
         Raises InputError where it holds something else, or another process runs a sweep in it.
         """
         self._check()
-        self.cells.mkdir(parents=True, exist_ok=True)
+        make_folder(self.cells)
         handle = os.open(self.folder / LOCK, os.O_CREAT | os.O_RDWR, 0o644)
         try:
             try:

@@ -88,3 +88,13 @@ def test_what_cannot_be_is_refused_in_one_sentence(
     capsys: pytest.CaptureFixture[str], line: list[str], words: str
 ) -> None:
     assert words in complaint(capsys, line)
+
+
+@pytest.mark.parametrize("line", ["rehearse", "auto --arm --servo maestro:x --camera x.mp4"])
+def test_a_file_in_the_folders_place_is_refused(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("mine")
+    assert main(["bench", *line.split(), "-o", str(tmp_path / "taken")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert (tmp_path / "taken").read_text() == "mine"
