@@ -3,8 +3,10 @@ SEED ?= 1
 WORKERS ?= 2
 STAMP := .venv/.servosight-is-set-up
 BIN := .venv/bin
+# Where it is set, each process of the tests would compile every module anew
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz fuzz-fmu kill-test clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz fuzz-fmu kill-test bench-faults older-sdk clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -79,6 +81,15 @@ fuzz-fmu: setup
 KILLS ?= 200
 kill-test: setup
 	$(BIN)/python tests/fuzz/kills.py --count $(KILLS) $(ARGS)
+
+# The bench's stand-in under version 3 of Dynamixel's SDK, beside version 4 of the environment
+older-sdk: setup
+	@tools/older_sdk.sh
+
+# Runs before a virtual camera with faults of wire, servo, camera, host and disk at once: RUNS=100
+RUNS ?= 100
+bench-faults: setup
+	$(BIN)/python tests/fuzz/bench_runs.py --count $(RUNS) $(ARGS)
 
 clean:
 	rm -rf .venv .venv-uv out dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

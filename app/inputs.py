@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from servosight.app.progress import progress
 
 if TYPE_CHECKING:
+    from servosight.identify.foreign import Interface
     from servosight.models.core import Recording
 
 
@@ -28,6 +29,18 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
         if hint is not None:
             print(f"note: {path}: {hint}", file=sys.stderr)
     return views(recordings)
+
+
+def is_fmu(path: Path) -> bool:
+    """True for the path of an FMU, by its name."""
+    return path.suffix.lower() == ".fmu"
+
+
+def fmu_interface(args: argparse.Namespace, path: Path) -> Interface:
+    """An FMU with the names that the options give its input and output."""
+    from servosight.identify.foreign import Interface
+
+    return Interface(path, args.fmu_input, args.fmu_output)
 
 
 def is_command(path: Path) -> bool:

@@ -36,7 +36,7 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     """The ladder, the verdict, the parameters, where it fails, what to try."""
     from servosight.diagnose import named_model
 
-    first = named_model(result["ladder"][0]["effects"])
+    first = named_model(result["ladder"][0]["effects"], result["ladder"][0]["base"])
     show_ladder(out, result["ladder"], result["floor_deg"])
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
@@ -208,7 +208,7 @@ def _change(step: Mapping[str, Any]) -> str:
     """What a step added to the model and took from it."""
     added, removed = step["added"], step.get("removed")
     signs = ([f"+ {added}"] if added else []) + ([f"- {removed}"] if removed else [])
-    return ", ".join(signs) or ", ".join(["linear", *(f"+ {name}" for name in step["effects"])])
+    return ", ".join(signs) or ", ".join([step["base"], *(f"+ {name}" for name in step["effects"])])
 
 
 def _bar(value: float | None, largest: float) -> str:

@@ -52,24 +52,3 @@ def lit(time_s: Array) -> Mask:
     # A time that is a whole number of bits belongs to the bit that starts there.
     bit = np.floor(np.asarray(time_s) / BIT_S + 1e-9).astype(np.int64)
     return np.asarray((bit >= 0) & pattern()[bit % PERIOD_BITS])
-
-
-def lit_share(start_s: Array, end_s: Array) -> Array:
-    """The share of the time from ``start_s`` to ``end_s`` during which the light is on.
-
-    What an exposure sees of it: times since the start of the command, of one shape; 0 to 1.
-
-    >>> lit_share(np.array([0.36]), np.array([0.38])).round(6).tolist()
-    [0.5]
-    """
-    start, end = np.asarray(start_s, dtype=np.float64), np.asarray(end_s, dtype=np.float64)
-    return np.asarray((_lit_time(end) - _lit_time(start)) / (end - start))
-
-
-def _lit_time(time_s: Array) -> Array:
-    """How long the light has been on since the start of the command, in s."""
-    bits = np.maximum(time_s, 0.0) / BIT_S
-    whole = np.floor(bits).astype(np.int64)
-    total = np.concatenate(([0], np.cumsum(pattern())))
-    before = (whole // PERIOD_BITS) * total[-1] + total[whole % PERIOD_BITS]
-    return np.asarray(BIT_S * (before + (bits - whole) * pattern()[whole % PERIOD_BITS]))

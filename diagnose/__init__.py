@@ -6,6 +6,7 @@ from servosight.diagnose._compare import compare as compare
 from servosight.diagnose._compare import judge as judge
 from servosight.diagnose._compare_fmu import compare_fmu as compare_fmu
 from servosight.diagnose._diagnose import diagnose as diagnose
+from servosight.diagnose._diagnose_fmu import diagnose_fmu as diagnose_fmu
 from servosight.diagnose._predictions import law_predictions as law_predictions
 from servosight.diagnose._predictions import predictions as predictions
 from servosight.diagnose.evidence import with_detectable as with_detectable

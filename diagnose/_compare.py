@@ -25,6 +25,7 @@ from servosight.diagnose.residuals import (
 from servosight.diagnose.result.wording import Levels, comparison_words
 from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
+from servosight.identify.foreign import fmu_actuator
 from servosight.identify.problem import Problem, joint_noise_deg, thinned, usable_views
 from servosight.models.core import (
     Actuator,
@@ -112,7 +113,8 @@ class Comparison(Result):
         given = self.sources() if recordings is None else recordings
         several = [given] if isinstance(given, Recording) else given
         read = [load_recording(one) if isinstance(one, Path) else one for one in several]
-        judged = judge(self.actuator, read, catalogue=self.known_effects)
+        model = fmu_actuator(self.known_effects or {}) or self.actuator
+        judged = judge(model, read, catalogue=self.known_effects)
         if not 0 <= number < len(judged):
             raise InputError(f"plot: recording {number}, expected 0 to {len(judged) - 1}")
         one = judged[number]

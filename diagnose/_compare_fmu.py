@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import replace
 
-import numpy as np
-
-from servosight.diagnose._compare import Comparison, comparison_of
-from servosight.diagnose.residuals import TEST, Judged
-from servosight.identify.foreign import fitted_own, trusted
-from servosight.identify.problem import thinned, usable_views
+from servosight.diagnose._compare import Comparison, compare
+from servosight.identify.foreign import Interface, surrounded
 from servosight.models.core import Estimate, Recording
-from servosight.models.fmu import FmuLimits, FmuModel, open_fmu
+from servosight.models.effects import catalogue
 
 
 def compare_fmu(
-    path: Path,
+    interface: Interface,
     recordings: Sequence[Recording],
     *,
     trust: bool = False,
-    command: str | None = None,
-    angle: str | None = None,
     tolerance: float | None = None,
-    limits: FmuLimits | None = None,
 ) -> Comparison:
     """Run the FMU on each recording, in a process of its own.
 
-    Its parameters are as its file has them. Where it has parameters named ``bias``,
-    ``initial_angle`` and ``initial_speed`` they are found on each recording; without ``bias`` the
-    zero of the angle is. ``command`` and ``angle`` name its input and output. Raises InputError
-    where ``trust`` is not given, and for whatever keeps the FMU from running.
+    Its parameters are as its file has them; the zero of the angle is found on each recording, and
+    so is the initial state where the FMU has parameters named ``initial_angle`` and
+    ``initial_speed``. The result remembers recordings and FMU, so that it can be drawn and
+    reported. Raises InputError where ``trust`` is not given, and for whatever keeps the FMU from
+    running.
     """
-    trusted(path, trust)
-    scored, _ = thinned(usable_views(recordings)[0])
-    with open_fmu(path, limits=limits) as fmu:
-        model = FmuModel.of(fmu, command, angle)
-        judged = tuple(
-            Judged(one, fitted_own(model, one), np.full(one.time_s.size, TEST, dtype=np.int8))
-            for one in scored
-        )
+    with surrounded(interface, catalogue(), recordings, trust=trust) as model:
+        found = compare(model.actuator, recordings, catalogue=model.catalogue, tolerance=tolerance)
         parameters = {
-            one.name: Estimate(float(one.start or 0.0), None, one.unit) for one in model.parameters
+            one.name: Estimate(float(one.start or 0.0), None, one.unit)
+            for one in model.model.parameters
         }
-    return comparison_of(judged, recordings, (), parameters, tolerance)
+    return replace(found, parameters=parameters).remember(recordings, model.catalogue)

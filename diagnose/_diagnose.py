@@ -26,7 +26,7 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, LadderStep, Verdict, recording_uses
-from servosight.diagnose.result.wording import Levels, assumed, doubts, next_experiment, told
+from servosight.diagnose.result.wording import Levels, assumed, doubts, ended, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,
@@ -45,11 +45,12 @@ from servosight.diagnose.selection import (
     stretches,
 )
 from servosight.identify.fit import dynamics, floor_deg, parameter_table, step_size_deg
+from servosight.identify.foreign import base_of, is_around_fmu
 from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned, usable_views
 from servosight.models.core import Actuator, Estimate, Recording, StageProgress, Table, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
-from servosight.models.excitation import Limits
+from servosight.models.excitation import CommandLimits
 
 
 def diagnose(
@@ -60,7 +61,7 @@ def diagnose(
     catalogue: Mapping[str, Effect] | None = None,
     auto: bool = False,
     tolerance: float | None = None,
-    limits: Limits | None = None,
+    limits: CommandLimits | None = None,
     policy: SelectionPolicy | None = None,
     most_rows: int = MOST_ROWS,
     prior: PriorKnowledge | None = None,
@@ -100,6 +101,7 @@ def diagnose(
     models = _models(*split, catalogue, criterion, prior or PriorKnowledge())
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.first_step() if not auto else selector.select(), Stability()
+    searched = models.work.simulations
     if auto:
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
@@ -114,7 +116,8 @@ def diagnose(
     rivals = _rivals(models, selected, resolution, auto)
     proposal = propose(rivals, models, noise, tolerance, limits) if len(rivals) > 1 else None
     law = None
-    if auto and not criterion.explained(last.score):
+    # A law is a torque within the position loop, which an FMU does not show.
+    if auto and not criterion.explained(last.score) and not is_around_fmu(catalogue):
         progress("searching for a law of the remaining error", 0, 1)
         law = reported_law(models, linear, last, criterion, noise)
     levels = Levels(
@@ -151,6 +154,7 @@ def diagnose(
             *models.split.warnings,
             *assumed(last.fit.problem.held, models.known.fixed),
             *doubts(verdict, ladder[-1], levels),
+            *ended(selected.cut_short, searched),
         ),
         seconds=time.perf_counter() - began,
         regimes=Table(known.regimes),
@@ -160,6 +164,7 @@ def diagnose(
         repeated=known.repeated,
         unexplained=known.unexplained,
         detectable=Table(known.detectable),
+        equivalents=known.equivalents,
     )
 
 
@@ -202,6 +207,7 @@ def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) ->
         warnings=(*fit.notes, *warnings),
         correlation=covariance.correlation,
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
+        base=base_of(models.catalogue),
     )
 
 

@@ -9,6 +9,7 @@ from servosight.diagnose.residuals import Judged, Uses
 from servosight.diagnose.result import Diagnosis
 from servosight.diagnose.selection import cut
 from servosight.identify.fit import OwnValues, predicted_angle
+from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import thinned, usable_views
 from servosight.models.core import Estimate, InputError, Recording
 from servosight.models.effects import Effect
@@ -56,6 +57,11 @@ def _simulated(
     own: tuple[OwnValues, ...],
     catalogue: Mapping[str, Effect],
 ) -> tuple[Judged, ...]:
+    if diagnosis.fmu is not None and not is_around_fmu(catalogue):
+        raise InputError(
+            f"{diagnosis.fmu}: the predictions of this diagnosis are this FMU's, expected to run "
+            f"it; use servosight diagnose --from {diagnosis.fmu} --trust --report REPORT.html"
+        )
     given, _ = usable_views(recordings)
     expected = [one.name for one in diagnosis.recordings]
     if [one.name for one in given] != expected:

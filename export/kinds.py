@@ -36,6 +36,7 @@ KINDS: dict[str, ExportKind] = {
     "ardupilot": ExportKind("autopilots", "ARDUPILOT", "ArduPilot SITL: SIM_SERVO parameters"),
     "mjcf": ExportKind("mjcf", "MJCF", "MuJoCo: a model of the servo"),
     "urdf": ExportKind("mjcf", "URDF", "URDF: a joint with limits and friction, for Gazebo"),
+    "sdf": ExportKind("mjcf", "SDF", "SDF: the same with its position controller, for Gazebo"),
     "control": ExportKind("linear", "CONTROL", "Python: python-control transfer functions"),
 }
 """By the word behind ``--to``, in the order of the help."""

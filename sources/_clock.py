@@ -62,10 +62,11 @@ def video_offset(
         sigma_s = settings.offset_sigma_s if "offset_sigma_s" in settings.details else math.inf
         note = CONFOUNDED
         if math.isfinite(sigma_s):
-            note = (
+            own = (
                 f"recording.toml states the offset to {1e3 * sigma_s:.2g} ms; no light that the "
                 f"command itself switches is in view"
             )
+            note = str(settings.details.get("clock_note", own))  # of a coded light, say
         return Offset(assumed_s, note, _keys(note, sigma_s))
     x, y = light.place_px
     seen = (

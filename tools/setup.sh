@@ -67,7 +67,7 @@ export UV_PROJECT_ENVIRONMENT=.venv UV_LINK_MODE=${UV_LINK_MODE:-copy}
 unset VIRTUAL_ENV
 quiet=--quiet
 [ ! -t 2 ] || quiet= # a terminal gets uv's progress bars
-if ! "$uv" sync --frozen $quiet --python "$python" --reinstall-package servosight; then
+if ! "$uv" sync --frozen --compile-bytecode $quiet --python "$python" --reinstall-package servosight; then
     # uv fetches from the addresses in the lock. Where only a mirror can be reached, pip knows it:
     # the same versions, checked against the same hashes, from the index that pip is configured for.
     say "uv sync did not succeed; trying pip with the same versions and hashes (up to ten minutes)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from importlib.resources import files
@@ -66,14 +66,18 @@ class Made:
 def page(story: Story, made: Made = Made()) -> str:
     """The whole page; a section without content is left out."""
     parts = [found for found in (section(story) for section in SECTIONS) if found is not None]
+    return page_of(parts, [recording.name for recording in story.recordings], made)
+
+
+def page_of(parts: Sequence[Section], names: Sequence[str], made: Made = Made()) -> str:
+    """A page of these sections, the first of which is its headline; it reports on ``names``."""
     environment = _environment()
-    names = list(dict.fromkeys(recording.name for recording in story.recordings))
     bodies = [
         Markup(environment.get_template(f"{one.name}.html").render(one.values)) for one in parts
     ]
     return environment.get_template("page.html").render(
         sections=list(zip(parts, bodies, strict=True)),
-        names=names,
+        names=list(dict.fromkeys(names)),
         style=Markup(_read("style.css")),
         script=Markup(_read("zoom.js")),
         made=made.words,

@@ -17,7 +17,8 @@ from servosight.diagnose import (
     predictions,
 )
 from servosight.diagnose.residuals import Judged, Window
-from servosight.models.core import Recording
+from servosight.identify.foreign import fmu_actuator
+from servosight.models.core import Actuator, Recording
 from servosight.models.effects import Effect
 
 LEAST_DEG = 1e-9
@@ -56,7 +57,8 @@ class Story:
         after = None
         if isinstance(result, Diagnosis):
             linear = predictions(result, recordings, 0, catalogue=catalogue)
-            before = NamedModel(named_model(result.ladder[0].effects), linear)
+            first = result.ladder[0]
+            before = NamedModel(named_model(first.effects, first.base), linear)
             if result.ladder[-1].effects and len(result.ladder) > 1:
                 name = f"with {listed(result.ladder[-1].effects)}"
                 after = NamedModel(name, predictions(result, recordings, catalogue=catalogue))
@@ -64,7 +66,8 @@ class Story:
                 judged = law_predictions(result, recordings, catalogue=catalogue)
                 after = NamedModel("with the law that was found", judged)
         else:
-            before = NamedModel("model", judge(result.actuator, recordings, catalogue=catalogue))
+            model = compared_model(result, catalogue)
+            before = NamedModel("model", judge(model, recordings, catalogue=catalogue))
         return cls(
             result,
             tuple(one.recording for one in before.judged),
@@ -101,6 +104,11 @@ class Story:
         ]
         # Recordings may share a name: the window is where the error is.
         return max(named, key=lambda number: _square(self.before.judged[number], window))
+
+
+def compared_model(result: Comparison, catalogue: Mapping[str, Effect]) -> Actuator:
+    """The model of a comparison, or what stands for an FMU."""
+    return fmu_actuator(catalogue) or result.actuator
 
 
 def _square(one: Judged, window: Window) -> float:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
+from servosight.app.sweeps.axes import joint_axes
 from servosight.models.core import MARK, plain, write_text
 from servosight.scenarios.sweeps import Summary
+
+MOST_ROWS = 20_000
+"""Settings that a page holds; more make a page that browsers are slow with."""
 
 
 def write_page(found: Summary, path: Path) -> None:
@@ -21,9 +26,12 @@ def page(found: Summary) -> str:
     Whatever a sweep's texts hold, they are shown as text: the JSON cannot end its element, and
     the script makes no HTML of it.
     """
+    step = -(-len(found.table) // MOST_ROWS) or 1
+    shown = replace(found, table=found.table[::step])
     values = {
-        **plain(found),
-        "headline": found.headline,
+        **plain(shown),
+        "joint": [list(axis.names) for axis in joint_axes(shown)],
+        "headline": found.headline + (f"; one setting in {step} is shown" if step > 1 else ""),
         "failures": found.failures,
         "sentences": [answer.sentence for answer in found.found],
     }

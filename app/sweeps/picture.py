@@ -3,104 +3,51 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from servosight.app.sweeps.axes import joint_axes
+from servosight.app.sweeps.maps import draw_errors
 from servosight.models.core import InputError, marked_png, write_bytes
 from servosight.scenarios.sweeps import Found, Summary, value_text
 
 CORE = ("k", "T", "xi")
-_SIGNS = {"xi": "ξ"}
 _CURVES = 8
 """Detection curves in one panel; with more, the picture would not be read."""
 _DPI = 130
 
-Rows = Sequence[Mapping[str, Any]]
-
 
 def write_picture(found: Summary, path: Path) -> None:
     """Draw a sweep; InputError where it has nothing to draw."""
-    maps = map_axes(found)
-    errors = [name for name in CORE if f"{name}_error" in found.table[0]] if maps else []
     panels = list(_panels(found))
+    axes = joint_axes(found)
+    able = not panels and found.table and len(axes) <= 2
+    errors = [name for name in CORE if f"{name}_error" in found.table[0]] if able else []
     if not errors and not panels:
         raise InputError(
-            f"{path}: this sweep has no errors over two axes and no sizes of effects, expected one "
-            f"of them to draw; print it without --plot"
+            f"{path}: this sweep has no errors over one or two axes and no sizes of effects, "
+            f"expected one of them to draw; print it without --plot, or choose .html"
         )
-    columns = 1 if len(panels) == 1 and not errors else 2
+    columns = 1 if len(panels) == 1 or (errors and len(axes) == 1) else 2
     rows = max(len(errors), -(-len(panels) // columns))
     figure = Figure(figsize=(4.8 * max(columns, 1.5), 3.3 * rows + 0.4), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.subplots(rows, columns, squeeze=False)
-    if errors and maps:
-        for row, name in zip(grid, errors, strict=False):
-            _map_pair(row, found.table, maps, name)
-    else:
-        for axes, (title, answers) in zip(grid.flat, panels, strict=False):
-            _curves(axes, title, answers)
-        for axes in grid.flat[len(panels) :]:
-            axes.set_visible(False)
+    for row, name in zip(grid, errors, strict=False):
+        draw_errors(row, found.table, axes, name)
+    for panel, (title, answers) in zip(grid.flat, panels, strict=False):
+        _curves(panel, title, answers)
+    for panel in grid.flat[len(panels) :] if panels else ():
+        panel.set_visible(False)
     figure.suptitle(found.about or found.name, fontsize=11)
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=_DPI)
     write_bytes(path, marked_png(data.getvalue()))
-
-
-def map_axes(found: Summary) -> tuple[str, str] | None:
-    """The two axes of a map: the first ones, where the sweep has just two."""
-    if len(found.axes) != 2 or not found.table:
-        return None
-    return found.axes[0], found.axes[1]
-
-
-def _map_pair(row: Sequence[Axes], table: Rows, axes: tuple[str, str], name: str) -> None:
-    """The rms error of one parameter, and beside it the smallest that can be, in one scale."""
-    error, bound = (_grid(table, axes, f"{name}_{kind}") for kind in ("error", "bound"))
-    both = np.concatenate([error.ravel(), bound.ravel()])
-    both = 100.0 * both[np.isfinite(both) & (both > 0.0)]
-    norm = LogNorm(both.min(), max(both.max(), 1.01 * both.min())) if both.size else LogNorm(1, 2)
-    sign = _SIGNS.get(name, name)
-    for panel, values, title in (
-        (row[0], error, f"rms error of {sign}, %"),
-        (row[1], bound, f"Cramér-Rao limit of {sign}, %"),
-    ):
-        panel.imshow(100.0 * values, norm=norm, cmap="viridis", aspect="auto")
-        ticks = [_values(table, axis) for axis in axes]
-        panel.set_yticks(range(len(ticks[0])), [value_text(v) for v in ticks[0]])
-        panel.set_xticks(range(len(ticks[1])), [value_text(v) for v in ticks[1]])
-        panel.set_ylabel(axes[0])
-        panel.set_xlabel(axes[1])
-        panel.set_title(title, fontsize=10)
-        for (y, x), value in np.ndenumerate(100.0 * values):
-            if np.isfinite(value):
-                dark = float(norm(value)) < 0.6
-                panel.text(
-                    x, y, f"{value:.2g}", ha="center", va="center", fontsize=8,
-                    color="white" if dark else "black",
-                )  # fmt: skip
-
-
-def _grid(table: Rows, axes: tuple[str, str], column: str) -> Any:
-    """A column of the table over two axes, (first, second), NaN where there is none."""
-    first, second = (_values(table, axis) for axis in axes)
-    grid = np.full((len(first), len(second)), np.nan)
-    for row in table:
-        value = row.get(column)
-        if value is not None:
-            grid[first.index(row[axes[0]]), second.index(row[axes[1]])] = value
-    return grid
-
-
-def _values(table: Rows, axis: str) -> list[Any]:
-    return sorted({row[axis] for row in table})
 
 
 def _panels(found: Summary) -> Sequence[tuple[str, list[Found]]]:

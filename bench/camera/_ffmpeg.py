@@ -49,7 +49,13 @@ class FfmpegCamera:
             self.close()
             raise InputError(f"{address}: holds no video; expected one, check the address")
         self._video: Any = self._container.streams.video[0]
-        context = self._video.codec_context
+        context: Any = self._video.codec_context  # None for a coding that FFmpeg does not know
+        if context is None:
+            self.close()
+            raise InputError(
+                f"{address}: its video is of a coding that FFmpeg does not know; expected one that "
+                f"it decodes, record it anew or convert it"
+            )
         self._untouched = context.name == "mjpeg"
         rate = self._video.average_rate or self._video.guessed_rate
         size = int(context.width), int(context.height)

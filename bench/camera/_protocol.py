@@ -51,6 +51,7 @@ class Stream:
     exposure_s: float | None = None
     readout_s: float | None = None
     settings: tuple[tuple[str, float], ...] = ()
+    host_clock: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

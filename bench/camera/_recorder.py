@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from io import FileIO
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from servosight.models.io import TICK_S, Ffv1Encoder, MatroskaWriter
 
 VIDEO = "video.mkv"
 USUAL_RATE_HZ = 30.0
+_SPARE_BYTES = 2 << 20  # what a run's tables and the video's index need, and more
 _LATENCY_FRAMES = 20  # frames over which the shortest delay to the host is looked for
 
 
@@ -56,14 +58,16 @@ class Recorder:
     """Records in a thread of its own, from ``start`` until ``stop_after`` or ``finish``.
 
     Each frame is written as soon as it is there, so that memory does not grow with the length, and
-    what was recorded up to a fault is kept. Presentation times are the camera's stamps, counted
-    from the first one, to the microsecond. A frame whose stamp does not lie after the one before is
-    left out: a camera that repeats its last picture sends such.
+    what was recorded up to a fault is kept: what is counted can be decoded, also after a full disk,
+    for whose tables some space is held free meanwhile. Presentation times are the camera's stamps,
+    counted from the first one, to the microsecond. A frame whose stamp does not lie after the one
+    before is left out: a camera that repeats its last picture sends such.
     """
 
     def __init__(self, camera: Camera, folder: Path) -> None:
         self._camera = camera
-        self._path = folder / VIDEO
+        self._path, self._spare = folder / VIDEO, folder / "spare"
+        self._writer: MatroskaWriter | None = None
         self._rows: list[tuple[float, float, float]] = []
         self._fault: str | None = None
         self._until_s = float("inf")
@@ -108,10 +112,12 @@ class Recorder:
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join(5.0)
+        self._spare.unlink(missing_ok=True)
         return self._footage()
 
     def _footage(self) -> Footage:
-        rows = np.array(self._rows, dtype=np.float64).reshape(-1, 3)
+        whole = self._rows if self._writer is None else self._rows[: self._writer.packets]
+        rows = np.array(whole, dtype=np.float64).reshape(-1, 3)
         return Footage(
             stream=self._camera.stream,
             number=rows[:, 0],
@@ -126,7 +132,10 @@ class Recorder:
         except InputError as error:
             self._fault = str(error)
         except OSError as error:
-            self._fault = f"{self._path}: cannot be written ({error.strerror or error})"
+            self._fault = (
+                f"{VIDEO}: cannot be written further ({error.strerror or error}); make room on the "
+                f"disk, or record elsewhere"
+            )
         except Exception as error:  # a thread has no one to raise it to
             self._fault = f"{self._camera.name}: {type(error).__name__}: {error}"
 
@@ -135,39 +144,74 @@ class Recorder:
         encoder = None if stream.coding == "mjpeg" else Ffv1Encoder(*stream.size)
         codec, private = ("V_MJPEG", b"") if encoder is None else ("V_FFV1", encoder.private)
         period_s = 1.0 / (stream.rate_hz or USUAL_RATE_HZ)
-        delay_s = float("inf")
+        with suppress(OSError):  # a disk that has no room for it has none for a video
+            self._spare.write_bytes(bytes(_SPARE_BYTES))
         with (
-            self._path.open("wb") as file,
+            self._path.open("wb", buffering=0) as file,
             closing(self._camera.frames()) as frames,
-            _closed(MatroskaWriter(file, stream.size, codec, private, period_s)) as writer,
+            _whole(file, self._spare, stream.size, codec, private, period_s) as writer,
         ):
-            last = -1
-            for frame in frames:
-                if len(self._rows) < _LATENCY_FRAMES:
-                    delay_s = min(delay_s, frame.arrival_s - frame.stamp_s)
-                start_s = self._rows[0][1] if self._rows else frame.stamp_s
-                ticks = round((frame.stamp_s - start_s) / TICK_S)
-                if ticks > last:
-                    writer.write(ticks, _coded(frame, stream, encoder))
-                    self._rows.append((float(frame.number), frame.stamp_s, frame.arrival_s))
-                    last = ticks
-                if self.watch is not None:
-                    self.watch(frame)
-                if self._stop.is_set() or frame.stamp_s + delay_s > self._until_s:
-                    return
+            self._writer = writer
+            self._write(frames, writer, encoder)
+
+    def _write(
+        self,
+        frames: Generator[CapturedFrame],
+        writer: MatroskaWriter,
+        encoder: Ffv1Encoder | None,
+    ) -> None:
+        stream, last, delay_s = self._camera.stream, -1, float("inf")
+        for frame in frames:
+            if len(self._rows) < _LATENCY_FRAMES:
+                delay_s = min(delay_s, frame.arrival_s - frame.stamp_s)
+            start_s = self._rows[0][1] if self._rows else frame.stamp_s
+            ticks = round((frame.stamp_s - start_s) / TICK_S)
+            if ticks > last:
+                writer.write(ticks, _coded(frame, stream, encoder))
+                self._rows.append((float(frame.number), frame.stamp_s, frame.arrival_s))
+                last = ticks
+            if self.watch is not None:
+                self.watch(frame)
+            if self._stop.is_set() or frame.stamp_s + delay_s > self._until_s:
+                return
 
 
-class _closed:
-    """Closes the file's index also after an error: what came before it can then be read."""
+class _Whole:
+    """A file without a buffer that writes all or raises: what is counted is on disk."""
 
-    def __init__(self, writer: MatroskaWriter) -> None:
-        self._writer = writer
+    def __init__(self, file: FileIO) -> None:
+        self._file = file
+        self.tell, self.seek = file.tell, file.seek
 
-    def __enter__(self) -> MatroskaWriter:
-        return self._writer
+    def write(self, data: bytes, /) -> int:
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) :]
+        return len(data)
 
-    def __exit__(self, *error: object) -> None:
-        self._writer.close()
+
+@contextmanager
+def _whole(
+    file: FileIO, spare: Path, size: tuple[int, int], codec: str, private: bytes, period_s: float
+) -> Iterator[MatroskaWriter]:
+    """A writer whose file ends with a whole picture and an index, whatever ends the recording.
+
+    Where the disk is full, the space of the file ``spare`` is freed for the index, and for the
+    tables of the run.
+    """
+    writer = MatroskaWriter(_Whole(file), size, codec, private, period_s)
+    try:
+        yield writer
+    except OSError:
+        file.truncate(writer.cut())
+        raise
+    finally:
+        spare.unlink(missing_ok=True)
+        try:
+            writer.close()
+        except OSError:
+            file.truncate(writer.cut())
+            raise
 
 
 def _coded(frame: CapturedFrame, stream: Stream, encoder: Ffv1Encoder | None) -> bytes:

@@ -11,9 +11,8 @@ import ctypes
 import mmap
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated
-from urllib.parse import parse_qsl
 
 from servosight.bench.camera import _v4l2_api as api
 from servosight.bench.camera._protocol import (
@@ -24,8 +23,9 @@ from servosight.bench.camera._protocol import (
     Stream,
     check_size,
 )
+from servosight.bench.camera._settings import read_settings
 from servosight.bench.timing import Meaning
-from servosight.models.core import InputError, did_you_mean, validated, within
+from servosight.models.core import InputError, within
 
 _BUFFERS = 8
 CODINGS = {"MJPG": "mjpeg", "GREY": "gray", "YUYV": "gray"}
@@ -99,6 +99,7 @@ class V4l2Camera:
                 rate_hz=rate_hz,
                 exposure_s=exposure,
                 settings=self._controls,
+                host_clock=flags & api.MASK_CLOCK == api.FLAG_MONOTONIC,
             )
         )
 
@@ -250,30 +251,13 @@ def _fix_controls(
 
 def open_v4l2(address: str, given: Given, now: Now, system: api.System | None = None) -> V4l2Camera:
     """Open ``v4l2:/dev/video0?width=640&height=480&rate=60&exposure=0.004``."""
-    path, _, query = address.removeprefix("v4l2:").partition("?")
-    known = {field.name for field in fields(V4l2Settings)}
-    values: dict[str, object] = {}
-    for key, text in parse_qsl(query, keep_blank_values=True):
-        if key not in known:
-            raise InputError(
-                f"{address}: no key {key}{did_you_mean(key, known)}, expected one of "
-                f"{', '.join(sorted(known))}; correct the address"
-            )
-        values[key] = text if key == "format" else _number(address, key, text)
-    settings = validated(values, V4l2Settings, address)
+    path = address.removeprefix("v4l2:").partition("?")[0]
+    settings = read_settings(address, V4l2Settings, texts=("format",))
     if settings.format not in CODINGS:
         raise InputError(
             f"{address}: format is {settings.format}, expected {', '.join(CODINGS)}; correct it"
         )
     return V4l2Camera(path, settings, given, now, system or api.LinuxSystem())
-
-
-def _number(address: str, key: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise InputError(f"{address}: {key} is {text!r}, expected a number; correct it") from None
-    return int(value) if value.is_integer() else value
 
 
 def _buffer(index: int) -> api.Buffer:

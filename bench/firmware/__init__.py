@@ -4,5 +4,6 @@
 clock. ``bench.servo.codecs.board`` describes its packets.
 """
 
+from servosight.bench.firmware._build import FIRMWARE_FILES as FIRMWARE_FILES
 from servosight.bench.firmware._build import build_firmware as build_firmware
 from servosight.bench.firmware._build import firmware_source as firmware_source

@@ -6,6 +6,7 @@
 from servosight.bench.servo._play import CommandLog as CommandLog
 from servosight.bench.servo._play import play as play
 from servosight.bench.servo._protocol import Driver as Driver
+from servosight.bench.servo._protocol import Lamp as Lamp
 from servosight.bench.servo._protocol import LinkLost as LinkLost
 from servosight.bench.servo._protocol import Reading as Reading
 from servosight.bench.servo._protocol import Servo as Servo

@@ -35,6 +35,10 @@ _LOW_LATENCY = 0x2000
 """Linux's serial_struct, more than its length, whose fifth word holds the flags; with this one an
 FTDI adapter hands on its bytes after 1 ms instead of 16 (linux/tty_flags.h, ASYNC_LOW_LATENCY)."""
 _MOST_CHUNKS = 20
+LINES = {"dtr": 0x002, "rts": 0x004}
+"""Output lines of a serial adapter, by their bits (linux/termios.h, TIOCM_DTR and TIOCM_RTS)."""
+LINE_SIGMA_S = 0.5e-3
+"""Of a USB adapter, which takes orders once in a millisecond."""
 
 
 class Port:
@@ -121,6 +125,22 @@ class Port:
             if not self.read(self.clock.now() + QUIET_S):
                 break
 
+    def switch(self, line: str, on: bool) -> float:
+        """Set an output line of the adapter, "dtr" or "rts"; the host's time in the middle of it.
+
+        An asserted line of a TTL adapter is at 0 V.
+        """
+        start = self.clock.now()
+        order = termios.TIOCMBIS if on else termios.TIOCMBIC
+        try:
+            fcntl.ioctl(self._fd, order, LINES[line].to_bytes(4, sys.byteorder))
+        except OSError as error:
+            raise InputError(
+                f"{self.name}: the adapter has no output line {line.upper()} ({error.strerror}), "
+                f"expected one; leave light={line} out of the address"
+            ) from error
+        return 0.5 * (start + self.clock.now())
+
     def close(self) -> None:
         """Let go of the port; nothing happens where it is closed already."""
         if self._fd >= 0:
@@ -130,6 +150,20 @@ class Port:
     def _lost(self, error: OSError | None) -> LinkLost:
         why = f" ({error.strerror})" if error and error.strerror else ""
         return LinkLost(f"{self.name}: the serial port is gone{why}; plug the cable in again")
+
+
+class LineLamp:
+    """A light between an output line of the serial adapter and its supply (``Lamp``)."""
+
+    sigma_s = LINE_SIGMA_S
+
+    def __init__(self, port: Port, line: str) -> None:
+        """Dark to begin with: a port asserts its lines when it is opened."""
+        self._port, self._line = port, line
+
+    def switch(self, on: bool) -> float:
+        """Switch it; the host's time of that, in s."""
+        return self._port.switch(self._line, on)
 
 
 @dataclass(frozen=True, kw_only=True)

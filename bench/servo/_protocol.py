@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from servosight.bench.safety import Limits
 from servosight.models.core import Array, InputError
@@ -36,6 +36,29 @@ class Reading:
     temperature_c: float | None = None
 
 
+class Sent(NamedTuple):
+    """When a servo has a goal, by the host's monotonic clock, and which: its protocol rounds it.
+
+    A step of 4096 a turn is 0.088 deg: a recording of the command before the rounding would blame
+    the servo for it.
+    """
+
+    time_s: float
+    angle_deg: float
+
+
+class Lamp(Protocol):
+    """A light in the picture that the host switches over the servo's own line.
+
+    ``sigma_s`` is the standard deviation of when it really switches [s].
+    """
+
+    sigma_s: float
+
+    def switch(self, on: bool) -> float:
+        """Switch it; the host's time of that, in s."""
+
+
 class Driver(Protocol):
     """What a kind of servo brings: its bytes, and nothing of limits, ramps or order of calls.
 
@@ -43,6 +66,7 @@ class Driver(Protocol):
     """
 
     name: str
+    lamp: Lamp | None
 
     def connect(self, limits: Limits) -> None:
         """Find the servo and check that it is set up for what is to come; nothing moves."""
@@ -50,8 +74,8 @@ class Driver(Protocol):
     def enable(self, angle_deg: float) -> None:
         """Switch the torque on with ``angle_deg`` as the goal."""
 
-    def write(self, angle_deg: float) -> float:
-        """Send a goal; return the time at which the servo has it."""
+    def write(self, angle_deg: float) -> Sent:
+        """Send a goal; what of it the servo has, and when."""
 
     def read(self) -> Reading:
         """Ask for what the servo measures."""
@@ -85,6 +109,17 @@ class StoredPlayback(Protocol):
         """Host time of the first sample, in s, and host seconds per second of the device."""
 
 
+@runtime_checkable
+class PulseDriven(Protocol):
+    """A driver whose device takes a goal with its next pulse, at an even rate of its own."""
+
+    def follow(self, until_s: float) -> None:
+        """Watch the pulses up to a time for the one with which the last goal takes effect."""
+
+    def taken(self, sent: list[Sent]) -> tuple[list[Sent], float]:
+        """The goals of a run when they took effect, and the standard deviation of that [s]."""
+
+
 class Servo(Protocol):
     """A servo that is connected, and moves only between ``arm`` and ``release``.
 
@@ -98,10 +133,8 @@ class Servo(Protocol):
     def arm(self) -> None:
         """Switch the torque on where the servo stands; it does not move."""
 
-    def send(self, angle_deg: float) -> float:
-        """Command an angle; return the monotonic host time at which the servo has it, in s.
-
-        That is the time of the write and of the bytes on the wire.
+    def send(self, angle_deg: float) -> Sent:
+        """Command an angle; the goal as the servo has it, and when: write and bytes on the wire.
 
         InputError for an angle outside the limits and for a servo that is not armed.
         """

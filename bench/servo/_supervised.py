@@ -11,6 +11,7 @@ from servosight.bench.servo._protocol import (
     Driver,
     LinkLost,
     Reading,
+    Sent,
     Servo,
     ServoFault,
     StoredPlayback,
@@ -71,8 +72,8 @@ class SupervisedServo(Servo):
         self._armed_s = self._sent_s = self.clock.now()  # from here on, release switches it off
         self.driver.enable(self.goal_deg)
 
-    def send(self, angle_deg: float) -> float:
-        """Command an angle; the time at which the servo has it, in s."""
+    def send(self, angle_deg: float) -> Sent:
+        """Command an angle; what the servo has of it, and when."""
         limits = self.limits
         if self._armed_s is None or self.goal_deg is None:
             raise InputError(f"{self.name}: the servo is not armed; call arm() first")
@@ -161,7 +162,7 @@ class SupervisedServo(Servo):
     def _longest_ramp_s(self) -> float:
         return float(ramp(self.limits, self.limits.low_deg, self.limits.high_deg)[0][-1])
 
-    def _write(self, angle_deg: float, rate_deg_s: float | None) -> float:
+    def _write(self, angle_deg: float, rate_deg_s: float | None) -> Sent:
         """Write a goal, or as much of the way to it as the rate and the time since allow."""
         assert self.goal_deg is not None
         step = angle_deg - self.goal_deg
@@ -171,5 +172,5 @@ class SupervisedServo(Servo):
             if abs(step) > most * (1.0 + 1e-6):
                 angle_deg = self.goal_deg + math.copysign(most, step)
         sent = self.driver.write(angle_deg)
-        self.goal_deg, self._sent_s = angle_deg, sent
+        self.goal_deg, self._sent_s = angle_deg, sent.time_s
         return sent

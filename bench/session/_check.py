@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass
-from io import BytesIO
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from servosight.bench.camera import Camera, CapturedFrame, Stream
+from servosight.bench.camera import Camera, CapturedFrame
+from servosight.bench.host_clock import HOST, Clock
 from servosight.bench.servo import Reading, SupervisedServo
+from servosight.bench.session._lines import Line, line_of
+from servosight.bench.session._pictures import picture_of, some_frames
 from servosight.bench.timing import MEANINGS, even_stamps, lost_between
 from servosight.models.core import Array, Image, InputError
 
@@ -46,15 +46,6 @@ LIMITS = CheckLimits()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
-    """One line of a check: what, whether it is in order, and the value or how to correct it."""
-
-    what: str
-    good: bool
-    words: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class MeasuredRate:
     """Frames as they really come: rate by the camera's clock, lost ones, jitter of the stamps."""
 
@@ -65,18 +56,19 @@ class MeasuredRate:
     meaning: str
 
 
-def measure_camera(camera: Camera, frames: int = _FRAMES) -> MeasuredRate:
+def measure_camera(camera: Camera, frames: int = _FRAMES, clock: Clock = HOST) -> MeasuredRate:
     """Measure rate and jitter over some frames; InputError where fewer than ten come."""
-    return _rate(camera, _some(camera, frames))
+    return _rate(camera, _some(camera, frames, clock))
 
 
-def check_camera(camera: Camera, limits: CheckLimits = LIMITS) -> list[Line]:
-    """Look through a camera for a second or two."""
-    frames = _some(camera, _FRAMES)
-    stream = camera.stream
-    images = [_image(frame, stream) for frame in frames[:: max(len(frames) // _PICTURES, 1)]]
-    rate = _rate(camera, frames)
-    return [*judge_rate(rate, stream.exposure_s, limits), *judge_pictures(images, limits)]
+def check_camera(
+    camera: Camera, limits: CheckLimits = LIMITS, *, frames: int = _FRAMES, clock: Clock = HOST
+) -> list[Line]:
+    """Look through a camera for a second or two; time passes by ``clock``."""
+    taken = _some(camera, frames, clock)
+    images = [picture_of(one, camera.stream) for one in taken[:: max(frames // _PICTURES, 1)]]
+    rate = _rate(camera, taken)
+    return [*judge_rate(rate, camera.stream.exposure_s, limits), *judge_pictures(images, limits)]
 
 
 def judge_rate(
@@ -86,20 +78,20 @@ def judge_rate(
     frame_s = 1.0 / rate.rate_hz
     share = rate.lost / (rate.frames + rate.lost)
     lines = [
-        _line(
+        line_of(
             "frame rate",
             rate.rate_hz >= limits.rate_hz,
             f"{rate.rate_hz:.2f} frames/s",
             f"expected {limits.rate_hz:g} or more: choose a faster mode, or more light, since a "
             "camera in the dark lowers its rate",
         ),
-        _line(
+        line_of(
             "lost frames",
             share <= limits.lost,
             f"{rate.lost} of {rate.frames + rate.lost}",
             "use a port of its own for the camera, MJPEG, or a smaller picture",
         ),
-        _line(
+        line_of(
             "time stamps",
             rate.jitter_s <= limits.jitter * frame_s,
             f"{rate.meaning}; jitter {1e3 * rate.jitter_s:.2f} ms",
@@ -110,7 +102,7 @@ def judge_rate(
         lines.append(Line(what="exposure", good=True, words="not known; the light will tell it"))
     else:
         lines.append(
-            _line(
+            line_of(
                 "exposure",
                 exposure_s <= limits.exposure * frame_s,
                 f"{1e3 * exposure_s:.2f} ms",
@@ -131,27 +123,27 @@ def judge_pictures(images: Sequence[Image], limits: CheckLimits = LIMITS) -> lis
     edge = float(np.percentile(slope, 95.0))
     unsteady = float(np.ptp(means)) / max(mean, 1.0)
     return [
-        _line(
+        line_of(
             "light",
             limits.dark <= mean <= limits.bright,
             f"mean brightness {mean:.0f} of 255",
             f"expected {limits.dark:g} to {limits.bright:g}: more light, or another gain",
         ),
-        _line(
+        line_of(
             "overexposure",
             white <= limits.overexposed,
             f"{100.0 * white:.1f} % of the picture is white",
             f"expected at most {100.0 * limits.overexposed:g} %: shorten the exposure, lower the "
             "gain",
         ),
-        _line(
+        line_of(
             "sharpness",
             edge >= limits.edge,
             f"edges of {edge:.1f} grey levels a pixel",
             f"expected {limits.edge:g} or more: focus on the surface and fix the focus; a plain "
             "surface needs a printed pattern",
         ),
-        _line(
+        line_of(
             "steadiness",
             unsteady <= limits.unsteady,
             f"brightness changes by {100.0 * unsteady:.1f} %",
@@ -174,7 +166,7 @@ def check_servo(servo: SupervisedServo) -> list[Line]:
     lines.insert(0, Line(what="servo", good=True, words=f"{servo.name}: {reading_words(reading)}"))
     if reading.angle_deg is not None:
         lines.append(
-            _line(
+            line_of(
                 "position",
                 limits.low_deg <= reading.angle_deg <= limits.high_deg,
                 f"stands at {reading.angle_deg:.1f} deg",
@@ -206,16 +198,8 @@ def serial_ports(devices: Path = Path("/dev")) -> list[str]:
     return lasting or plain
 
 
-def _line(what: str, good: bool, words: str, correction: str) -> Line:
-    return Line(what=what, good=good, words=words if good else f"{words}; {correction}")
-
-
-def _some(camera: Camera, count: int) -> list[CapturedFrame]:
-    with closing(camera.frames()) as frames:
-        some = list(islice(frames, count))
-    if len(some) < 10:
-        raise InputError(f"{camera.name}: {len(some)} frames came; expected 10 or more")
-    return some
+def _some(camera: Camera, count: int, clock: Clock) -> list[CapturedFrame]:
+    return some_frames(camera, count, lambda seconds: clock.wait(clock.now() + seconds))
 
 
 def _rate(camera: Camera, frames: Sequence[CapturedFrame]) -> MeasuredRate:
@@ -234,28 +218,6 @@ def _rate(camera: Camera, frames: Sequence[CapturedFrame]) -> MeasuredRate:
 
 def _even(stamps: Array) -> bool:
     return bool((np.diff(stamps) > 0.0).all())
-
-
-def _image(frame: CapturedFrame, stream: Stream) -> Image:
-    if stream.coding == "gray":
-        width, height = stream.size
-        return np.frombuffer(frame.data, np.uint8).reshape(height, width)
-    from PIL import Image as Pictures
-
-    try:
-        with Pictures.open(BytesIO(frame.data)) as picture:
-            image = np.asarray(picture.convert("L"), np.uint8)
-    except (OSError, ValueError, SyntaxError, Pictures.DecompressionBombError) as error:
-        raise InputError(
-            f"frame {frame.number}: is a damaged JPEG ({error}); expected a whole one, check the "
-            f"camera's cable and link"
-        ) from None
-    if image.shape != stream.size[::-1]:
-        raise InputError(
-            f"frame {frame.number}: is {image.shape[1]} x {image.shape[0]} px, expected "
-            f"{stream.size[0]} x {stream.size[1]}; end what changes the camera's mode"
-        )
-    return image
 
 
 def _smooth(image: Image) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Protocol
 from servosight.bench.camera import VIDEO, Camera, Footage, Recorder
 from servosight.bench.safety import check_command, released
 from servosight.bench.servo import CommandLog, StoredPlayback, SupervisedServo, play
+from servosight.bench.session._lamp import CodedLamp
 from servosight.bench.session._light import read_light
 from servosight.bench.session._write import RUN_FILES, SIGN, Clocked, write_run
 from servosight.bench.timing import LightPattern
@@ -63,7 +65,8 @@ def run(
     """Play a command, (rows,) each, film it, and write the recording's folder.
 
     The command is held to the servo's limits before anything moves. Whatever ends the run, the
-    servo goes to neutral and its torque off. A lost link or a fault of the servo ends the run; what
+    servo goes to neutral and its torque off. Without ``light`` the servo's own one is switched,
+    where its address names one. A lost link or a fault of the servo ends the run; what
     was recorded up to there, or up to a fault of the camera, is kept, and recording.toml says so
     (``ended``). An
     interruption leaves no folder. Raises InputError where nothing could be recorded.
@@ -85,6 +88,7 @@ def run(
         finally:
             footage = stage.last_frame()
         fault = fault or footage.fault
+        log.sigma_s = math.hypot(log.sigma_s, stage.sigma_s)
         found, unlit = None, None
         if stage.pattern is not None:
             try:
@@ -111,7 +115,10 @@ class _Stage:
     ) -> None:
         self._servo, self._recorder, self._light, self._log = servo, recorder, light, log
         self._clock = servo.clock
+        lamp = servo.driver.lamp if light is None else None
+        self._lamp = None if lamp is None else CodedLamp(lamp, servo.clock)
         self.pattern: LightPattern | None = None
+        self.sigma_s = 0.0 if lamp is None else lamp.sigma_s
 
     def play(self, time_s: Array, command_deg: Array, source: str) -> None:
         """Go to the first row, then film: no frame shows a motion that command.csv lacks."""
@@ -120,15 +127,22 @@ class _Stage:
         self._rest()
         self._first_frame()
         begun_s = self._light.begin() if self._light is not None else None
+        if self._lamp is not None:
+            self._lamp.begin()
         try:
             self._rest()
-            play(self._servo, time_s, command_deg, self._log, source)
+            wait = None if self._lamp is None else self._lamp.wait
+            play(self._servo, time_s, command_deg, self._log, source, wait)
             self._rest()
         finally:
             end_s = clock.now()
             self._recorder.stop_after(end_s)
             if begun_s is not None and self._light is not None:
                 self.pattern = LightPattern.of_command(begun_s, self._light.end())
+            elif self._lamp is not None:
+                self.pattern = self._lamp.switched
+                self._lamp.end()
+                self.pattern = self._lamp.switched
             elif self._log.light_s is not None:
                 self.pattern = self._of_board(self._log.light_s)
 
@@ -157,7 +171,8 @@ class _Stage:
     def _poll(self) -> None:
         """Wait a little, and ask the servo: its watchdog would take a long silence for a fault."""
         self._servo.read()
-        self._clock.wait(self._clock.now() + _POLL_S)
+        wait = self._clock.wait if self._lamp is None else self._lamp.wait
+        wait(self._clock.now() + _POLL_S)
 
     def _first_frame(self) -> None:
         """Start the recorder; InputError where no frame comes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -66,7 +67,7 @@ def write_run(
         "format": 1,
         "hold": "zero",
         "video_offset_s": 0.0,
-        "offset_sigma_s": _doubt_s(clock),
+        "offset_sigma_s": _doubt_s(clock, log.sigma_s),
         "clock_note": _note(clock, unlit),
     }
     if fault is not None:
@@ -86,14 +87,18 @@ def _mid_exposures(footage: Footage, clock: Clocked | None) -> Array:
     readout_s = stream.readout_s or 0.0
     if clock is not None:
         return clock.fit.mid_exposure(stamps) + readout_s * (0.5 - clock.light.row)
+    exposure_s = stream.exposure_s or 0.0
+    if stream.host_clock and stream.meaning != "arrival":
+        return mid_exposure(stamps, stream.meaning, exposure_s, readout_s)
     # The end of the first frames' delivery stands for the end of their readout.
-    later_s = footage.delay_s
-    return mid_exposure(stamps + later_s, "frame_end", stream.exposure_s or 0.0, readout_s)
+    return mid_exposure(stamps + footage.delay_s, "frame_end", exposure_s, readout_s)
 
 
-def _doubt_s(clock: Clocked | None) -> float:
+def _doubt_s(clock: Clocked | None, sent_sigma_s: float) -> float:
     """The standard deviation of the offset between command and video [s]."""
-    return float("inf") if clock is None else float(f"{clock.fit.offset_sigma_s:.3g}")
+    if clock is None:
+        return float("inf")
+    return float(f"{math.hypot(clock.fit.offset_sigma_s, sent_sigma_s):.3g}")
 
 
 def _note(clock: Clocked | None, unlit: str | None) -> str:
@@ -115,6 +120,7 @@ def _measured(footage: Footage, clock: Clocked | None, servo: str, camera: str) 
         "frames": int(footage.number.size),
         "lost_frames": footage.lost,
         "stamp": MEANINGS[stream.meaning],
+        "stamp_clock": "host" if stream.host_clock else "camera",
         "settings": dict(stream.settings),
     }
     if clock is not None:

@@ -105,6 +105,8 @@ class DynamixelStandIn(StandIn):
             if self.get(codec.BUS_WATCHDOG) == 255:
                 return _RANGE_ERROR
         self.table[start:end] = data
+        if start <= codec.LED.address < end:
+            self.lamp.append((now_s, bool(self.get(codec.LED))))
         goal_deg = (self.get(codec.GOAL_POSITION) - 2048) * 360.0 / 4096
         torque = bool(self.get(codec.TORQUE_ENABLE))
         if start <= at < end or torque != self.torque:

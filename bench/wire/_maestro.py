@@ -12,7 +12,8 @@ from servosight.bench.wire._standin import StandIn
 class MaestroStandIn(StandIn):
     """A Mini Maestro: targets take effect at the next pulse, each ``period_s``.
 
-    A target is clipped to the channel's ``low_us`` and ``high_us``, as the Maestro's settings do.
+    ``output`` is a channel that is a digital output. A
+    target is clipped to the channel's ``low_us`` and ``high_us``, as the Maestro's settings do.
     """
 
     def __init__(
@@ -20,6 +21,7 @@ class MaestroStandIn(StandIn):
         plant: Plant,
         *,
         channel: int = 0,
+        output: int = 5,
         crc: bool = False,
         low_us: float = 992.0,
         high_us: float = 2000.0,
@@ -30,7 +32,7 @@ class MaestroStandIn(StandIn):
         super().__init__(plant)
         self.baud = 115200
         self.return_delay_s = 200e-6
-        self.channel, self._crc = channel, crc
+        self.channel, self._output, self._crc = channel, output, crc
         self._low, self._high = round(4 * low_us), round(4 * high_us)
         self._period_s, self._timeout_s = period_s, timeout_s
         self._target = 0
@@ -71,12 +73,15 @@ class MaestroStandIn(StandIn):
             self._heard_s = now_s
             if command.code == codec.SET_TARGET:
                 channel, target = codec.target_of(command)
-                if channel == self.channel:
+                if channel == self._output:
+                    self.lamp.append((now_s, target >= 1500 * codec.QUARTERS))
+                elif channel == self.channel:
                     self._target = max(self._low, min(self._high, target)) if target else 0
             elif command.code == codec.SET_SPEED and command.data[0] == self.channel:
                 self._speed = codec.target_of(command)[1]
             elif command.code == codec.GET_POSITION:
-                here = self._target if command.data[0] == self.channel else 0
+                # The pulse that is being sent, not the target that waits for the next one.
+                here = self._pulse if command.data[0] == self.channel else 0
                 answers.append(here.to_bytes(2, "little"))
             elif command.code == codec.GET_ERRORS:
                 answers.append(self._errors.to_bytes(2, "little"))

@@ -25,8 +25,8 @@ class Told:
 class StandIn:
     """A servo at the far end of a wire. A kind of servo overrides ``receive``.
 
-    ``told`` lists every change of goal or torque. The plant moves while the torque is on, and
-    stands otherwise.
+    ``told`` lists every change of goal or torque, ``lamp`` when its light was switched, and how.
+    The plant moves while the torque is on, and stands otherwise.
     """
 
     baud: int
@@ -37,6 +37,7 @@ class StandIn:
         """Start at time zero, at 0 deg and without torque."""
         self.plant = plant
         self.told: list[Told] = []
+        self.lamp: list[tuple[float, bool]] = []
         self.angle_deg = 0.0
         self.goal_deg = 0.0
         self.torque = False

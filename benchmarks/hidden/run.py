@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from servosight.scenarios.sweeps.measure import POOLS, warm
+from servosight.scenarios.sweeps.measure import LOADED, POOLS, warm
 from servosight.scenarios.sweeps.plan import content_digest
-from servosight.scenarios.sweeps.run import Limits, Store, Tally, Task, dask_engine, drive
+from servosight.scenarios.sweeps.run import Store, Tally, Task, WatchLimits, dask_engine, drive
 
 from .compound.trial import COMPOUND_ROWS, run_compound
 from .trial import NoDraw, run_trial
@@ -122,11 +122,12 @@ def run_trials(
             with dask_engine(
                 run_job,
                 store.cells.resolve(),
-                Limits(),
+                WatchLimits(),
                 workers=processes,
                 scheduler=None,
                 warm=warm,
                 environment=POOLS,
+                loaded=LOADED,
                 dashboard=False,
             ) as engine:
                 drive(tasks, engine, store, Tally(len(missing)), on_progress)

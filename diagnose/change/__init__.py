@@ -5,4 +5,5 @@ from servosight.diagnose.change._change import ComparedServo as ComparedServo
 from servosight.diagnose.change._change import ParameterChange as ParameterChange
 from servosight.diagnose.change._change import ServoChange as ServoChange
 from servosight.diagnose.change._change import change_between as change_between
+from servosight.diagnose.change._change import limit_sigmas as limit_sigmas
 from servosight.diagnose.change._recordings import change_in_recordings as change_in_recordings

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -90,6 +93,20 @@ class ServoChange(Result):
         found = [one for one in self.parameters if one.changed]
         return tuple(one.name for one in sorted(found, key=lambda one: -abs(one.sigmas or 0.0)))
 
+    def report(self, path: Path | str, *, catalogue: Mapping[str, Effect] | None = None) -> None:
+        """Write a report to read in a browser; ``catalogue`` holds the effects of a plugin."""
+        write = import_module("servosight.app.report").write_report  # above this layer, on use
+        write(path, self, catalogue=catalogue, at=datetime.now(UTC))
+
+
+def limit_sigmas(count: int, policy: ChangePolicy = ChangePolicy()) -> float:
+    """From how many sigmas on one of ``count`` parameters counts as changed.
+
+    >>> round(limit_sigmas(1), 2), round(limit_sigmas(4), 2)
+    (3.0, 3.4)
+    """
+    return float(-ndtri(policy.chance / (2.0 * max(count, 1))))
+
 
 def change_between(
     a: Actuator,
@@ -114,7 +131,7 @@ def change_between(
     ('k', 'T', 'xi')
     """
     shared = _parameters(a, b, catalogue)
-    limit = float(-ndtri(policy.chance / (2.0 * max(len(shared), 1))))
+    limit = limit_sigmas(len(shared), policy)
     reach = float(-ndtri((1.0 - policy.confidence) / 2.0))
     rows = [_row(name, q, a, b, limit, reach) for name, q in shared.items()]
     chi_square, freedom = _chi_square(rows, covariances)

@@ -23,6 +23,8 @@ FINISHED = 2
 """Of the sketches of what promises most, the best are fitted to the end."""
 SKETCH_BUDGET = 120
 FINISH_BUDGET = 500
+MOST_SIMULATIONS = 10_000
+"""After so many on one model, of one recording each, no further term is looked for."""
 MIN_GAIN = 0.1
 """A term must lower the validation rmse by this share,"""
 MIN_CLOSED = 0.5
@@ -84,8 +86,10 @@ def _extended(
     terms = {name: term for name, term in TERMS.items() if name not in own}
     extended = models.with_catalogue({**own, **{name: term.effect for name, term in terms.items()}})
     trial = base
+    begun = models.work.simulations
     for _ in range(MOST_TERMS):
-        if criterion.explained(trial.score):
+        spent = models.work.simulations - begun >= MOST_SIMULATIONS
+        if spent or criterion.explained(trial.score):
             break
         ranked = promising(trial, terms, len(models.recordings), noise_deg)
         better = _best(extended, trial, ranked, criterion)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from servosight.diagnose.evidence._detectable import detectable
+from servosight.diagnose.evidence._equivalents import equivalents
 from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._regimes import WITHOUT_IT, Regime, regimes
@@ -20,13 +21,15 @@ class Evidence:
     """What the last model's error says of the data: ``regimes``, the leading ones first.
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
-    of it, None where nothing is; ``detectable``: from which size on each effect would have shown.
+    of it, None where nothing is; ``detectable``: from which size on each effect would have shown;
+    ``equivalents``: other sets of effects that err no more, within the scatter.
     """
 
     regimes: tuple[Regime, ...]
     repeated: Repeated | None
     unexplained: Unexplained | None
     detectable: tuple[Detectable, ...]
+    equivalents: tuple[tuple[str, ...], ...] = ()
 
     @property
     def leading(self) -> Regime | None:
@@ -57,6 +60,7 @@ def gather(
         repeated=again,
         unexplained=partial(errors, floor_deg, remaining, judged, again) if missed else None,
         detectable=detectable(models, first, criterion),
+        equivalents=equivalents(models, last, criterion),
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from servosight.diagnose.evidence._refit import resampled_scores
 from servosight.diagnose.evidence._resamples import resamples
@@ -126,7 +126,7 @@ def stable_steps(
         trial = steps[-1].trial
         if name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
             steps.append(Step(smaller, removed=name))
-    return Selected(tuple(steps), selected.singles)
+    return replace(selected, steps=tuple(steps))
 
 
 def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:

@@ -21,7 +21,7 @@ from servosight.diagnose.experiment._rivals import PredictedExperiment, Rival, c
 from servosight.diagnose.selection import ModelSelection, Trial
 from servosight.identify.design import predicted_experiment
 from servosight.models.core import InputError, Recording
-from servosight.models.excitation import Design, Form, Limits, design
+from servosight.models.excitation import CommandLimits, Design, Form, design
 
 MOST_CANDIDATES = 4
 FINALISTS = 5
@@ -80,7 +80,7 @@ def propose(
     models: ModelSelection,
     noise_deg: float,
     tolerance_deg: float,
-    limits: Limits | None = None,
+    limits: CommandLimits | None = None,
 ) -> Proposal:
     """The command that best separates the first four of ``candidates``, best first, two at least.
 
@@ -123,13 +123,13 @@ def propose(
     return Proposal.of(best.design, allowed, best.separations, scale, tolerance_deg)
 
 
-def recorded_limits(recordings: Sequence[Recording]) -> Limits:
+def recorded_limits(recordings: Sequence[Recording]) -> CommandLimits:
     """The range, rate and duration that the recordings' own commands have used."""
-    each = [Limits.of(r.command_time_s, r.command_deg) for r in recordings]
+    each = [CommandLimits.of(r.command_time_s, r.command_deg) for r in recordings]
     low = min(one.centre_deg - one.angle_deg for one in each)
     high = max(one.centre_deg + one.angle_deg for one in each)
     rates = [one.rate_deg_s for one in each if one.rate_deg_s is not None]
-    return Limits(
+    return CommandLimits(
         0.5 * (high - low),
         max(rates) if len(rates) == len(each) else None,
         float(np.clip(max(one.duration_s for one in each), *DURATION_S)),
@@ -138,7 +138,7 @@ def recorded_limits(recordings: Sequence[Recording]) -> Limits:
     )
 
 
-def _designs(limits: Limits) -> Iterator[Design]:
+def _designs(limits: CommandLimits) -> Iterator[Design]:
     for shape, share, form in _LIBRARY:
         smaller = replace(limits, angle_deg=share * limits.angle_deg)
         try:

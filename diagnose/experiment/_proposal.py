@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from servosight.diagnose.selection import SelectionPolicy
 from servosight.models.core import Array
-from servosight.models.excitation import Design, Excitation, Limits
+from servosight.models.excitation import CommandLimits, Design, Excitation
 
 DECIDES = SelectionPolicy().tie
 """Log-likelihood from which on an experiment distinguishes two models."""
@@ -56,7 +56,7 @@ class Proposal:
     def of(
         cls,
         design: Design,
-        limits: Limits,
+        limits: CommandLimits,
         separations: Sequence[Separation],
         noise_deg: float,
         tolerance_deg: float,

@@ -19,8 +19,9 @@ from servosight.diagnose.result._plots import plot_ladder
 from servosight.diagnose.result._recording_use import RecordingUse
 from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Detectable, Dynamics, OwnValues
+from servosight.identify.foreign import LINEAR
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Estimate, Result, Table
+from servosight.models.core import Actuator, Estimate, InputError, Result, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,6 +50,7 @@ class LadderStep:
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
     is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
     ``taken`` is the share of the first step's squared held-out error that this step took away.
+    ``base`` names what the effects act on: the linear core, or an FMU.
     """
 
     added: str | None
@@ -64,13 +66,14 @@ class LadderStep:
     correlation: Matrix | None = None
     dynamics: Dynamics | None = None
     taken: float = 0.0
+    base: str = LINEAR
 
     @property
     def change(self) -> str:
-        """What the step changed: ``+ backlash``, ``- dead time``; ``linear`` of the first one."""
+        """What the step changed: ``+ backlash``, ``- dead time``; its ``base`` of the first one."""
         signs = [f"+ {self.added}"] if self.added else []
         signs += [f"- {self.removed}"] if self.removed else []
-        first = f"with {', '.join(self.effects)}" if self.effects else "linear"
+        first = f"with {', '.join(self.effects)}" if self.effects else self.base
         return (", ".join(signs) or first).replace("_", " ")
 
     @property
@@ -113,6 +116,10 @@ class Diagnosis(Result):
     ``repeated`` says how much of the last model's error repeats where the command does,
     ``unexplained`` how much is left of it, what that depends on, and what to record next.
     ``detectable`` has the smallest size of each effect that the fitted data would have shown.
+    ``equivalents`` are other sets of effects whose models err no more than the last one, as far as
+    the scatter of the errors from second to second tells; ``alternatives`` predict the same.
+    ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then
+    multiplies its angle, and T and xi describe its own answer.
     """
 
     TYPE: ClassVar[str] = "diagnosis"
@@ -144,10 +151,17 @@ class Diagnosis(Result):
     unexplained: Unexplained | None = None
     detectable: Table[Detectable] = field(default_factory=Table)
     scatter_deg: float | None = None
+    equivalents: tuple[tuple[str, ...], ...] = ()
+    fmu: str | None = None
 
     @property
     def actuator(self) -> Actuator:
-        """The last model of the ladder."""
+        """The last model of the ladder. InputError where it is an FMU, which no card can hold."""
+        if self.fmu is not None:
+            raise InputError(
+                f"{self.fmu}: this diagnosis is of an FMU, expected one of the linear model; a "
+                f"card cannot hold what is inside an FMU"
+            )
         last = self.ladder[-1]
         bias = last.parameters["bias"]
         biases = bias if isinstance(bias, tuple) else (bias,)

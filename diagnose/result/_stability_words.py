@@ -41,6 +41,26 @@ def undetermined_words(effects: Sequence[str]) -> str:
     )
 
 
+def equivalent_words(effects: Sequence[str], others: Sequence[Sequence[str]]) -> str:
+    """Which other models err as little, and what they have in common with the chosen one.
+
+    >>> equivalent_words(["backlash"], [])
+    ''
+    >>> told = equivalent_words(["gravity_load", "coulomb_friction"], [["gravity_load"]])
+    >>> told.endswith("so another run may name another. All have gravity load.")
+    True
+    """
+    if not others:
+        return ""
+    common = [name for name in effects if all(name in other for other in others)]
+    models = "; ".join(f"with {listed(other)}" for other in others)
+    return (
+        f" These data cannot tell the model from the one {models}: the errors differ by no more "
+        f"than they scatter from second to second, so another run may name another. "
+        + (f"All have {listed(common)}." if common else "No effect is in all of them.")
+    )
+
+
 def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:
     """What the headline adds for effects that were chosen and are too seldom named."""
     chosen = [name for name in uncertain if any(name in step.effects for step in ladder)]

@@ -11,10 +11,12 @@ from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.diagnose.result._stability_words import (
+    equivalent_words,
     stability_words,
     uncertain_words,
     undetermined_words,
 )
+from servosight.identify.foreign import LINEAR
 from servosight.models.core import degrees, times
 
 FAR_BELOW = 0.5
@@ -67,13 +69,13 @@ class Levels:
         )
 
 
-def named_model(effects: Sequence[str]) -> str:
-    """A model by its effects.
+def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
+    """A model by its effects; without any, by what they would act on.
 
-    >>> named_model([]), named_model(["dead_zone"])
-    ('linear model', 'model with dead zone')
+    >>> named_model([]), named_model(["dead_zone"]), named_model([], "FMU")
+    ('linear model', 'model with dead zone', 'FMU model')
     """
-    return f"model with {listed(effects)}" if effects else "linear model"
+    return f"model with {listed(effects)}" if effects else f"{base} model"
 
 
 def told(
@@ -96,6 +98,7 @@ def told(
     )
     firm = stability_words(certain, stable.shares, stable.resamples)
     firm += undetermined_words(stable.undetermined)
+    firm += equivalent_words(ladder[-1].effects, known.equivalents)
     left = partial_words(ladder, known.unexplained, known.repeated)
     open_ = ""
     if untried and verdict is Verdict.UNEXPLAINED:
@@ -119,7 +122,7 @@ def verdict_words(
     only those in ``certain`` (default: all) are called missing.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
-    effects, base = ladder[-1].effects, named_model(ladder[0].effects)
+    effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
     added = [name for name in effects if name not in ladder[0].effects]
     gone = [name for name in ladder[0].effects if name not in effects]
     if verdict is not Verdict.UNEXPLAINED and not (added or gone):
@@ -278,4 +281,14 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     return [
         f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
         f"chance allows; record longer to be sure"
+    ]
+
+
+def ended(cut_short: bool, simulations: int) -> list[str]:
+    """A warning where the search ended because of its length, not because all was tried."""
+    if not cut_short:
+        return []
+    return [
+        f"the search for effects ended after {simulations:,} simulations, as many as it may make; "
+        f"the best model that it found by then is given, and further sets of effects are untried"
     ]

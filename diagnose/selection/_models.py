@@ -30,7 +30,7 @@ from servosight.identify.fit import (
     search_effects,
     sketch_effects,
 )
-from servosight.identify.problem import Problem, linear_start
+from servosight.identify.problem import Problem, Work, linear_start
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
 
@@ -45,7 +45,7 @@ class ModelSelection:
     ``trials`` keeps the best trial of each set of effects and held parameters that was tried,
     ``wholes`` their fits to the validation samples as well, ``screens`` what was screened behind
     each fit. A model made from another holds what that one holds. No fit and no score sees a test
-    sample. ``known`` is what the user knows before.
+    sample. ``known`` is what the user knows before, ``work`` what all fits have cost.
     """
 
     split: Split
@@ -54,6 +54,7 @@ class ModelSelection:
     trials: dict[Key, Trial] = field(default_factory=dict, compare=False)
     wholes: dict[Key, Trial] = field(default_factory=dict, compare=False)
     screens: dict[tuple[Key, float], Screen] = field(default_factory=dict, compare=False)
+    work: Work = field(default_factory=Work, compare=False)
 
     def with_catalogue(self, catalogue: Mapping[str, Effect]) -> ModelSelection:
         """The same recordings with other effects, and nothing tried."""
@@ -86,22 +87,30 @@ class ModelSelection:
     ) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
         bounds = self.k_bounds if ordered else self._linear_k_bounds
-        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held)
+        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held, self.work)
 
     def linear(self) -> Trial:
         """The linear model."""
         return self._linear(self.known.fixed)
 
     def unloaded(self) -> Trial | None:
-        """The linear model with k held at 1, or -1; None where k is held or told apart anyway.
+        """The linear model with k held at 1, or -1; None where k is held anyway.
 
-        A loop with its sensor on the output reaches its command, but for load and friction. These
-        fall with the gain of the loop, which recordings at several gains show.
+        A loop with its sensor on the output reaches its command, but for load and friction.
         """
-        if "k" in self.known.fixed or len({one.relative_gain for one in self.recordings}) > 1:
+        if "k" in self.known.fixed:
             return None
         point = self.linear().fit.outcome.point
         return self._linear({**self.known.fixed, "k": float(np.copysign(1.0, point[0]))})
+
+    @property
+    def at_one_gain(self) -> bool:
+        """True where all fitted recordings were made with the same gain of the loop.
+
+        Load and friction in degrees fall with the gain, and k does not: only recordings at several
+        gains tell them apart.
+        """
+        return len({one.relative_gain for one in self.recordings}) == 1
 
     def _linear(self, held: Mapping[str, float]) -> Trial:
         problem = self.problem((), held)

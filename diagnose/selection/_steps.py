@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._trial import Trial
 
 
@@ -20,6 +21,9 @@ class SearchEffort:
 
     Where the steps end far from the floor, a model with all ordinary effects is reduced, and the
     ``beam`` cheapest models of all are extended.
+
+    No further model is tried after ``simulations`` of each fitted recording. The steps end after
+    the share ``steps_share`` of these, so that some are left for the search behind them.
     """
 
     sketched: int = 2
@@ -30,6 +34,13 @@ class SearchEffort:
     pairs: int = 12
     finalists: int = 6
     beam: int = 2
+    simulations: int = 60_000
+    steps_share: float = 0.5
+
+    def is_spent(self, models: ModelSelection, share: float = 1.0) -> bool:
+        """True where a ``share`` of the simulations has been made."""
+        most = share * self.simulations * len(models.recordings)
+        return models.work.simulations >= most
 
 
 @dataclass(frozen=True)
@@ -43,10 +54,14 @@ class Step:
 
 @dataclass(frozen=True)
 class Selected:
-    """The steps, and each single candidate of the first one."""
+    """The steps, and each single candidate of the first one.
+
+    ``cut_short``: the search has ended because it had made as many simulations as it may.
+    """
 
     steps: tuple[Step, ...]
     singles: tuple[Trial, ...]
+    cut_short: bool = False
 
 
 def step_to(trial: Trial, base: Trial) -> Step:

@@ -53,7 +53,7 @@ class StepwiseSelector:
         linear = first.steps[0].trial
         hopeless = first.singles and self.criterion.hopeless(first.singles[0].score)
         if hopeless and len(found := self._searched_widely(list(first.steps))) > 1:
-            return Selected(tuple(found), first.singles)
+            return self._selected(found, first)
         steps = self._extended(list(first.steps), first.singles)
         if len(steps) == 1 and self.models.known.start_effects:
             steps += self._settled(linear)
@@ -63,7 +63,17 @@ class StepwiseSelector:
             pair = self._pair(linear, first.singles)
             if pair and self.criterion.beats(pair[-1].trial.score, last.score):
                 steps = self._extended([*first.steps, *pair, *self._settled(pair[-1].trial)])
-        return Selected(tuple(self._searched_widely(steps)), first.singles)
+        return self._selected(self._searched_widely(steps), first)
+
+    def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
+        """The first step shows the best fit of its model, which a later fit may have found."""
+        begun = Step(self.models.first())
+        return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
+
+    @property
+    def _spent(self) -> bool:
+        """True where no further step is to be tried."""
+        return self.effort.is_spent(self.models, self.effort.steps_share)
 
     def _searched_widely(self, steps: list[Step]) -> list[Step]:
         """The steps; where they end far from the floor, those to the best of a wider search."""
@@ -77,7 +87,11 @@ class StepwiseSelector:
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""
         most = self.criterion.policy.max_steps
-        while len(steps) < most and not self.criterion.done(steps[-1].trial.score):
+        while (
+            len(steps) < most
+            and not self.criterion.done(steps[-1].trial.score)
+            and not (self._spent and len(steps) > 1)
+        ):
             base = steps[-1].trial
             if ranked is None:
                 ranked = self._ranked(base, f"effect {len(base.effects) + 1}")
@@ -172,7 +186,7 @@ class StepwiseSelector:
         little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
         """
         by_name = {new_in(trial, base): trial for trial in ranked}
-        pairs = self._promising_pairs(base, by_name)
+        pairs = () if self._spent else self._promising_pairs(base, by_name)
         if not pairs:
             return None
         sketches: list[tuple[Trial, Trial]] = []
@@ -226,6 +240,8 @@ class StepwiseSelector:
         # One effect that was added to the linear model is needed; one that was given may not be.
         given = trial.effects == self.models.first().effects
         for name in removable if len(trial.effects) > 1 or given else ():
+            if self._spent:
+                return
             self._show(f"trying without {name}", 0, 1)
             smaller = self.models.reduced(trial, name)
             if not self._needed(trial, smaller):

@@ -24,7 +24,15 @@ from servosight.identify.problem import Problem, coordinate_scale, difference_qu
 from servosight.models.core import Actuator, Array, InputError
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
-from servosight.models.excitation import SHAPES, Design, Excitation, Form, Limits, design, slewed
+from servosight.models.excitation import (
+    SHAPES,
+    CommandLimits,
+    Design,
+    Excitation,
+    Form,
+    design,
+    slewed,
+)
 
 SLOT_S = 1.5
 SLOTS = (3, 14)
@@ -87,7 +95,7 @@ class _Aim:
 def optimal(
     actuator: Actuator,
     wanted: Sequence[str],
-    limits: Limits,
+    limits: CommandLimits,
     *,
     catalogue: Mapping[str, Effect] | None = None,
     frame_rate_hz: float = 120.0,
@@ -108,7 +116,7 @@ def optimal(
     return Optimal(best, aim.information(best))
 
 
-def _mix(aim: _Aim, limits: Limits, seed: int) -> Design:
+def _mix(aim: _Aim, limits: CommandLimits, seed: int) -> Design:
     """Slots filled by greedy choice, then by exchange."""
     slots = int(np.clip(limits.duration_s / SLOT_S, *SLOTS))
     slot = replace(limits, duration_s=limits.duration_s / slots)
@@ -136,13 +144,13 @@ def _mix(aim: _Aim, limits: Limits, seed: int) -> Design:
     return Design(Excitation(np.arange(command.size) / limits.rows_hz, command), words)
 
 
-def _pieces(slot: Limits, seed: int) -> Iterator[Design]:
+def _pieces(slot: CommandLimits, seed: int) -> Iterator[Design]:
     for shape, share, form in _PIECES:
         yield from _possible(replace(slot, angle_deg=share * slot.angle_deg), [shape], seed, form)
 
 
 def _possible(
-    limits: Limits,
+    limits: CommandLimits,
     shapes: Iterable[str],
     seed: int,
     form: Form | None = None,

@@ -12,7 +12,7 @@ from servosight.identify.problem import Problem, thinned
 from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
-from servosight.models.excitation import SHAPES, Excitation, Limits, design
+from servosight.models.excitation import SHAPES, CommandLimits, Excitation, design
 
 GAIN = 0.7
 """A command is called better where its worst sigma is below this share."""
@@ -109,7 +109,7 @@ class Better:
     """The shape that determines the parameters best within limits, and by how much."""
 
     shape: str
-    limits: Limits
+    limits: CommandLimits
     information: Information
 
     def sentence(self, now: Information) -> str:
@@ -137,7 +137,7 @@ def better_command(
     None where no shape fits into them, or none gives more information.
     """
     (like,), _ = thinned([like])
-    limits = Limits.of(like.command_time_s, like.command_deg)
+    limits = CommandLimits.of(like.command_time_s, like.command_deg)
     now = assess(actuator, [like], noise_deg, catalogue=catalogue)
     found = []
     for shape in SHAPES:

@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.models.core import Array, InputError, Recording
 from servosight.models.fmu import FmuModel, FmuRun, FmuVariable
 
-BUDGET = 80
-"""Runs of an FMU for the numbers of one recording."""
 SCALES = {"bias": 1.0, "initial_angle": 1.0, "initial_speed": 10.0}
 """Sizes of a change that matters [deg], [deg/s]."""
 _FIRST = 3
@@ -48,31 +45,6 @@ def predicted(
     if not any(one.name == "bias" for one in model.own):
         angles = angles + (run.recording.angle_deg - angles).mean(axis=1, keepdims=True)
     return angles, errors
-
-
-def fitted_own(model: FmuModel, recording: Recording) -> Array:
-    """The model's prediction [deg], (samples,), with the recording's own numbers fitted.
-
-    Raises InputError where the FMU does not run on the recording's command.
-    """
-    run = model.run_of(recording)
-    names = [one.name for one in model.own]
-    point = own_start(recording, model)
-    angles, errors = predicted(model, run, names, point[None, :])
-    if errors[0]:
-        raise InputError(
-            f"{model.fmu.path}: does not run on {recording.name} ({errors[0]}), expected an FMU "
-            f"that does; try it in the tool it is of"
-        )
-    if not names:
-        return np.asarray(angles[0])
-
-    def residuals(points: Array) -> Array:
-        return predicted(model, run, names, points)[0] - recording.angle_deg
-
-    low, high, scale = bounds_of(model.own)
-    best = drive(LevenbergMarquardt(point, low, high, scale), residuals, BUDGET).point
-    return np.asarray(predicted(model, run, names, best[None, :])[0][0])
 
 
 def bounds_of(variables: Sequence[FmuVariable]) -> tuple[Array, Array, Array]:

@@ -11,6 +11,7 @@ from servosight.identify.problem._noise import sample_noise_deg as sample_noise_
 from servosight.identify.problem._problem import TOLERANCE_SHARE as TOLERANCE_SHARE
 from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem
+from servosight.identify.problem._problem import Work as Work
 from servosight.identify.problem._projection import projected_out as projected_out
 from servosight.identify.problem._read_errors import usable_views as usable_views
 from servosight.identify.problem._read_limits import ReadErrorLimits as ReadErrorLimits

@@ -65,6 +65,13 @@ class Coordinate:
         return low, high
 
 
+@dataclass
+class Work:
+    """How many simulations of one recording were made: the same on every machine, unlike time."""
+
+    simulations: int = 0
+
+
 @dataclass(frozen=True)
 class Problem:
     """Fit ``effects`` (with the linear core) to ``recordings``.
@@ -73,7 +80,7 @@ class Problem:
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
     so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain. ``held``
     parameters stay at their values: their bounds are these. Those of effects that are not fitted
-    are ignored.
+    are ignored. ``work`` is told of every simulation, where it is given.
     """
 
     recordings: tuple[Recording, ...]
@@ -82,6 +89,7 @@ class Problem:
     masks: tuple[Mask, ...]
     k_bounds: tuple[float, float] | None = None
     held: Mapping[str, float] = field(default_factory=dict)
+    work: Work | None = field(default=None, compare=False)
 
     @classmethod
     def of(
@@ -92,6 +100,7 @@ class Problem:
         masks: Sequence[Mask] | None = None,
         k_bounds: tuple[float, float] | None = None,
         held: Mapping[str, float] | None = None,
+        work: Work | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
@@ -103,6 +112,7 @@ class Problem:
             tuple(masks),
             k_bounds,
             dict(held or {}),
+            work,
         )
 
     @property
@@ -218,9 +228,15 @@ class Problem:
         """Each different row once: a parameter of one recording does not change others' rows."""
         stimulus = self.stimuli[recording]
         if len(self.recordings) == 1:
+            self._count(rows)
             return self.plant.simulate(rows, stimulus)
         different, which = np.unique(rows, axis=0, return_inverse=True)
+        self._count(different)
         return self.plant.simulate(different, stimulus)[which.ravel()]
+
+    def _count(self, rows: Array) -> None:
+        if self.work is not None:
+            self.work.simulations += len(rows)
 
     def residuals(self, points: Array) -> Array:
         """Weighted residuals of the scored samples, (batch, scored); large where it failed."""

@@ -112,7 +112,8 @@ class LevenbergMarquardt:
         sensitivity = np.sqrt(np.diag(normal)) * size
         weakest = max(_INSENSITIVE * float(sensitivity.max(initial=0.0)), 1e-30)
         root = np.maximum(sensitivity, weakest) / size
-        scaled = normal / np.outer(root, root)
+        # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
+        scaled = np.nan_to_num(normal / np.outer(root, root), nan=0.0, posinf=0.0, neginf=0.0)
         values, vectors = np.linalg.eigh(scaled)
         downhill = vectors.T @ (-gradient[free] / root)
         trials = np.tile(self.point, (_DAMPINGS.size, 1))

@@ -5,7 +5,7 @@ from servosight.models.excitation._design import Design as Design
 from servosight.models.excitation._design import Form as Form
 from servosight.models.excitation._design import design as design
 from servosight.models.excitation._design import slewed as slewed
-from servosight.models.excitation._limits import Limits as Limits
+from servosight.models.excitation._limits import CommandLimits as CommandLimits
 from servosight.models.excitation._multisine import Grid as Grid
 from servosight.models.excitation._multisine import grid_of as grid_of
 from servosight.models.excitation._shapes import Excitation as Excitation

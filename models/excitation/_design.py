@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array, InputError
 from servosight.models.excitation import _shapes as waves
-from servosight.models.excitation._limits import Limits
+from servosight.models.excitation._limits import CommandLimits
 from servosight.models.excitation._multisine import multisine_period, random_grid
 from servosight.models.excitation._shapes import Excitation
 
@@ -44,7 +44,7 @@ class Design:
     notes: tuple[str, ...] = ()
 
 
-def design(shape: str, limits: Limits, form: Form | None = None, seed: int = 0) -> Design:
+def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: int = 0) -> Design:
     """The ``shape`` (a key of :data:`SHAPES`) within ``limits``.
 
     Raises InputError where the shape is unknown, or cannot be had within the limits.
@@ -63,7 +63,7 @@ def design(shape: str, limits: Limits, form: Form | None = None, seed: int = 0) 
     return replace(made, excitation=Excitation(rows.time_s, limits.centre_deg + rows.command_deg))
 
 
-def slewed(command_deg: Array, limits: Limits) -> Array:
+def slewed(command_deg: Array, limits: CommandLimits) -> Array:
     """The command, starting at zero and following at no more than the rate; (rows,)."""
     if limits.rate_deg_s is None:
         return command_deg
@@ -76,7 +76,7 @@ def slewed(command_deg: Array, limits: Limits) -> Array:
     return out
 
 
-def _scaled(unit: Array, limits: Limits, words: Callable[[float], str]) -> Design:
+def _scaled(unit: Array, limits: CommandLimits, words: Callable[[float], str]) -> Design:
     """A smooth wave of peak 1, as large as angle and rate allow."""
     steepest = float(np.max(np.abs(np.diff(unit)))) * limits.rows_hz
     amplitude = limits.angle_deg
@@ -90,7 +90,7 @@ def _scaled(unit: Array, limits: Limits, words: Callable[[float], str]) -> Desig
     return Design(Excitation(limits.time_s[: unit.size], amplitude * unit), words(amplitude), notes)
 
 
-def _levels(limits: Limits, dwell_s: float) -> tuple[float, tuple[str, ...]]:
+def _levels(limits: CommandLimits, dwell_s: float) -> tuple[float, tuple[str, ...]]:
     """The amplitude at which the longest change takes at most half of the time for it."""
     if limits.rate_deg_s is None or limits.rate_deg_s * dwell_s >= 4.0 * limits.angle_deg:
         return limits.angle_deg, ()
@@ -101,7 +101,7 @@ def _levels(limits: Limits, dwell_s: float) -> tuple[float, tuple[str, ...]]:
     )
 
 
-def _needs(limits: Limits, shape: str, seconds: float, why: str) -> None:
+def _needs(limits: CommandLimits, shape: str, seconds: float, why: str) -> None:
     if limits.duration_s < seconds * (1.0 - 1e-9):
         raise InputError(
             f"the {shape} has {limits.duration_s:g} s, expected at least {seconds:.3g} s for "
@@ -109,7 +109,7 @@ def _needs(limits: Limits, shape: str, seconds: float, why: str) -> None:
         )
 
 
-def _steps(limits: Limits, form: Form, seed: int) -> Design:
+def _steps(limits: CommandLimits, form: Form, seed: int) -> Design:
     reach = 0.0 if limits.rate_deg_s is None else 4.0 * limits.angle_deg / limits.rate_deg_s
     dwell = form.dwell_s or max(0.04 * limits.duration_s, 0.1, min(reach, limits.duration_s / 8.0))
     _needs(limits, "steps", 3.0 * dwell, "a rest and two levels")
@@ -119,7 +119,7 @@ def _steps(limits: Limits, form: Form, seed: int) -> Design:
     return Design(Excitation(limits.time_s, wave), words, notes)
 
 
-def _prbs(limits: Limits, form: Form, seed: int) -> Design:
+def _prbs(limits: CommandLimits, form: Form, seed: int) -> Design:
     clock = form.dwell_s or 0.15
     _needs(limits, "prbs", 8.0 * clock, "eight bits")
     amplitude, notes = _levels(limits, clock)
@@ -128,7 +128,7 @@ def _prbs(limits: Limits, form: Form, seed: int) -> Design:
     return Design(Excitation(limits.time_s, wave), words, notes)
 
 
-def _chirp(limits: Limits, form: Form, seed: int) -> Design:
+def _chirp(limits: CommandLimits, form: Form, seed: int) -> Design:
     """A logarithmic sweep; where the rate is in the way, the amplitude falls as 1 / frequency."""
     low, high = _band(limits, form, 0.3, 12.0)
     _needs(limits, "chirp", 1.0 / low, f"one period at {low:.3g} Hz")
@@ -148,7 +148,7 @@ def _chirp(limits: Limits, form: Form, seed: int) -> Design:
     return Design(Excitation(limits.time_s, wave), words, notes)
 
 
-def _multisine(limits: Limits, form: Form, seed: int) -> Design:
+def _multisine(limits: CommandLimits, form: Form, seed: int) -> Design:
     """Whole periods, so that the periodic part can be separated from noise."""
     low, high = _band(limits, form, 0.2, 9.0)
     periods = max(FEWEST_PERIODS, round(limits.duration_s / PERIOD_S))
@@ -173,14 +173,14 @@ def _multisine(limits: Limits, form: Form, seed: int) -> Design:
     )
 
 
-def _sine(limits: Limits, form: Form, seed: int) -> Design:
+def _sine(limits: CommandLimits, form: Form, seed: int) -> Design:
     frequency = _below_rows(limits, form.frequency_hz or 1.0)
     _needs(limits, "sine", 1.0 / frequency, "one period")
     unit = waves.sine(limits.time_s, 1.0, frequency)
     return _scaled(unit, limits, lambda a: f"sine of {a:.3g} deg at {frequency:.3g} Hz")
 
 
-def _triangle(limits: Limits, form: Form, seed: int) -> Design:
+def _triangle(limits: CommandLimits, form: Form, seed: int) -> Design:
     """Whole turns at the full amplitude for the first half, then at a quarter of it."""
     frequency = _below_rows(limits, form.frequency_hz or 0.5)
     _needs(limits, "triangle", 2.0 / frequency, "one turn at each of two amplitudes")
@@ -200,7 +200,7 @@ def _triangle(limits: Limits, form: Form, seed: int) -> Design:
     )
 
 
-def _standard(limits: Limits, form: Form, seed: int) -> Design:
+def _standard(limits: CommandLimits, form: Form, seed: int) -> Design:
     _needs(limits, "standard mix", 5.0, "its parts")
     made = waves.standard(limits.duration_s, limits.angle_deg, seed, limits.rows_hz)
     wave = slewed(made.command_deg, limits)
@@ -211,7 +211,7 @@ def _standard(limits: Limits, form: Form, seed: int) -> Design:
     return Design(Excitation(made.time_s, wave), words, notes)
 
 
-def _band(limits: Limits, form: Form, low: float, high: float) -> tuple[float, float]:
+def _band(limits: CommandLimits, form: Form, low: float, high: float) -> tuple[float, float]:
     low, high = form.low_hz or low, _below_rows(limits, form.high_hz or high)
     if low >= high:
         raise InputError(
@@ -221,7 +221,7 @@ def _band(limits: Limits, form: Form, low: float, high: float) -> tuple[float, f
     return low, high
 
 
-def _below_rows(limits: Limits, frequency_hz: float) -> float:
+def _below_rows(limits: CommandLimits, frequency_hz: float) -> float:
     if frequency_hz > 0.2 * limits.rows_hz:
         raise InputError(
             f"a frequency of {frequency_hz:g} Hz needs more rows, expected at most a fifth of "
@@ -230,7 +230,7 @@ def _below_rows(limits: Limits, frequency_hz: float) -> float:
     return frequency_hz
 
 
-SHAPES: Mapping[str, Callable[[Limits, Form, int], Design]] = {
+SHAPES: Mapping[str, Callable[[CommandLimits, Form, int], Design]] = {
     "steps": _steps,
     "chirp": _chirp,
     "multisine": _multisine,

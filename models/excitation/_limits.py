@@ -12,7 +12,7 @@ MOST_ROWS = 5_000_000
 
 
 @dataclass(frozen=True)
-class Limits:
+class CommandLimits:
     """What the command keeps within: +-``angle_deg`` about ``centre_deg``, ``rate_deg_s`` from row
     to row (None: jumps are allowed), ``duration_s``; rows are sent at ``rows_hz``.
     """
@@ -56,7 +56,7 @@ class Limits:
         return f"{self.angle_deg:.4g} deg{rate} and {self.duration_s:.4g} s"
 
     @classmethod
-    def of(cls, time_s: Array, command_deg: Array) -> Limits:
+    def of(cls, time_s: Array, command_deg: Array) -> CommandLimits:
         """The limits that a command has kept itself, (rows,) each."""
         low, high = float(command_deg.min()), float(command_deg.max())
         spacing = np.diff(time_s)

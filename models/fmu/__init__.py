@@ -9,3 +9,4 @@ from servosight.models.fmu._fmu import FmuVariable as FmuVariable
 from servosight.models.fmu._fmu import open_fmu as open_fmu
 from servosight.models.fmu._model import FmuModel as FmuModel
 from servosight.models.fmu._model import FmuRun as FmuRun
+from servosight.models.fmu._pieces import Pieces as Pieces

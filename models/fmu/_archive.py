@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import stat
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from servosight.models.core import InputError, check_path
+from servosight.models.fmu._folder import own_folder
 
 DESCRIPTION = "modelDescription.xml"
 _CHUNK = 1 << 20
@@ -43,20 +43,20 @@ LIMITS = ArchiveLimits()
 def unpacked(path: Path, limits: ArchiveLimits = LIMITS) -> Iterator[Path]:
     """A temporary folder with the archive's files; InputError where it is not to be unpacked."""
     check_path(path)
-    with tempfile.TemporaryDirectory(prefix="servosight-fmu-") as folder:
+    with own_folder() as folder:
         try:
             if path.stat().st_size > limits.file_bytes:
                 raise _bad(path, f"has more than {limits.file_bytes:,} bytes", "a smaller one")
             with zipfile.ZipFile(path) as archive:
                 _check(path, archive, limits)
-                _extract(path, archive, Path(folder))
+                _extract(path, archive, folder)
         except (zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, EOFError) as error:
             raise _bad(path, f"is no whole zip archive ({_line(error)})") from None
         except (NotImplementedError, ValueError, UnicodeError) as error:
             raise _bad(path, f"cannot be unpacked ({_line(error)})") from None
         except (IsADirectoryError, FileNotFoundError, PermissionError) as error:
             raise _bad(path, f"cannot be read ({error.strerror})") from None
-        yield Path(folder)
+        yield folder
 
 
 def _check(path: Path, archive: zipfile.ZipFile, limits: ArchiveLimits) -> None:

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, exposure_nodes
+from servosight.models.core import Array, InputError, Recording, did_you_mean, exposure_nodes
 from servosight.models.fmu._fmu import Fmu, FmuVariable
+from servosight.models.fmu._pieces import Pieces
 
 COMMAND, ANGLE = "command", "angle"
 OWN_NAMES = ("bias", "initial_angle", "initial_speed")
 """Parameters that belong to a recording and not to the servo, where an FMU has them."""
-_LINE_STEP_S = 1e-3
-_APART_S = 1e-9
 _RADIANS = ("rad", "radian", "radians")
 
 
@@ -23,13 +22,13 @@ _RADIANS = ("rad", "radian", "radians")
 class FmuRun:
     """A recording as steps of an FMU, from time zero.
 
-    ``time_s`` (steps + 1,), ``command`` (steps,) in the input's unit, ``nodes_s`` (samples *
+    ``time_s`` (steps + 1,), ``command_deg`` (steps,), ``nodes_s`` (samples *
     weights,) the instants of the exposures, ``weights`` (nodes,) their means.
     """
 
     recording: Recording
     time_s: Array
-    command: Array
+    command_deg: Array
     nodes_s: Array
     weights: Array
 
@@ -50,8 +49,8 @@ class FmuModel:
         """
         return cls(
             fmu,
-            _chosen(fmu, "input", command, COMMAND, "--input"),
-            _chosen(fmu, "output", angle, ANGLE, "--output"),
+            _chosen(fmu, "input", command, COMMAND, "--fmu-input"),
+            _chosen(fmu, "output", angle, ANGLE, "--fmu-output"),
         )
 
     @property
@@ -76,37 +75,38 @@ class FmuModel:
         An FMU that takes one step only takes that, under the command in its middle.
         """
         nodes, weights = exposure_nodes(recording.time_s, recording.exposure_s)
-        first, last = float(nodes[0]), float(nodes[-1])
-        rows = recording.command_time_s
-        linear = recording.hold == "linear"
-        if linear:
-            rows = np.concatenate([rows, np.arange(first, last, _LINE_STEP_S)])
-        time_s = np.unique(np.concatenate([rows[(rows > first) & (rows < last)], nodes]))
-        time_s = time_s[np.concatenate([[True], np.diff(time_s) > _APART_S])]
-        step_s = self.fmu.step_s
-        if step_s is not None:
-            time_s = np.arange(int(np.ceil((last - first) / step_s)) + 1) * step_s + first
-        at = 0.5 * (time_s[1:] + time_s[:-1])
-        command = recording.command_at(at)
-        return FmuRun(
-            recording,
-            np.asarray(time_s - first),
-            command * _per_degree(self.command),
-            np.asarray(nodes) - first,
-            weights,
+        pieces = Pieces.of(
+            recording.command_time_s, recording.command_deg, recording.hold == "linear"
         )
+        time_s, command = pieces.steps(nodes, self.fmu.step_s)
+        return FmuRun(recording, time_s - nodes[0], command, nodes - nodes[0], weights)
+
+    def angles(
+        self, time_s: Array, command_deg: Array, names: Sequence[str], rows: Array
+    ) -> tuple[Array, list[str]]:
+        """Angles [deg] at the ends of the steps ``time_s`` (steps + 1,) from zero, and errors.
+
+        ``command_deg`` (steps,), ``rows`` (runs, names) of parameters; returns (runs, steps + 1),
+        NaN and a sentence where a run failed.
+        """
+        found, errors = self.fmu.run_rows(
+            time_s,
+            command_deg * _per_degree(self.command),
+            names,
+            rows,
+            self.command.name,
+            self.angle.name,
+        )
+        return np.stack(found) / _per_degree(self.angle), errors
 
     def predict(self, run: FmuRun, names: Sequence[str], rows: Array) -> tuple[Array, list[str]]:
         """Angles [deg] for ``rows`` (runs, names) of parameters: (runs, samples), and errors.
 
         NaN and a sentence where a run failed.
         """
-        found, errors = self.fmu.run_rows(
-            run.time_s, run.command, names, rows, self.command.name, self.angle.name
-        )
+        found, errors = self.angles(run.time_s, run.command_deg, names, rows)
         angles = np.stack([np.interp(run.nodes_s, run.time_s, one) for one in found])
-        angles = angles.reshape(len(found), -1, run.weights.size) @ run.weights
-        return angles / _per_degree(self.angle), errors
+        return angles.reshape(len(found), -1, run.weights.size) @ run.weights, errors
 
 
 def _chosen(
@@ -116,14 +116,20 @@ def _chosen(
     for name in (asked,) if asked is not None else (usual, *there):
         if name in there and (asked is not None or name == usual or len(there) == 1):
             return there[name]
-    names = ", ".join(list(there)[:8]) or "none"
-    wanted = (
-        f"one named {usual}, or its name behind {option}" if asked is None else f"a {causality}"
-    )
+    if not there:
+        raise InputError(
+            f"{fmu.path}: has no {causality} that is a real number, expected one for the {usual}; "
+            f"what takes no command or shows no angle is no model of a servo"
+        )
+    names = ", ".join(list(there)[:8])
+    if asked is not None:
+        raise InputError(
+            f"{fmu.path}: has no {causality} {asked}{did_you_mean(asked, there)}; expected one of "
+            f"{names}, so give {option} one of these"
+        )
     raise InputError(
-        f"{fmu.path}: has the {causality}s {names}"
-        + (f", but none {asked}" if asked is not None else "")
-        + f"; expected {wanted}, so give {option} NAME"
+        f"{fmu.path}: has the {causality}s {names}, expected a single one or one named {usual}; "
+        f"choose with {option} NAME"
     )
 
 

@@ -5,6 +5,8 @@ Imported by the process that runs the FMU, and nowhere else.
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,8 @@ from servosight.models.core import Array
 _REAL = ("Real", "Float64")
 _ME_TOLERANCE = 1e-8
 _ME_STEP_S = 1e-3
+_WARNING = 1
+"""The last status of FMI that is no error."""
 _STEP_S = 1e-3
 
 
@@ -123,15 +127,12 @@ class Session:
             fmu.enterInitializationMode(startTime=float(times[0]))
         put(given, [float(command[0])])
         fmu.exitInitializationMode()
+        step = _steps(fmu, old, given[0], wanted[0])
         out = np.empty(times.size)
         out[0] = get(wanted)[0]
-        for i in range(times.size - 1):
-            put(given, [float(command[i])])
-            fmu.doStep(
-                currentCommunicationPoint=float(times[i]),
-                communicationStepSize=float(times[i + 1] - times[i]),
-            )
-            out[i + 1] = get(wanted)[0]
+        instants, lengths = times.tolist(), np.diff(times).tolist()
+        for i, value in enumerate(command.tolist()):
+            out[i + 1] = step(value, instants[i], lengths[i])
         fmu.terminate()
         fmu.reset()
         return out
@@ -158,6 +159,36 @@ class Session:
             output=[output_name],
         )
         return np.asarray(np.interp(times, found["time"], found[output_name]), dtype=np.float64)
+
+
+def _steps(fmu: Any, old: bool, given: int, wanted: int) -> Callable[[float, float, float], float]:
+    """A function (input, time, length) -> output that takes a step: fmpy's own, without its lists.
+
+    They would take longer than a small model's step.
+    """
+    put, get = ((ctypes.c_uint * 1)(reference) for reference in (given, wanted))
+    number, answer = (ctypes.c_double * 1)(), (ctypes.c_double * 1)()
+    it = fmu.component
+    ended = [ctypes.c_bool(), ctypes.c_bool(), ctypes.c_bool()]
+    reached = ctypes.c_double()
+    told = [*map(ctypes.byref, ended), ctypes.byref(reached)]
+    names = ("SetReal", "DoStep", "GetReal") if old else ("SetFloat64", "DoStep", "GetFloat64")
+    prefix = "fmi2" if old else "fmi3"
+    write, advance, read = (getattr(fmu.dll, f"{prefix}{name}") for name in names)
+    count, more = (() if old else (1,)), (() if old else told)
+
+    def step(value: float, time_s: float, length_s: float) -> float:
+        number[0] = value
+        status = write(it, put, 1, number, *count)
+        status = max(status, advance(it, time_s, length_s, 1, *more))
+        status = max(status, read(it, get, 1, answer, *count))
+        if status > _WARNING:
+            raise ValueError(f"its step at {time_s:g} s failed with status {status}")
+        if ended[1].value:
+            raise ValueError(f"it ends its simulation at {time_s + length_s:g} s")
+        return answer[0]
+
+    return step
 
 
 def _is_real(one: ScalarVariable) -> bool:

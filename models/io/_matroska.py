@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from types import TracebackType
-from typing import BinaryIO
+from typing import Protocol
 
 TICK_S = 1e-6
 """The unit of the time stamps."""
@@ -31,12 +31,29 @@ _CUES, _CUE_POINT, _CUE_TIME, _CUE_PLACES = 0x1C53BB6B, 0xBB, 0xB3, 0xB7
 _CUE_TRACK, _CUE_CLUSTER = 0xF7, 0xF1
 
 
+class Seekable(Protocol):
+    """What the writer needs of a binary file."""
+
+    def write(self, data: bytes, /) -> int:
+        """Write all of it."""
+
+    def tell(self) -> int:
+        """The position [bytes]."""
+
+    def seek(self, place: int, /) -> int:
+        """Go to a position [bytes]."""
+
+
 class MatroskaWriter:
-    """Writes one video track to a seekable binary file; close by leaving its ``with`` block."""
+    """Writes one video track to a seekable binary file; close by leaving its ``with`` block.
+
+    ``packets`` counts the pictures that have been handed to the file. After an OSError of the file
+    ``cut`` says up to where it is whole.
+    """
 
     def __init__(
         self,
-        file: BinaryIO,
+        file: Seekable,
         size: tuple[int, int],
         codec: str,
         codec_private: bytes,
@@ -48,6 +65,7 @@ class MatroskaWriter:
         self._cluster: list[tuple[int, bool, bytes]] = []
         self._cues: list[bytes] = []
         self._last = 0
+        self.packets = 0
         file.write(
             _element(
                 _EBML,
@@ -87,6 +105,7 @@ class MatroskaWriter:
                 ),
             )
         )
+        self._whole = file.tell()
 
     def write(self, ticks: int, packet: bytes, key: bool = True) -> None:
         """Append a picture shown at ``ticks`` >= 0, in rising order; ``key``: it is a key frame."""
@@ -94,6 +113,12 @@ class MatroskaWriter:
             self._flush()
         self._cluster.append((ticks, key, packet))
         self._last = ticks
+
+    def cut(self) -> int:
+        """Leave out what ``packets`` does not count; the place where the file is to end [bytes]."""
+        self._cluster = []
+        self._file.seek(self._whole)
+        return self._whole
 
     def close(self) -> None:
         """Write the last cluster, the index, and the sizes that the header left open."""
@@ -136,6 +161,8 @@ class MatroskaWriter:
             for ticks, key, packet in self._cluster
         )
         self._file.write(_element(_CLUSTER, _uint(_TIMESTAMP, start) + blocks))
+        self._whole = self._file.tell()
+        self.packets += len(self._cluster)
         self._cluster = []
 
 

@@ -16,5 +16,6 @@ from servosight.models.plant._metrics import resonance_db as resonance_db
 from servosight.models.plant._metrics import step_metrics as step_metrics
 from servosight.models.plant._plant import Plant as Plant
 from servosight.models.plant._plant import Stimulus as Stimulus
+from servosight.models.plant._predict import command_recording as command_recording
 from servosight.models.plant._predict import predict as predict
 from servosight.models.plant._predict import predict_command as predict_command

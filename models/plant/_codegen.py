@@ -17,7 +17,9 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 from servosight.models.core import InputError, write_text
@@ -43,6 +45,14 @@ njit = functools.partial(compiled, error_model="numpy", forceinline=True)
 '''
 
 
+ENTRIES = {
+    "simulate_rows": "njit(parallel=True, cache=True, nogil=True)",
+    "shape_command": "njit(cache=True, nogil=True)",
+    "shape_output": "njit(cache=True, nogil=True)",
+}
+"""The functions that are called from outside, and how they are compiled."""
+
+
 def kernel_source(effects: Iterable[Effect]) -> str:
     """The text of the kernel for these effects, in their order."""
     layout = Layout.of(effects)
@@ -55,27 +65,39 @@ def kernel_source(effects: Iterable[Effect]) -> str:
     return "\n\n".join(parts)
 
 
-def kernel(effects: Mapping[str, Effect]) -> Callable[..., None]:
-    """The compiled ``simulate_rows`` for these effects, from the cache where it stands already."""
+class _TextLoader(SourceFileLoader):
+    """Imports a file from its text alone: of a file of bytecode a full disk could leave half."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
+
+
+def kernel(effects: Mapping[str, Effect], name: str = "simulate_rows") -> Callable[..., Any]:
+    """A compiled function of the kernel for these effects, from the cache where it stands already.
+
+    It is compiled when it is called: :data:`ENTRIES` has the names.
+    """
     text = kernel_source(effects.values())
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    name = f"servosight_kernel_{digest}"
-    if name not in sys.modules:
-        path = cache_folder() / f"{name}.py"
+    module_name = f"servosight_kernel_{digest}"
+    if module_name not in sys.modules:
+        path = cache_folder() / f"{module_name}.py"
         if not path.is_file():
             write_text(path, text)
-        if not any((path.parent / "__pycache__").glob(f"{name}.*.nbi")):
+        if not any((path.parent / "__pycache__").glob(f"{module_name}.*.nbi")):
             logging.getLogger("servosight").info(
                 "compiling the equations of %d effects, once; this takes up to a minute",
                 len(effects),
             )
-        spec = importlib.util.spec_from_file_location(name, path)
-        if spec is None or spec.loader is None:  # pragma: no cover - a .py path always has both
+        loader = _TextLoader(module_name, str(path))
+        spec = importlib.util.spec_from_file_location(module_name, path, loader=loader)
+        if spec is None:  # pragma: no cover - a .py path always has one
             raise RuntimeError(f"cannot import {path}")
         module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    function: Callable[..., None] = sys.modules[name].simulate_rows
+        sys.modules[module_name] = module
+        loader.exec_module(module)
+    function: Callable[..., Any] = getattr(sys.modules[module_name], name)
     return function
 
 
@@ -144,10 +166,8 @@ def _body(path: str | None) -> str:
     tree = ast.parse(Path(path).read_text(encoding="utf-8"))
     kept = [node for node in tree.body[1:] if not isinstance(node, ast.Import | ast.ImportFrom)]
     for node in kept:
-        if isinstance(node, ast.FunctionDef) and node.name == "simulate_rows":
-            node.decorator_list = [
-                ast.parse("njit(parallel=True, cache=True, nogil=True)", mode="eval").body
-            ]
+        if isinstance(node, ast.FunctionDef) and node.name in ENTRIES:
+            node.decorator_list = [ast.parse(ENTRIES[node.name], mode="eval").body]
     return "\n\n".join(ast.unparse(node) for node in kept)
 
 

@@ -30,15 +30,48 @@ from servosight.models.plant._terms import (
     flags,
     has_command_terms,
     latency,
+    memory_commit,
+    output_chain,
     start_states,
     unpack,
 )
+
+FEWEST_STEPS = 20_000
+STEPS_SHARE = 2.0
+"""A simulation may take FEWEST_STEPS steps, and STEPS_SHARE times those of steps that never grow
+and of the command's rows. What needs more chatters or is too stiff for any servo; a search that
+comes across it should not wait for it."""
+FEWEST_PIECES = 100_000
+PIECES_SHARE = 20.0
+"""The same for pieces that terms make of the command: a profile's are many, short and no chatter,
+so their first step does not count as one."""
+
+
+@njit
+def recorded_piece(times, values, linear, row, t):
+    """The straight piece of a recorded command at ``t``: its row, value, slope, and for how long.
+
+    ``row`` is that of an earlier instant, -1 before the first one, whose value holds there.
+    """
+    while row + 1 < len(times) and times[row + 1] - t <= TINY:
+        row += 1
+    if row < 0:
+        return row, values[0], 0.0, times[0] - t
+    if row + 1 == len(times):
+        return row, values[row], 0.0, math.inf
+    slope = 0.0
+    value = values[row]
+    if linear:
+        slope = (values[row + 1] - value) / (times[row + 1] - times[row])
+        value += slope * (t - times[row])
+    return row, value, slope, times[row + 1] - t
 
 
 # One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
 def _row(row_values, times, values, linear, samples, horn, steps, out):
-    """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out.
+    """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out or the
+    motion runs away.
 
     ``steps``: where something has just changed, and the longest, to which they grow from there on.
     """
@@ -64,21 +97,11 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
     row = np.searchsorted(times, t - shift, side="right") - 1
     started = False
     n = 0
-    budget = 100_000 + int(20.0 * ((stop - t) / step + len(times)))
+    length = (stop - t) / step + len(times)
+    budget = FEWEST_STEPS + int(STEPS_SHARE * length)
+    pieces = FEWEST_PIECES + int(PIECES_SHARE * length)
     while n < len(samples):
-        # The command's next straight piece.
-        while row + 1 < len(times) and times[row + 1] + shift - t <= TINY:
-            row += 1
-        slope = 0.0
-        if row < 0:
-            value, horizon = values[0], times[0] + shift - t
-        elif row + 1 == len(times):
-            value, horizon = values[row], math.inf
-        else:
-            value, horizon = values[row], times[row + 1] + shift - t
-            if linear:
-                slope = (values[row + 1] - value) / (times[row + 1] - times[row])
-                value += slope * (t - shift - times[row])
+        row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
         if shaped:
             if not started:
                 command_start(p, on, value, last)
@@ -90,9 +113,10 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
         line = (gain * value + bias, gain * slope)
         motion, updates, gone, n, budget = piece(
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
-            budget - 1,
+            budget + 1 if shaped else budget - 1,
         )  # fmt: skip
-        if budget < 0:
+        pieces -= 1
+        if budget < 0 or pieces < 0:
             out[n:] = np.nan
             return
         if shaped:
@@ -111,3 +135,53 @@ def simulate_rows(rows, times, values, linear, samples, horn, step, out):
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
         _row(rows[b], times, values, linear, samples, horn, steps, out[b])
+
+
+@njit
+def shape_command(row_values, times, values, linear, first, last, out):
+    """The command behind the terms on it, from ``first`` to ``last`` [s], as straight pieces.
+
+    Fills ``out`` (most, 3) with start, value and slope; returns how many pieces, and -1 where
+    there are more.
+    """
+    p = unpack(row_values)
+    on = flags(p)
+    shaped = has_command_terms(on)
+    kept = np.zeros(N_COMMAND + 1)
+    piece_value = np.zeros(N_COMMAND + 1)
+    piece_slope = np.zeros(N_COMMAND + 1)
+    shift = latency(p, on)
+    t = first
+    row = np.searchsorted(times, t - shift, side="right") - 1
+    n = 0
+    while t < last:
+        if n == len(out):
+            return -1
+        row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
+        if shaped:
+            if n == 0:
+                command_start(p, on, value, kept)
+            value, slope, horizon = command_chain(
+                p, on, value, slope, horizon, kept, piece_value, piece_slope
+            )
+        out[n] = t, value, slope
+        n += 1
+        gone = max(min(horizon, last - t), 2.0 * TINY)
+        for i in range(N_COMMAND):
+            kept[i] = piece_value[i] + piece_slope[i] * gone
+        t += gone
+    return n
+
+
+@njit
+def shape_output(row_values, angles, out):
+    """What the transmission makes of the horn's ``angles`` (instants,), one after the other.
+
+    Fills ``out`` (instants,). What remembers sees the motion at these instants only.
+    """
+    p = unpack(row_values)
+    on = flags(p)
+    memory = np.full(N_MEMORY + 1, p[4])
+    for i in range(len(angles)):
+        out[i] = output_chain(p, on, angles[i], memory)
+        memory_commit(p, on, angles[i], memory)

@@ -46,6 +46,7 @@ from servosight.models.plant._terms import (
 )
 
 _GROWTH = 2.0  # of a step over the last one, once the fast pole has died away
+_LOST_DEG = 1e9  # beyond this angle a motion has run away
 _EDGE = 1e-6  # a switch this close to the end of a step (as a share of it) is at its end
 
 
@@ -103,7 +104,8 @@ def piece(
     ``updates`` the core's over half of a step, over all of it, and that step. ``out`` takes the
     angle at the ``samples`` from the ``n``-th on that fall into the piece; with ``horn`` it is
     that of the horn, which shaft and linkage lie behind. Returns motion, updates, the time gone,
-    the next sample and what is left of ``budget``, negative where the steps ran out.
+    the next sample and what is left of ``budget``, negative where the steps ran out or the motion
+    ran away.
     """
     exact, eventless, friction, memory_on, loop_memory, switching, paced, shaft, states = acts
     T, xi, held = own
@@ -118,7 +120,8 @@ def piece(
 
     while horizon - gone > TINY and n < len(samples):
         budget -= 1
-        if budget < 0:
+        if budget < 0 or not abs(x[0]) < _LOST_DEG:
+            budget = -1
             break
         left = horizon - gone
         limit = reach

@@ -10,8 +10,10 @@ import numpy as np
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant._codegen import kernel, not_compiled
+from servosight.models.plant._codegen import ENTRIES, kernel, not_compiled
 from servosight.models.plant._layout import Layout
+
+_MOST_PIECES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -50,11 +52,17 @@ class Plant:
 
     layout: Layout
     run: Callable[..., None]
+    shape: Callable[..., int]
+    transmit: Callable[..., None]
 
     @classmethod
     def of(cls, effects: Mapping[str, Effect]) -> Plant:
-        """Compile the plant, or take the compiled one from the cache."""
-        return _plant(tuple(effects.values()))
+        """Compile the plant, or take the compiled one from the cache.
+
+        A catalogue may bring a plant of its own, as ``plant``: that of effects around an FMU does.
+        """
+        own = getattr(effects, "plant", None)
+        return own if isinstance(own, Plant) else _plant(tuple(effects.values()))
 
     def index(self, name: str) -> int:
         """Position of a parameter (``k`` or ``effect.parameter``) in a row."""
@@ -89,8 +97,32 @@ class Plant:
             out = out.reshape(batch.shape[0], -1, stimulus.weights.size) @ stimulus.weights
         return out if np.ndim(rows) == 2 else out[0]
 
+    def shaped_command(self, row: Array, stimulus: Stimulus) -> Array:
+        """The command behind the effects on it, from the first sample to the last.
+
+        ``row`` (parameters,); returns straight pieces (pieces, 3): start [s], value [deg], slope
+        [deg/s]. NaN where the pieces run out.
+        """
+        first, last = float(stimulus.samples_s[0]), float(stimulus.samples_s[-1])
+        out = np.empty((_MOST_PIECES, 3))
+        asked = (stimulus.time_s, stimulus.command_deg, stimulus.linear, first, last, out)
+        try:
+            count = self.shape(np.ascontiguousarray(row), *asked)
+        except Exception as error:  # as in simulate
+            raise not_compiled(self.layout.effects, error) from error
+        return np.full((1, 3), np.nan) if count < 0 else out[:count].copy()
+
+    def behind_transmission(self, row: Array, angle_deg: Array) -> Array:
+        """The surface's angle where that of the horn is given, instant by instant, (instants,)."""
+        out = np.empty(angle_deg.size)
+        try:
+            self.transmit(np.ascontiguousarray(row), np.ascontiguousarray(angle_deg), out)
+        except Exception as error:  # as in simulate
+            raise not_compiled(self.layout.effects, error) from error
+        return out
+
 
 @functools.lru_cache(maxsize=8)
 def _plant(effects: tuple[Effect, ...]) -> Plant:
     registry = {effect.id: effect for effect in effects}
-    return Plant(Layout.of(effects), kernel(registry))
+    return Plant(Layout.of(effects), *(kernel(registry, name) for name in ENTRIES))

@@ -51,15 +51,20 @@ def predict_command(
 
     Before the first row the servo is at rest where the first command leads a linear one.
     """
-    recording = Recording(
+    recording = command_recording(time_s, command_deg)
+    rest = actuator.value("k") * float(command_deg[0]) + actuator.value("bias")
+    return predict(actuator, recording, catalogue, initial_angle_deg=rest, initial_speed_deg_s=0.0)
+
+
+def command_recording(time_s: Array, command_deg: Array) -> Recording:
+    """A command held between its times, (samples,), of which the angle is wanted at these."""
+    return Recording(
         name="command",
         command_time_s=time_s,
         command_deg=command_deg,
         time_s=time_s,
         angle_deg=np.zeros(time_s.size),
     )
-    rest = actuator.value("k") * float(command_deg[0]) + actuator.value("bias")
-    return predict(actuator, recording, catalogue, initial_angle_deg=rest, initial_speed_deg_s=0.0)
 
 
 def _start(recording: Recording) -> tuple[float, float]:

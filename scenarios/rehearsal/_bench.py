@@ -28,6 +28,8 @@ from servosight.scenarios.draws import DRAWS
 from servosight.scenarios.rehearsal._camera import (
     BoardLight,
     CameraFaults,
+    Lamp,
+    OwnLamp,
     VirtualCamera,
     VirtualLight,
 )
@@ -40,8 +42,15 @@ HIDDEN = ("backlash", "coulomb_friction", "dead_zone", "asymmetric_gain")
 """Effects that a rehearsal may hide: each shows in a film of ten seconds."""
 SLOW_PPM = 800.0
 """By how much the virtual board's resonator runs slow."""
+PULSE_S = 0.020006
+"""Pulse period of the virtual Maestro, whose crystal runs slow by 300 ppm."""
 CAMERA = Camera(rate_hz=60.0, exposure_s=0.003, width=320, height=240)
-_KEYS = {"board": "", "dynamixel": "id=1&baud=57600", "feetech": "id=1", "maestro": "crc=true"}
+_KEYS = {
+    "board": "",
+    "dynamixel": "id=1&baud=57600&light=led",
+    "feetech": "id=1",
+    "maestro": "crc=true&light_channel=5",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +103,7 @@ class Rehearsal:
 class VirtualBench:
     """Addresses as a user would type them, and the clock by which time passes.
 
-    ``light`` is None where the board drives it.
+    ``light`` is None where the servo or its board has one.
     """
 
     servo: str
@@ -130,8 +139,8 @@ def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
 def served_bench(rehearsal: Rehearsal) -> Iterator[tuple[str, str]]:
     """Addresses of a servo and a camera that live in real time, for other programs to use.
 
-    The light is driven by a board only (``kind`` "board"): another program cannot switch it. A
-    computer that draws too slowly delivers frames late; their stamps are right all the same.
+    A Feetech servo has no light that another program could switch; the others have. A computer
+    that draws too slowly delivers frames late; their stamps are right all the same.
     """
     with _devices(rehearsal, HOST.now) as (wire, film, _, address), serving(wire), serving(film):
         yield f"{rehearsal.kind}:{wire.path}?{_KEYS[rehearsal.kind]}", address
@@ -141,13 +150,14 @@ def served_bench(rehearsal: Rehearsal) -> Iterator[tuple[str, str]]:
 def _devices(
     rehearsal: Rehearsal, now: Callable[[], float]
 ) -> Iterator[tuple[Wire, VirtualCamera, VirtualLight | None, str]]:
-    """Wire, camera, light where no board drives it, and the camera's address."""
+    """Wire, camera, the light of a servo that has none, and the camera's address."""
     twin = LiveTwin(rehearsal.servo.bench(), rehearsal.effects)
     stand_in = _stand_in(rehearsal.kind, twin)
     wire = Wire(stand_in)
-    light = None if isinstance(stand_in, BoardStandIn) else VirtualLight(now)
-    lamp = BoardLight(stand_in, SLOW_PPM) if isinstance(stand_in, BoardStandIn) else light
-    assert lamp is not None
+    light = VirtualLight(now) if rehearsal.kind == "feetech" else None
+    lamp: Lamp = light or OwnLamp(stand_in)
+    if isinstance(stand_in, BoardStandIn):
+        lamp = BoardLight(stand_in, SLOW_PPM)
     film = VirtualCamera(twin, rehearsal.camera, rehearsal.faults, lamp, seed=rehearsal.seed)
     start_s = now()
     stand_in.advance(start_s)
@@ -166,4 +176,4 @@ def _stand_in(kind: Kind, plant: Plant) -> StandIn:
         return DynamixelStandIn(plant)
     if kind == "feetech":
         return FeetechStandIn(plant)
-    return MaestroStandIn(plant, crc=True)
+    return MaestroStandIn(plant, crc=True, period_s=PULSE_S)

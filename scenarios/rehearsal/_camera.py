@@ -11,8 +11,8 @@ from typing import Annotated, Protocol
 import numpy as np
 
 from servosight.bench.timing import LightPattern
-from servosight.bench.wire import BoardStandIn, ServedFrame
-from servosight.models.core import Array, Camera, share, within
+from servosight.bench.wire import BoardStandIn, ServedFrame, StandIn
+from servosight.models.core import Array, Camera, lit_share, share, within
 from servosight.sim.film import LiveFilm, VideoSettings
 from servosight.sim.live import LiveTwin
 
@@ -57,6 +57,20 @@ class BoardLight:
             pattern = LightPattern.of_command(began_s, last_s, self._rate)
             total = total + pattern.share(0.5 * (from_s + to_s), float((to_s - from_s).flat[0]))
         return total
+
+
+class OwnLamp:
+    """The light that a virtual servo has, or switches on one of its outputs."""
+
+    def __init__(self, servo: StandIn) -> None:
+        self._servo = servo
+
+    def share(self, from_s: Array, to_s: Array) -> Array:
+        """The share of stretches of time in which it is on."""
+        if not self._servo.lamp:
+            return np.zeros(np.shape(from_s))
+        time_s, on = (np.array(column) for column in zip(*self._servo.lamp, strict=True))
+        return lit_share(time_s, on * 1.0, from_s, to_s)
 
 
 class VirtualLight:

@@ -9,17 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models.core import check_path
-from servosight.scenarios.sweeps.measure import POOLS, CellWork, warm
+from servosight.scenarios.sweeps.measure import LOADED, POOLS, CellWork, warm
 from servosight.scenarios.sweeps.plan import Cell, Sweep, cells
 from servosight.scenarios.sweeps.run import (
     Engine,
     InThisProcess,
-    Limits,
     Store,
     Tally,
     Task,
+    WatchLimits,
     dask_engine,
     drive,
+    start_server,
 )
 
 OnProgress = Callable[[Tally, Sequence[str]], None]
@@ -35,14 +36,16 @@ def run_sweep(
     retry: bool = False,
     on_start: OnStart = lambda engine: None,
     on_progress: OnProgress = lambda tally, said: None,
+    on_interrupt: Callable[[], None] = lambda: None,
     dashboard: bool = True,
 ) -> Tally:
     """Run the cells of ``sweep`` that ``folder`` has no row of; the rows are in it afterwards.
 
     ``workers`` processes (default: one for each core; 0: this process) or the workers of a
     ``scheduler``. With ``retry`` cells that have failed run again. An interruption at any moment
-    loses what was being computed, nothing else. Raises InputError for a folder of something else
-    and for a scheduler that does not answer.
+    loses what was being computed, nothing else; ``on_interrupt`` is called before the workers are
+    closed, which takes longer than an interrupted process may have. Raises InputError for a folder
+    of something else and for a scheduler that does not answer.
     """
     check_path(folder)
     store = Store(folder)
@@ -50,6 +53,8 @@ def run_sweep(
         if retry:
             store.forget_failed()
         done = store.done()
+        if len(done) < sweep.size and workers != 0 and scheduler is None:
+            start_server(LOADED, POOLS)  # it imports while this process counts
         known = sum(cell.key in done for cell in cells(sweep)) if done else 0
         tally = Tally(sweep.size, earlier=known)
         if known == sweep.size:
@@ -58,7 +63,11 @@ def run_sweep(
         work = CellWork.of(sweep)
         with _engine(work, store, sweep, workers, scheduler, dashboard) as engine:
             on_start(engine)
-            drive(todo, engine, store, tally, on_progress)
+            try:
+                drive(todo, engine, store, tally, on_progress)
+            except KeyboardInterrupt:
+                on_interrupt()
+                raise
         store.tidy()
     return tally
 
@@ -92,7 +101,7 @@ def _engine(
     if count == 0 and scheduler is None:
         yield InThisProcess(work, store.cells)
         return
-    limits = Limits(sweep.limits.seconds, sweep.limits.memory_mb)
+    limits = WatchLimits(sweep.limits.seconds, sweep.limits.memory_mb)
     with dask_engine(
         work,
         store.cells.resolve(),
@@ -101,6 +110,7 @@ def _engine(
         scheduler=scheduler,
         warm=warm,
         environment=POOLS,
+        loaded=LOADED,
         dashboard=dashboard,
     ) as engine:
         yield engine

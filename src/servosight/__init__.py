@@ -26,6 +26,7 @@ _VERBS = (
     "compare",
     "diagnose",
     "add",
+    "predict",
     "simulate",
     "effects",
     "load",

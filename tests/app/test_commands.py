@@ -182,6 +182,7 @@ def values_of(auto: bool) -> dict[str, Any]:
         "ladder": [
             {
                 "added": added,
+                "base": "linear",
                 "effects": [added] if added else [],
                 "train_rmse_deg": error,
                 "validation_rmse_deg": error,
@@ -221,7 +222,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def diagnose(recordings: Any, validate: Any = (), test: Any = (), **options: Any) -> Any:
         kept.update(options, recordings=recordings, validate=validate, test=test)
         values = values_of(options["auto"])
-        return SimpleNamespace(actuator=ACTUATOR, law=None, proposal=None, to_dict=lambda: values)
+        return SimpleNamespace(
+            actuator=ACTUATOR, law=None, proposal=None, known_effects=None, to_dict=lambda: values
+        )
 
     def add(actuator: Actuator, effect: str, recordings: Any, **options: Any) -> Any:
         kept.update(options, actuator=actuator, effect=effect, recordings=recordings)

@@ -44,8 +44,10 @@ def commands(count: int) -> dict[str, tuple[Array, Array]]:
 @pytest.mark.parametrize("count", [50, 200])
 @pytest.mark.parametrize("what", commands(50))
 def test_commands_that_hardly_change(
-    tmp_path: Path, count: int, what: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, count: int, what: str, request: pytest.FixtureRequest
 ) -> None:
+    if count == 200:  # figures of the short ones are painted
+        request.getfixturevalue("unpainted")
     time_s, command_deg = commands(count)[what]
     rng = np.random.default_rng(count)
     angle_deg = 0.03 * rng.normal(size=count)
@@ -64,8 +66,7 @@ def test_commands_that_hardly_change(
         ["compare", str(card), str(rec), "--report", report],
         ["identify", str(rec), "--method", "gradient"],
     ):
-        code = main(words)
-        assert code in (0, 2), capsys.readouterr().err
+        assert main(words) in (0, 2)
 
 
 def test_an_angle_that_is_still_where_it_is_fitted(tmp_path: Path) -> None:

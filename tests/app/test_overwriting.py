@@ -261,7 +261,9 @@ def test_a_full_disk_leaves_what_was_there(made: Path, tmp_path: Path) -> None:
         "--json",
         str(tmp_path / "r.json"),
     ]
-    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", script, *words], capture_output=True, text=True
+    )
     assert done.returncode == 2, done.stderr
     assert "cannot be written" in done.stderr
     assert contents(tmp_path) == before

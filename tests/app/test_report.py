@@ -31,7 +31,7 @@ from servosight.diagnose.experiment import Proposal, Separation
 from servosight.diagnose.result.wording import Levels, verdict_words
 from servosight.models.core import InputError, Recording, Table, degrees, rounded, times, uncertain
 from servosight.models.effects import catalogue
-from servosight.models.excitation import Limits, design
+from servosight.models.excitation import CommandLimits, design
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.produce import OURS
 from servosight.sources import TRACK_FILE, geometry_of
@@ -82,11 +82,17 @@ def written(path: Path, result: Any, recordings: list[Recording]) -> tuple[str, 
     return text, Page(text)
 
 
-def test_a_diagnosis_tells_the_whole_story(
-    tmp_path: Path, found: Diagnosis, recording: Recording
-) -> None:
+@pytest.fixture(scope="module")
+def told(
+    found: Diagnosis, recording: Recording, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, Page]:
+    """The diagnosis's report: its text, and read as a page."""
+    return written(tmp_path_factory.mktemp("told") / "report.html", found, [recording])
+
+
+def test_a_diagnosis_tells_the_whole_story(found: Diagnosis, told: tuple[str, Page]) -> None:
     assert found.effects == ("backlash",)
-    text, page = written(tmp_path / "report.html", found, [recording])
+    text, page = told
     effect = catalogue()["backlash"]
     first, last = (found.ladder[i].held_out_rmse_deg for i in (0, -1))
     for words in (
@@ -122,8 +128,8 @@ def test_a_diagnosis_tells_the_whole_story(
     assert len(text) < 1_500_000
 
 
-def test_the_page_stands_alone(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
-    text, page = written(tmp_path / "report.html", found, [recording])
+def test_the_page_stands_alone(told: tuple[str, Page]) -> None:
+    text, page = told
     assert all(address.startswith(("#", "data:")) for address in page.addresses)
     assert not page.tags & {"link", "iframe", "img"}
     assert text.count("<script>") == text.count("<script") == 1
@@ -139,22 +145,20 @@ def test_the_page_stands_alone(tmp_path: Path, found: Diagnosis, recording: Reco
     assert "viewport" in text
 
 
-def test_names_are_shown_and_not_obeyed(
-    tmp_path: Path, found: Diagnosis, recording: Recording
-) -> None:
-    text, page = written(tmp_path / "report.html", found, [recording])
+def test_names_are_shown_and_not_obeyed(told: tuple[str, Page]) -> None:
+    text, page = told
     assert NAME not in text
     assert NAME in page.text
 
 
 def test_the_same_result_gives_the_same_bytes(
-    tmp_path: Path, found: Diagnosis, recording: Recording
+    tmp_path: Path, found: Diagnosis, recording: Recording, told: tuple[str, Page]
 ) -> None:
-    first, _ = written(tmp_path / "one.html", found, [recording])
-    second, _ = written(tmp_path / "two.html", found, [recording])
-    assert first == second
+    again, _ = written(tmp_path / "again.html", found, [recording])
+    assert again == told[0]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_place_that_cannot_be_written(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
@@ -173,6 +177,7 @@ def test_a_comparison_leaves_out_what_it_did_not_try(
     assert "held out" not in page.text.lower().split("how it was measured")[0]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
     one, levels = found.ladder[:1], Levels(noise_deg=0.02, tolerance_deg=0.015, floor_deg=0.025)
     ranked = verdict_words(Verdict.UNEXPLAINED, one, found.candidates, None, levels)
@@ -196,13 +201,18 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     assert "cannot distinguish backlash from dead zone; or from presliding" in page.text
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_findings_are_told_as_they_are(
-    tmp_path: Path, found: Diagnosis, compared: Comparison, recording: Recording
+    tmp_path: Path,
+    found: Diagnosis,
+    compared: Comparison,
+    recording: Recording,
+    told: tuple[str, Page],
 ) -> None:
     """The page, the JSON and the sentences hold the same findings."""
     assert found.findings
-    for name, result in (("one", found), ("two", compared)):
-        _, page = written(tmp_path / f"{name}.html", result, [recording])
+    short = written(tmp_path / "report.html", compared, [recording])
+    for result, (_, page) in ((found, told), (compared, short)):
         for one, entry in zip(result.findings, result.to_dict()["findings"], strict=True):
             assert " ".join(one.sentence.split()) in page.text
             assert set(entry) == {"test", "sentence", "size_deg", "share", "p"}
@@ -212,8 +222,8 @@ def test_findings_are_told_as_they_are(
 def test_the_proposed_experiment_is_drawn(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
-    made = design("triangle", Limits(15.0, None, 8.0))
-    limits = Limits(15.0, None, 8.0)
+    made = design("triangle", CommandLimits(15.0, None, 8.0))
+    limits = CommandLimits(15.0, None, 8.0)
     pair = Separation(between=("backlash", "dead_zone"), log_likelihood=4.0, difference_deg=0.012)
     other = Separation(
         between=("backlash", "coulomb_friction"), log_likelihood=40.0, difference_deg=0.1
@@ -224,7 +234,15 @@ def test_the_proposed_experiment_is_drawn(
     assert made.words in page.text
     assert "backlash or dead zone" in page.text
     assert "No command within these limits distinguishes all models" in page.text
-    undecided = Proposal.of(made, limits, (pair,), 0.02, 0.01)
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_no_experiment_is_drawn_that_decides_nothing(
+    tmp_path: Path, found: Diagnosis, recording: Recording
+) -> None:
+    limits = CommandLimits(15.0, None, 8.0)
+    pair = Separation(between=("backlash", "dead_zone"), log_likelihood=4.0, difference_deg=0.012)
+    undecided = Proposal.of(design("triangle", limits), limits, (pair,), 0.02, 0.01)
     for without in (None, undecided):
         _, page = written(tmp_path / "without.html", replace(found, proposal=without), [recording])
         assert "experiment" not in page.ids
@@ -252,6 +270,7 @@ def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording:
     assert {"angle-0-figure_1", "angle-1-figure_1", "angle-1-close-figure_1"} <= set(page.ids)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_frame_shows_where_the_model_is_off(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:
@@ -325,6 +344,7 @@ def test_numbers_read_well() -> None:
     assert uncertain(0.5, None) == ("0.5000", "not known")
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
     tmp_path: Path, found: Diagnosis, recording: Recording
 ) -> None:

@@ -10,7 +10,9 @@ import pytest
 
 import servosight as ss
 from servosight.app.main import main
-from servosight.models.core import Kind, kind_of
+from servosight.app.sweeps import draw
+from servosight.models.core import InputError, Kind, Table, kind_of
+from servosight.scenarios.sweeps import Summary
 from servosight.scenarios.sweeps.measure import CellWork
 from servosight.scenarios.sweeps.run import Store
 
@@ -61,7 +63,7 @@ def test_ctrl_c_says_how_to_go_on(
     monkeypatch.setattr(CellWork, "__call__", interrupted)
     assert main(["sweep", "sweep.toml", "-o", "out", "--workers", "0"]) == 130
     said = capsys.readouterr().err
-    assert "1 of 2 cells are done; to go on: servosight sweep sweep.toml -o out" in said
+    assert said.count("1 of 2 cells are done; to go on: servosight sweep sweep.toml -o out") == 1
     assert ss.results("out").height == 1
 
 
@@ -120,8 +122,77 @@ def test_a_sweep_is_drawn(place: Path, capsys: pytest.CaptureFixture[str]) -> No
     data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])  # type: ignore[index]
     assert data["about"] == "</script><b>&"
     assert len(data["table"]) == 6
+    assert data["joint"] == [["noise_deg"], ["effects.backlash.gap"]]
 
     (place / "mine.png").write_bytes(b"years of work")
     for name, words in (("mine.png", "--force"), ("a.gif", "expected .png or .html")):
         assert main(["results", "out", "--plot", name]) == 2
         assert words in capsys.readouterr().err
+
+
+def summary_over(axes: dict[str, list[float]]) -> Summary:
+    """A summary whose settings are the rows of ``axes``."""
+    rows = [dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True)]
+    errors = {f"{p}_{e}": 0.01 for p in ("k", "T", "xi") for e in ("error", "bound")}
+    return Summary(
+        schema=1, name="s", about="", axes=tuple(axes), cells=len(rows), planned=len(rows),
+        failed=0, left_out=0, kinds={}, found=Table(),
+        table=Table([{**row, "cells": 1, **errors, "rare_error": None} for row in rows]),
+    )  # fmt: skip
+
+
+DRAWN = {"noise_deg": [0.1 + n for n in range(60)], "T": [float(n * 7 % 60) for n in range(60)]}
+
+
+@pytest.mark.parametrize(
+    ("axes", "joint"),
+    [
+        ({"noise_deg": [0.1, 1.0]}, [["noise_deg"]]),
+        (
+            {"width": [160, 160, 320, 320], "height": [120, 120, 240, 240], "crf": [9, 8, 9, 8]},
+            [["width", "height"], ["crf"]],
+        ),
+        (DRAWN, [["noise_deg"], ["T"]]),
+    ],
+)
+def test_keys_that_change_together_are_one_axis_of_a_picture(
+    axes: dict[str, list[float]], joint: list[list[str]], tmp_path: Path
+) -> None:
+    found = summary_over(axes)
+    for name in ("a.png", "a.html"):
+        draw(found, tmp_path / name)
+    text = (tmp_path / "a.html").read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])  # type: ignore[index]
+    assert data["joint"] == joint
+
+
+def test_too_many_axes_for_a_picture_are_said(tmp_path: Path) -> None:
+    axes = {"a": [1.0, 2.0, 1.0, 2.0], "b": [1.0, 1.0, 2.0, 2.0], "c": [1.0, 2.0, 2.0, 1.0]}
+    with pytest.raises(InputError, match=r"over one or two axes .*choose \.html"):
+        draw(summary_over(axes), tmp_path / "a.png")
+
+
+def test_a_page_of_very_many_settings_holds_a_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servosight.app.sweeps.page.MOST_ROWS", 20)
+    draw(summary_over(DRAWN), tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])  # type: ignore[index]
+    assert len(data["table"]) == 20
+    assert data["headline"].endswith("; one setting in 3 is shown")
+
+
+def test_a_long_table_is_cut_and_columns_that_few_have_are_left_out(
+    place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    filled(place / "out", ["noise_deg", "effects.backlash.gap"])
+    monkeypatch.setattr("servosight.app.commands.sweeps.results.LINES", 4)
+    monkeypatch.setattr(
+        "servosight.scenarios.sweeps.summary", lambda frame, facts: summary_over(DRAWN)
+    )
+    assert main(["results", "out"]) == 0
+    said = capsys.readouterr().out
+    assert "... and 56 settings more: --json FILE writes all" in said
+    assert "k_error" in said
+    assert "rare_error" not in said

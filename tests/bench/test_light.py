@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from support.filmed_wire import seen_share
 
-from servosight.bench.light import BIT_S, ORDER, PERIOD_BITS, lit, lit_share, pattern
+from servosight.bench.light import BIT_S, ORDER, PERIOD_BITS, lit, pattern
 
 
 def test_any_ten_bits_occur_once() -> None:
@@ -42,4 +43,4 @@ def test_an_exposure_sees_the_mean_of_the_light() -> None:
     fine = np.array(
         [lit(np.linspace(a, b, 20001)[:-1]).mean() for a, b in zip(start, end, strict=True)]
     )
-    assert np.abs(lit_share(start, end) - fine).max() < 2e-4
+    assert np.abs(seen_share(start, end) - fine).max() < 2e-4

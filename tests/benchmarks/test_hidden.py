@@ -24,7 +24,7 @@ from hidden.page import page
 from hidden.pictures import pictures
 from hidden.run import Results, run_trials
 from hidden.trial import Fits, NoDraw, find_facts, run_trial
-from servosight.scenarios.sweeps.run import Limits, Store, run_batch
+from servosight.scenarios.sweeps.run import Store, WatchLimits, run_batch
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -148,7 +148,7 @@ def test_results_of_other_sources_are_not_mixed_in(tmp_path: Path) -> None:
         for seed, version, made in ((1, "old", "same"), (2, "new", "same"), (3, "old", "other")):
             task = Results(store, version, made).task(("single", seed), None)
             text = {"line": json.dumps(line(seed=seed))}
-            run_batch(lambda _, text=text: text, [task], str(store.cells), Limits())
+            run_batch(lambda _, text=text: text, [task], str(store.cells), WatchLimits())
         (store.cells / "4.json.1-aa").write_text('{"line')  # a run that was cut short
     assert [one["seed"] for one in results.lines()] == [2]
     assert set(results.facts()) == {("single", 1), ("single", 2)}
@@ -161,7 +161,7 @@ def test_a_trial_that_is_there_is_not_run_again(tmp_path: Path) -> None:
         for job in jobs:
             text = {"line": json.dumps(line(seed=job[1]))}
             task = results.task(job, None)
-            run_batch(lambda _, text=text: text, [task], str(results.store.cells), Limits())
+            run_batch(lambda _, text=text: text, [task], str(results.store.cells), WatchLimits())
     found = run_trials(results, jobs[::-1], 1, lambda *_: pytest.fail("nothing is to be run"))
     assert [one["seed"] for one in found] == [2, 1, 0]
     assert {one["version"] for one in found} == {"new"}

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from real_servos.logs import error_mrad, log
+from real_servos.logs import RunResult, error_mrad, log
+from real_servos.pairs import page
 
 
 def test_a_log_is_read_and_scored(real_data: Path) -> None:
@@ -16,3 +17,26 @@ def test_a_log_is_read_and_scored(real_data: Path) -> None:
     assert error_mrad(recording, recording.angle_deg) == 0.0
     shifted = replace(recording, angle_deg=recording.angle_deg + 1.0)
     assert error_mrad(shifted, recording.angle_deg) == pytest.approx(17.45, abs=0.01)
+
+
+def one_run(*named: str, equivalents: tuple[tuple[str, ...], ...] = (), T: float) -> RunResult:
+    return {
+        "named": named,
+        "equivalents": equivalents,
+        "stability": dict.fromkeys(named, 0.8),
+        "over_floor": 1.5,
+        "parameters": {"T": [T, 0.003]},
+    }
+
+
+def test_two_runs_are_compared_by_names_and_by_what_they_allow() -> None:
+    results = {
+        "s-32-slow": one_run("coulomb_friction", T=0.020),
+        "s-32-fast": one_run("backlash", equivalents=(("coulomb_friction",),), T=0.026),
+        "x-1-slow": one_run("coulomb_friction", T=0.02),
+    }
+    text = page(results, ["s-32", "x-1"], ("slow", "fast"))
+    assert "| s-32 | `fast` | backlash 0.8 | coulomb_friction | 1.5 |" in text
+    assert "| s-32 | no | yes | none | 1.4 sigma |" in text
+    assert "| x-1 | `slow` |" in text
+    assert "| x-1 | no" not in text  # one run is no pair

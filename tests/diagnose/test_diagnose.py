@@ -14,7 +14,7 @@ import pytest
 from servosight.diagnose import Diagnosis, Verdict, add, compare, diagnose, predictions
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION
 from servosight.diagnose.result.wording import Levels
-from servosight.diagnose.selection import ModelSelection, Split
+from servosight.diagnose.selection import ModelSelection, PriorKnowledge, Split
 from servosight.identify.fit import identify
 from servosight.models.base import json_text
 from servosight.models.core import Actuator, Estimate, InputError, Recording
@@ -23,6 +23,14 @@ from servosight.models.effects._registry import CATALOGUE
 from servosight.models.plant import Plant, Stimulus
 
 WHATS = {"reversal", "standstill", "slew", "step", "high_frequency"}
+FEW = ("dead_zone", "coulomb_friction", "gravity_load", "backlash")
+
+
+@pytest.fixture(scope="module")
+def few() -> PriorKnowledge:
+    """Four effects to choose from, where a test is of the split or of the words, not the choice."""
+    others = [name for name in CATALOGUE if name not in FEW]
+    return PriorKnowledge.of(catalogue(), without_effects=others)
 
 
 @pytest.fixture(scope="module")
@@ -129,13 +137,13 @@ def test_held_out_samples_take_no_part_in_the_fit(twin: Any) -> None:
     assert other.score.validation_rmse_deg > 3.0
 
 
-def test_the_test_takes_no_part_in_the_selection(twin: Any) -> None:
+def test_the_test_takes_no_part_in_the_selection(twin: Any, few: PriorKnowledge) -> None:
     """Spoilt by 5 deg in the test's seconds alone, the same model is chosen; the report says so."""
     recording, _ = twin("backlash")
     (uses,) = Split.of([recording]).uses
     angle = recording.angle_deg + np.where(uses == TEST, 5.0, 0.0)
     # Range and noise are read off the whole recording: both diagnoses are given the same.
-    options: dict[str, Any] = {"auto": True, "tolerance": 0.015}
+    options: dict[str, Any] = {"auto": True, "tolerance": 0.015, "prior": few}
     good = diagnose([recording], **options)
     bad = diagnose([replace(recording, angle_deg=angle)], **options)
     assert good.effects == bad.effects == ("backlash",)
@@ -146,11 +154,11 @@ def test_the_test_takes_no_part_in_the_selection(twin: Any) -> None:
     assert (good.verdict, bad.verdict) == (Verdict.EXPLAINED, Verdict.UNEXPLAINED)
 
 
-def test_a_validation_recording_chooses_and_tests_in_turn(twin: Any) -> None:
+def test_a_validation_recording_chooses_and_tests_in_turn(twin: Any, few: PriorKnowledge) -> None:
     """The first is fitted whole; seconds of the second validate and test; its bias is its own."""
     recording, _ = twin("backlash", duration_s=6.0)
     other = twin("backlash")[0]
-    found = diagnose([recording], [other], auto=True)
+    found = diagnose([recording], [other], auto=True, prior=few)
     first, second = predictions(found, [recording, other])
     assert np.all(first.uses == FIT)
     assert set(second.uses) == {VALIDATION, TEST}
@@ -160,10 +168,10 @@ def test_a_validation_recording_chooses_and_tests_in_turn(twin: Any) -> None:
     assert found.ladder[-1].held_out_rmse_deg <= 1.10 * found.floor_deg
 
 
-def test_test_recordings_are_the_test_and_nothing_else_is(twin: Any) -> None:
+def test_test_recordings_are_the_test_and_nothing_else_is(twin: Any, few: PriorKnowledge) -> None:
     recording, _ = twin("backlash", duration_s=6.0)
     other = twin("backlash")[0]
-    found = diagnose([recording], test=[other])
+    found = diagnose([recording], test=[other], prior=few)
     first, second = predictions(found, [recording, other], 0)
     assert set(first.uses) == {FIT, VALIDATION}
     assert np.all(second.uses == TEST)
@@ -171,7 +179,7 @@ def test_test_recordings_are_the_test_and_nothing_else_is(twin: Any) -> None:
     assert found.ladder[0].held_out_rmse_deg == pytest.approx(rmse, rel=1e-9)
 
 
-def test_a_short_recording_falls_back_to_two_parts(twin: Any) -> None:
+def test_a_short_recording_falls_back_to_two_parts(twin: Any, few: PriorKnowledge) -> None:
     recording, _ = twin("backlash")
     early = recording.time_s < recording.time_s[0] + 3.5
     assert recording.sigma_deg is not None
@@ -181,7 +189,7 @@ def test_a_short_recording_falls_back_to_two_parts(twin: Any) -> None:
         angle_deg=recording.angle_deg[early],
         sigma_deg=recording.sigma_deg[early],
     )
-    found = diagnose([short])
+    found = diagnose([short], prior=few)
     assert any("too short" in warning for warning in found.warnings)
     step = found.ladder[0]
     assert step.held_out_rmse_deg == step.validation_rmse_deg
@@ -217,25 +225,25 @@ def test_words_tell_noise_from_tolerance(found: Any) -> None:
     assert found.headline == "What was missing: backlash"
 
 
-def test_the_tolerance_decides_what_counts(twin: Any) -> None:
+def test_the_tolerance_decides_what_counts(twin: Any, few: PriorKnowledge) -> None:
     """With 2 deg of tolerance nothing is missing; the default is 0.05 % of the moved range."""
     recording, _ = twin("backlash", duration_s=6.0)
-    loose = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=2.0)
+    loose = diagnose([recording], prior=few, auto=True, tolerance=2.0)
     assert loose.verdict == "no_effect_missing"
     assert loose.effects == ()
     assert loose.floor_deg == pytest.approx(math.hypot(0.03, 2.0))
-    usual = diagnose([recording], catalogue=catalogue())
+    usual = diagnose([recording], prior=few)
     assert usual.tolerance_deg == pytest.approx(5e-4 * recording.moved_range_deg)
 
 
-def test_progress_is_told(twin: Any) -> None:
+def test_progress_is_told(twin: Any, few: PriorKnowledge) -> None:
     told: list[tuple[str, int, int]] = []
-    diagnose([twin("backlash")[0]], catalogue=catalogue(), progress=lambda *line: told.append(line))
+    diagnose([twin("backlash")[0]], prior=few, progress=lambda *line: told.append(line))
     assert any("backlash" in text for text, _, _ in told)
     assert all(0 <= done <= total for _, done, total in told)
 
 
-def test_look_alikes_on_a_single_amplitude_are_confounded() -> None:
+def test_look_alikes_on_a_single_amplitude_are_confounded(few: PriorKnowledge) -> None:
     """A slow triangle of one amplitude: play and dry friction give the same lag at every reversal.
 
     Truth: the plant with a gap of 1 deg. The wrong one must be named beside the right one.
@@ -250,7 +258,7 @@ def test_look_alikes_on_a_single_amplitude_are_confounded() -> None:
     angle = plant.simulate(row, Stimulus(time_s, command, False, samples, np.ones(1)))
     noise = np.random.default_rng(1).normal(0.0, 0.05, samples.size)
     recording = Recording("triangle", time_s, command, samples, angle + noise)
-    found = diagnose([recording], catalogue=catalogue())
+    found = diagnose([recording], prior=few)
     groups = {one.effect: set(one.confounded_with) for one in found.candidates}
     print(groups)
     assert found.candidates[0].effect in {"backlash", "coulomb_friction", "dead_zone"}

@@ -179,6 +179,7 @@ def good_fmu(folder: Path) -> Path:
 def tried(data: bytes, folder: Path) -> str:
     """What ``compare`` says of a damaged FMU: its one sentence, or "" where it ran."""
     from servosight.diagnose import compare_fmu
+    from servosight.identify.foreign import Interface
     from servosight.models.core import InputError, Recording
     from servosight.models.fmu import FmuLimits
 
@@ -188,7 +189,8 @@ def tried(data: bytes, folder: Path) -> str:
     command = np.where(time_s % 1.0 < 0.5, 10.0, -10.0)
     recording = Recording("steps", time_s, command, time_s, 0.9 * command)
     try:
-        compare_fmu(place, [recording], trust=True, limits=FmuLimits(open_s=30.0, run_s=10.0))
+        limits = FmuLimits(open_s=30.0, run_s=10.0)
+        compare_fmu(Interface(place, limits=limits), [recording], trust=True)
     except InputError as error:
         said = str(error)
         assert "\n" not in said, said

@@ -15,29 +15,35 @@ from pathlib import Path
 from fuzz.logs import write_logs
 from fuzz.mutations import BYTES, NUMBERS, SETTINGS, TABLE, TEXT, Mutation, mutated
 
+from servosight.models.effects import catalogue
 from servosight.scenarios.sweeps import SHIPPED
 
 PLUGIN = '''"""A term of one's own."""
 
 from servosight.models.core import FIXED, Parameter
-from servosight.models.effects import Effect, Place
+from servosight.models.effects import Effect, GuessFeatures, Place
 
 
 def term(drive: float, w: float, ratio: float) -> float:
     return drive * (1.0 + ratio)
 
 
+def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
+    return ((0.1,),)
+
+
 EFFECTS = (
     Effect(
         id="own_gain",
         place=Place.DRIVE,
-        parameters=(Parameter("ratio", 0.0, 1.0, FIXED, "-", "more drive", neutral=0.0),),
+        parameters=(Parameter("ratio", "-", 0.0, 1.0, 0.0, "more drive", FIXED),),
         equation="e = drive (1 + ratio)",
         looks_like="a stiffer servo",
         cause="none",
         confirm="none",
         remedy="none",
         source="none",
+        starts=starts,
         term=term,
     ),
 )
@@ -160,8 +166,14 @@ TARGETS = (
     Target("log.mcap", BYTES, (f"import log.mcap -o new {MESSAGES}",), 1),
     Target("set/meta/info.json", TEXT, (f"import set -o new {JOINTS}",), 1),
     Target("set/data/a.parquet", BYTES, (f"import set -o new {JOINTS}",), 1),
-    Target("clip.mkv", BYTES, ("track clip.mkv -o new.csv",), 4),
-    Target("film/frames.csv", TABLE, ("track film",), 1),
+    Target("clip.mkv", BYTES, ("track clip.mkv --pivot 32,24 -o new.csv",), 4),
+    Target(
+        "clip.mkv",
+        BYTES,
+        ("bench check --camera clip.mkv", "bench cameras --camera clip.mkv --exposure 0.001"),
+        2,
+    ),
+    Target("film/frames.csv", TABLE, ("track film --pivot 32,24",), 1),
     Target("plugin.py", TEXT, ("effects --plugin plugin.py",), 8),
     # Read to its end, then refused, as the rows would replace a file.
     Target("sweep.toml", SETTINGS, ("sweep sweep.toml -o log.csv --workers 0",), 6),
@@ -172,7 +184,10 @@ TARGETS = (
 OPTIONS = {
     "simulate": ("--effect", "--set", "--seed", "-o"),
     "import": ("-o", "--map", "--unit", "--unit-scale", "--deg-per-us", "--neutral-us"),
-    "track": ("--pivot", "--template", "--camera", "--light", "--marker", "--id", "-o", "--sheet"),
+    "track": (
+        *("--pivot", "--template", "--tip", "--at", "--pick", "--camera", "--light", "--marker"),
+        *("--id", "-o", "--sheet"),
+    ),
     "identify": ("--effects", "--method", "--seed", "-o", "--json", "--plugin", "--deg-per-us"),
     "compare": ("--json", "--report", "--plugin", "--neutral-us"),
     "diagnose": ("--validate", "--tolerance", "--limits", "--next", "--json", "--seed", "-o"),
@@ -192,6 +207,10 @@ OPTIONS = {
         *("--frequency", "--low", "--high", "--dwell", "--model", "--for", "--frame-rate"),
         *("--noise", "--json"),
     ),
+    "bench": (
+        *("-o", "--servo", "--camera", "--arm", "--yes", "--exposure", "--readout", "--stamp"),
+        *("--low", "--high", "--neutral", "--rate", "--acceleration", "--longest", "--kind"),
+    ),
     "calibrate": ("--board", "--columns", "--rows", "--square-mm", "--plane", "--print", "-o"),
     "predict": ("-o",),
     "export": ("--to", "--on", "--sample-time", "--transform", "--stiffness", "-o", "--json"),
@@ -200,6 +219,18 @@ OPTIONS = {
     "results": ("--json", "--plot"),
     "advise": ("--effect", "--size", "--results", "--json"),
 }
+# Not `rehearse`: a rehearsal takes more than a minute.
+ACTIONS = (
+    *("cameras", "servos", "check", "zero", "run", "auto", "wizard", "target", "firmware"),
+    *("run", "check", "jump"),
+)
+ADDRESSES = (
+    *("maestro:/dev/null?channel=0", "dynamixel:none?id=300", "board:x?neutral_us=nan"),
+    *("feetech:/dev/null?baud=3", "servo:x", "maestro:", "board:/dev/null?period_ms=20"),
+    *("v4l2:/dev/null?width=1", "v4l2:/dev/null", "genicam:x.cti?serial=", "genicam:log.csv"),
+    *("picamera2:9?gain=x", "picamera2:0", "http://127.0.0.1:1/", "http://[", "rtsp://127.0.0.1:1"),
+    *("clip.mkv", "film/video.mkv", "none.mkv", "v4l2:?exposure=nan", "http://:99999/?a=b"),
+)
 PLACES = (
     *("log.csv", "rec", "model.toml", "scenario.toml", "camera.toml", "command.csv", "plugin.py"),
     *(
@@ -246,6 +277,10 @@ WORDS = (
     ),
     *("20,1e308", "nan,1", "1,", "aruco", "checkerboard", "time=t", "angle=pos:rad", "T,xi", "deg"),
 )
+
+
+FEW = ("backlash", "coulomb_friction", "dead_time")
+"""What a diagnosis of the undamaged log may choose from: it is run often, and always the same."""
 
 
 @dataclass(frozen=True)
@@ -336,13 +371,19 @@ def _odd_line(rng: random.Random) -> Case:
     command = rng.choice(list(OPTIONS))
     words = [command]
     firsts = {"simulate": "scenario.toml", "effects": "backlash", "excite": "sine"}
-    if rng.random() < 0.7:
+    if command == "bench":
+        words.append(rng.choice(ACTIONS))
+        words += rng.choices(("command.csv", "rec/command.csv", "log.csv"), k=rng.randint(0, 1))
+    elif rng.random() < 0.7:
         words.append(firsts.get(command, "log.csv"))
     words += rng.choices(PLACES + WORDS, k=rng.randint(0, 2))
     for _ in range(rng.randint(0, 4)):
         words.append(rng.choice(OPTIONS[command]))
         if rng.random() < 0.9:
-            words.append(rng.choice(PLACES + WORDS + NUMBERS))
+            devices = words[-1] in ("--servo", "--camera") and rng.random() < 0.7
+            words.append(rng.choice(ADDRESSES if devices else PLACES + WORDS + NUMBERS))
+    if command == "diagnose":
+        words += [word for name in catalogue() if name not in FEW for word in ("--without", name)]
     return Case(tuple(words))
 
 

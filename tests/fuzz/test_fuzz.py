@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fuzz.inputs import Case, cases, write_inputs
+from fuzz.inputs import TARGETS, Case, cases, write_inputs
 from fuzz.run import Worker, fuzz, shrunk
 
 INPUTS, PARTS = 2_000, 4
@@ -25,6 +25,23 @@ def test_damaged_inputs_end_well(seed: int, valid: Path) -> None:
     assert [f"{failure.why}: {failure.case}" for failure in tally.failures] == []
     assert sum(tally.ends.values()) == INPUTS // PARTS
     assert min(tally.ends["exit 0"], tally.ends["exit 2"]) > INPUTS // PARTS // 50
+
+
+REFUSED = ("track rec", "excite --analyse rec", "track clip.mkv --camera camera.toml -o new.csv")
+"""Refused when nothing is damaged, too: no video, no periodic command, too little to see."""
+SLOW = ("diagnose", "identify", "sweep", "bench", "export")
+
+
+def test_undamaged_inputs_are_taken(valid: Path) -> None:
+    """What is damaged must be valid before, or nothing behind the first check is ever tried."""
+    lines = {line for target in TARGETS for line in target.lines}
+    worker = Worker(valid)
+    try:
+        tried = [line for line in sorted(lines - {*REFUSED}) if line.split()[0] not in SLOW]
+        ends = {line: worker.run(Case(tuple(line.split())))[0] for line in tried}
+    finally:
+        worker.close()
+    assert [line for line, end in ends.items() if end != "exit 0"] == []
 
 
 def test_a_failure_is_found_and_made_small(valid: Path) -> None:

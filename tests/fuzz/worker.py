@@ -38,6 +38,7 @@ def main() -> None:
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     warnings.simplefilter("ignore")
     sys.setswitchinterval(0.05)
+    sys.dont_write_bytecode = True  # Python keeps what a full disk has cut off
     with tempfile.TemporaryDirectory() as place:
         for number, request in enumerate(requests):
             folder = Path(place) / str(number)

@@ -13,7 +13,8 @@ from support.filmed_wire import filmed_wire
 from servosight.bench.safety import Limits, check_command
 from servosight.models.core import InputError, Recording
 from servosight.models.io import read_sheet
-from servosight.scenarios.trial import carry_out, first_command, zero_command, zero_of
+from servosight.scenarios import trial as experiments
+from servosight.scenarios.trial import Zero, carry_out, first_command, zero_command, zero_of
 
 pytestmark = pytest.mark.pty
 
@@ -67,6 +68,8 @@ def test_a_trial_goes_on_with_what_is_proposed_as_long_as_it_may(
 
     monkeypatch.setattr(import_module("servosight.diagnose"), "diagnose", diagnosed)
     monkeypatch.setattr(import_module("servosight.sources"), "read", lambda place, progress: place)
+    zero = Zero(gain=1.0, neutral_deg=0.0, hysteresis_deg=0.1)
+    monkeypatch.setattr(experiments, "find_zero", lambda *devices, **options: zero)
     for answer, runs in ((False, 1), (True, 3)):
         seen.clear()
         asked: list[str] = []
@@ -87,5 +90,6 @@ def test_a_trial_goes_on_with_what_is_proposed_as_long_as_it_may(
         assert seen == list(range(1, runs + 1))
         assert set(asked) == {"run the triangle"}
         assert len(trial.runs) == runs
+        assert trial.zero is zero
     last = read_sheet(tmp_path / "True" / "run3" / "command.csv").columns(["command_deg"])
-    np.testing.assert_allclose(last[:, 0], further.command_deg, atol=1e-9)
+    np.testing.assert_allclose(last[:, 0], further.command_deg, atol=0.044)  # half an encoder step

@@ -57,6 +57,16 @@ def test_without_a_light_the_offset_stays_and_its_doubt_is_noted(tmp_path: Path)
     assert inspect_folder(tmp_path).settings.offset_sigma_s == np.inf
 
 
+def test_an_offset_that_is_known_keeps_its_note(tmp_path: Path) -> None:
+    note = "the coded light at 50,60 px gives the offset"
+    (tmp_path / "recording.toml").write_text(
+        f'format = 1\nvideo_offset_s = 0.0\noffset_sigma_s = 2e-5\nclock_note = "{note}"\n'
+    )
+    (tmp_path / "command.csv").write_text("time_s,command_deg\n0,1\n1,1\n")
+    assert kept(tmp_path, still_track(tmp_path)).note == note
+    assert inspect_folder(tmp_path).settings.details["clock_note"] == note
+
+
 def test_an_offsets_sigma_is_kept_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The light's own, or without a light the one that recording.toml states."""
     (tmp_path / "recording.toml").write_text(NOTES)

@@ -40,6 +40,7 @@ _TRIES = 6
 _FRAMES = 600
 _REACH_S = 1.0
 _FINE = 401
+_AT_ONCE = 1_000_000  # values in memory
 _LONG_S = 1e5  # the command's first value holds before it
 _LEVEL_DOUBT = 0.02  # a light's partial brightness, from gamma and warming up
 
@@ -208,14 +209,14 @@ def _levels(track: Track, blobs: Sequence[Mask]) -> list[tuple[Array, Array]]:
     places = []
     for blob in blobs:
         y, x = np.nonzero(blob)
-        first = int(y.min())
-        count = np.bincount(y - first)
-        rows = np.column_stack([np.bincount(y - first, x) / np.maximum(count, 1), np.unique(y)])
-        places.append((y, x, first, count, np.column_stack([rows, count])))
+        here, row = np.unique(y, return_inverse=True)  # a patch may leave out rows
+        count = np.bincount(row)
+        rows = np.column_stack([np.bincount(row, x) / count, here, count])
+        places.append((y, x, row, count, rows))
     seen: list[list[Array]] = [[] for _ in blobs]
     for frame in islice(frames(track.video), _FRAMES):
-        for (y, x, first, count, _), levels in zip(places, seen, strict=True):
-            levels.append(np.bincount(y - first, frame.image[y, x]) / count)
+        for (y, x, row, count, _), levels in zip(places, seen, strict=True):
+            levels.append(np.bincount(row, frame.image[y, x]) / count)
     return [(place[4], np.array(levels).T) for place, levels in zip(places, seen, strict=True)]
 
 
@@ -261,12 +262,13 @@ def _misfit(
 ) -> Array:
     """Squared residual (offsets,) of a line per row through brightness over the share of light."""
     away = level - level.mean(1, keepdims=True)
-    total = float((away**2).sum())
-    residual = np.full(offsets_s.size, total)
-    for number, offset in enumerate(offsets_s):
-        share = pattern.share(opens_s + offset, opens_s + offset + exposure_s)
-        share = share - share.mean(1, keepdims=True)
-        power = (share**2).sum(1)
-        along = (share * away).sum(1)
-        residual[number] -= float((along**2 / np.maximum(power, 1e-9)).sum())
-    return residual
+    opens = opens_s if np.ptp(opens_s[:, 0]) > 0.0 else opens_s[:1]
+    explained = []
+    for some_s in np.array_split(offsets_s, 1 + offsets_s.size * opens.size // _AT_ONCE):
+        from_s = opens + some_s[:, None, None]
+        share = pattern.share(from_s, from_s + exposure_s)
+        share -= share.mean(2, keepdims=True)
+        power = (share**2).sum(2)
+        along = np.einsum("orf,rf->or", np.broadcast_to(share, (some_s.size, *away.shape)), away)
+        explained.append((along**2 / np.maximum(power, 1e-9)).sum(1))
+    return np.asarray(float((away**2).sum()) - np.concatenate(explained))

@@ -92,9 +92,9 @@ class PartMeter:
             fit = fits[index] if index < len(fits) else None
             free = fit and self.model.fit(picture, fit.angle_rad, shifted=True)
             if fit and free and free.explained > _LEAST_EXPLAINED and free.kept > _LEAST_KEPT:
-                pairs.append((fit.angle_rad, free.angle_rad - fit.angle_rad))
-        table = np.array(pairs).reshape(-1, 2)
-        return pattern_of(table[:, 0], table[:, 1])
+                pairs.append((fit.angle_rad, free.angle_rad - fit.angle_rad, free.sigma_rad))
+        table = np.array(pairs).reshape(-1, 3)
+        return pattern_of(*table.T)
 
     def measured(
         self, frames: Iterable[Frame], first: int, last: int

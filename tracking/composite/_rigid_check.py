@@ -7,16 +7,21 @@ import numpy as np
 from servosight.models.core import Array
 
 _LEAST_FRAMES = 10
+_TELLING_RAD = np.deg2rad(0.5)  # the difference that the check is made for
 _ROUNDS, _GATE = 3, 3.0
 _SURE = 4.0  # times what chance gives, mean square
 
 
-def pattern_of(angle_rad: Array, difference_rad: Array) -> float:
+def pattern_of(angle_rad: Array, difference_rad: Array, sigma_rad: Array) -> float:
     """The rms [rad] of what varies with the angle in differences (n,) at angles (n,).
 
     0 where chance explains it. The differences are those of a fit of turn and shift from one of the
-    turn alone, which takes a pivot that is off for a change of the angle.
+    turn alone, which takes a pivot that is off for a change of the angle. ``sigma_rad`` (n,) are
+    theirs: frames of which it is large tell nothing, as of a ball at the end of a thin rod, which
+    does not show its own direction.
     """
+    telling = sigma_rad < _TELLING_RAD
+    angle_rad, difference_rad = angle_rad[telling], difference_rad[telling]
     if angle_rad.size < _LEAST_FRAMES:
         return 0.0
     terms = np.column_stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)])

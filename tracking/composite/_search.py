@@ -69,6 +69,29 @@ def find_parts(pictures: Single, hint: Hint | None = None) -> list[FoundPart]:
     )
 
 
+def found_about(pictures: Single, pivot_px: Array, hint: Hint | None = None) -> FoundPart | None:
+    """The part learnt anew about a pivot (2,) that is better known; None where nothing holds.
+
+    A part that was learnt about a wrong pivot has a wrong shape: some of it is taken for
+    background, and its angles are then too small.
+    """
+    seen = pictures[diverse(pictures, _PICTURES)]
+    if hint is not None:
+        seen = _connected(seen, hint.place)
+    middle, scale = _scaled(seen, _MIDDLE_PX)
+    change = Change.of(middle)
+    references = _references(middle, change, hint.scaled(scale) if hint is not None else None)
+    x, y = (pivot_px + 0.5) * scale - 0.5
+    reach = _FAR * max(middle.shape[1:])
+    part = learnt(middle, change, (float(x), float(y)), reach, references)
+    return _as_found(_converged(middle, change, part, references), scale) if part else None
+
+
+def _as_found(part: TurningPart, scale: float) -> FoundPart:
+    x, y = (np.array(part.view.pivot_px) + 0.5) / scale - 0.5
+    return FoundPart((float(x), float(y)), scale, part, part.explained)
+
+
 def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
     """The parts that turn in chosen pictures."""
     middle, scale = _scaled(pictures, _MIDDLE_PX)
@@ -89,8 +112,7 @@ def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
     for part in sorted(rough, key=lambda one: -one.explained)[:_REFINED]:
         better = _converged(middle, change, part, references)
         if near is None or _pointed_at(better, near):
-            x, y = (np.array(better.view.pivot_px) + 0.5) / scale - 0.5
-            found.append(FoundPart((float(x), float(y)), scale, better, better.explained))
+            found.append(_as_found(better, scale))
     return found
 
 

@@ -9,8 +9,10 @@ class TrackRefused(InputError):
     """A video in which no angle could be measured that the frames confirm.
 
     ``picture`` (height, width, 3), blue-green-red, shows what was found, with coordinates.
+    ``measured``: a part was found and measured, and is not trusted.
     """
 
-    def __init__(self, sentence: str, picture: Image) -> None:
+    def __init__(self, sentence: str, picture: Image, measured: bool = False) -> None:
         super().__init__(sentence)
         self.picture = picture
+        self.measured = measured

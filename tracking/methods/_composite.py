@@ -15,12 +15,15 @@ import numpy as np
 from servosight.models.core import Array, FrameProgress, Image, Mask
 from servosight.tracking.acquisition import POINT, pointed_box
 from servosight.tracking.composite import (
+    TRUST,
     FoundPart,
     Hint,
     PartMeter,
     PoseFit,
     SteadySample,
+    distrust,
     find_parts,
+    found_about,
     outline_of,
 )
 from servosight.tracking.core import (
@@ -41,11 +44,10 @@ from servosight.tracking.video import Film, frame_at, frames
 
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
-_LEAST_EXPLAINED = 0.65  # of a sampled picture's change: else a hand or a shadow is as likely
 _ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
-_MOST_APART_DEG = 0.5
+_ANEW = 2
 _FAR_OFF = 5.0  # times the median: a hand before one side
 
 
@@ -64,9 +66,9 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
             "in which it stays in place, cut the video or mount the camera.",
             refusal_picture(film.images),
         )
-    parts = find_parts(steady.pictures, _hint(film, options, steady, stamps_s))
-    chosen = _chosen(film, options, steady, parts, stamps_s)
-    meter = PartMeter.of(steady, chosen)
+    hint = _hint(film, options, steady, stamps_s)
+    parts = find_parts(steady.pictures, hint)
+    meter = _settled(steady, _chosen(film, options, steady, parts, stamps_s), hint)
     first, last = int(steady.index[0]), int(steady.index[-1])
     if last + 2 * sample.stride > film.header.count:  # the sample's stride ends before the file
         last = film.header.count
@@ -89,15 +91,13 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     draw = partial(_drawn, film, steady, stamps_s, [SeenPart(track.pivot_px, shown)])
     verify(film, options, track, np.array(track.pivot_px), line, seen, inside, draw)
     apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
-    if apart_deg > _MOST_APART_DEG:
+    track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
+    why = distrust(apart_deg, track.sigma_deg[track.found], fits, options.pointed)
+    if why is not None:
         x, y = track.pivot_px
-        raise TrackRefused(
-            f"{film.path}: the part turns about {x:.0f},{y:.0f} by angles that differ by "
-            f"{apart_deg:.2g} deg rms from those found without a pivot; expected a part that turns "
-            f"about one point, {POINT}.",
-            draw(),
-        )
-    return replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
+        sentence = f"{film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
+        raise TrackRefused(sentence, draw(), measured=True)
+    return track
 
 
 def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Array) -> Hint | None:
@@ -117,7 +117,7 @@ def _chosen(
     stamps_s: Array,
 ) -> FoundPart:  # fmt: skip
     """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
-    least = _LEAST_POINTED if options.pointed else _LEAST_EXPLAINED
+    least = _LEAST_POINTED if options.pointed else TRUST.least_explained
     if len(parts) >= options.pick and parts[options.pick - 1].explained >= least:
         return parts[options.pick - 1]
     if options.pick > 1:
@@ -137,6 +137,20 @@ def _chosen(
         )
     seen = [_seen(part, steady) for part in parts]
     raise TrackRefused(f"{film.path}: {why}.", _drawn(film, steady, stamps_s, seen))
+
+
+def _settled(steady: SteadySample, part: FoundPart, hint: Hint | None) -> PartMeter:
+    """The part's meter, learnt anew where its pivot turns out to be elsewhere."""
+    meter = PartMeter.of(steady, part)
+    for _ in range(_ANEW):
+        # A pixel of the pictures in which the part was found.
+        if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
+            break
+        better = found_about(steady.pictures, meter.pivot_px, hint)
+        if better is None:
+            break
+        part, meter = better, PartMeter.of(steady, better)
+    return meter
 
 
 def _drawn(film: Film, steady: SteadySample, stamps_s: Array, parts: Sequence[SeenPart]) -> Image:

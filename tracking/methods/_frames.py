@@ -84,6 +84,7 @@ def track_frames(
         time_s,
         part.view,
         setup.shutters,
+        learnt=len(film.calm),
         pivot_given=options.pivot is not None,
         correlated=film.predicted or film.stabiliser is not None,
     )

@@ -33,6 +33,8 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         try:
             return composite(film, options, progress)
         except TrackRefused as again:
+            if again.measured:
+                raise
             raise TrackRefused(str(refused), again.picture) from again
 
 
@@ -47,7 +49,7 @@ def prepare(film: Film, part: MovingPart) -> TrackingSetup:
     look = partial(first_pass, film, interior)
     shutters = film.shutters
     if shutters is None:
-        shutters = find_shutter(interior, look(Shutters(np.zeros(1), 0.0)))
+        shutters = find_shutter(interior, look(Shutters(np.zeros(1), 0.0)), film.sideways)
     estimator = layer_estimator(look(shutters), interior)
     pivot = part.surface.pivot_px
     if isinstance(estimator, LayerEstimator):  # the layers refine the pivot as they are learnt

@@ -43,10 +43,13 @@ class _Moving:
     acceleration: float
 
 
-def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]]) -> Shutters:
+def find_shutter(
+    refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]], sideways: bool = False
+) -> Shutters:
     """The shutter from ``runs`` of neighbouring frames that were measured without motion.
 
-    Where too little moves fast enough, none, with an uncertainty of a frame time.
+    Where too little moves fast enough, none, with an uncertainty of a frame time; so for the
+    readout where the sensor's rows are the picture's columns (``sideways``).
     """
     radius, frame_s = refine.surface.grid.largest_px, 0.0
     moving: list[_Moving] = []
@@ -69,7 +72,9 @@ def find_shutter(refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
         for doubt_s in (found.exposure_doubt_s, found.readout_doubt_s)
     )
-    if abs(rolls_s) < _SURE * rolls_doubt_s:
+    if sideways:
+        rolls_s, rolls_doubt_s = 0.0, unknown
+    elif abs(rolls_s) < _SURE * rolls_doubt_s:
         rolls_s, rolls_doubt_s = 0.0, max(abs(rolls_s), rolls_doubt_s)
     upwards = " from the last row up" if rolls_s < 0.0 else ""
     note = (

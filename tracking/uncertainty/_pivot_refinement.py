@@ -35,9 +35,14 @@ class PivotRefinement:
 
 
 def refine_pivot(
-    fits: list[AngleFit | None], view: CameraView, pivot_given: bool
+    fits: list[AngleFit | None], view: CameraView, learnt: int, *, pivot_given: bool
 ) -> PivotRefinement:
     """Refine the pivot unless it is given, and the plane unless it was calibrated.
+
+    ``learnt`` is the number of frames from which the moving part's picture was learnt. Its noise is
+    in the residuals of all frames, and does not average out over them: a mean over n frames less
+    one over ``learnt`` frames has a variance 1 + n / learnt times that of the first alone, and by
+    that the shared errors are wider than the frames alone say.
 
     A plane found from the swing is replaced where this one is more certain. Where the swing showed
     no tilt, one is taken as real if its correction is well above its sigma.
@@ -46,11 +51,13 @@ def refine_pivot(
     of_view = np.nan_to_num(view.shared_rad(angle - angle[np.isfinite(angle)][0]))
     first = PIVOT.stop if pivot_given else PIVOT.start
     by_pivot = _refined(fits, slice(first, PIVOT.stop))
-    kept = replace(by_pivot, shared_rad=np.hstack([by_pivot.shared_rad, of_view]))
+    wider = np.sqrt(1.0 + sum(fit is not None for fit in fits) / learnt)
+    kept = replace(by_pivot, shared_rad=np.hstack([wider * by_pivot.shared_rad, of_view]))
     if view.calibrated:
         return kept
     by_both = _refined(fits, slice(first, PLANE.stop))
     sigma = _rms(by_both.shared_rad)
+    by_both = replace(by_both, shared_rad=wider * by_both.shared_rad)
     if view.found:
         return by_both if 0.0 < sigma < _rms(of_view) else kept
     pairs = zip(by_both.fits, by_pivot.fits, strict=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array, Mask
+from servosight.tracking.verification._pairs import pair_agreement
 from servosight.tracking.verification._scene import TurningScene
 
 
@@ -21,6 +22,8 @@ class VerificationLimits:
         least_share: share of the changed pixels of the picture that lie where the part passes;
             not asked of a part that the user points at.
         least_agreement: share of the frames in which a search over all angles confirms the angle.
+        least_pairs: share of the pairs of frames in which what changes between the two turns by the
+            difference of their angles.
         least_found: share of the frames in which the part is found.
     """
 
@@ -28,6 +31,7 @@ class VerificationLimits:
     least_explained: float = 0.25
     least_share: float = 0.15
     least_agreement: float = 0.7
+    least_pairs: float = 0.5
     least_found: float = 0.5
 
 
@@ -48,6 +52,7 @@ class Evidence:
     explained: float
     share: float
     agreement: float
+    pairs: float
     found: float
 
 
@@ -73,6 +78,9 @@ def evidence_of(
         explained=_explained(scene),
         share=share,
         agreement=_agreement(scene),
+        pairs=pair_agreement(
+            scene.view, scene.frames, scene.angle_rad, scene.swept, _near(scene), _AS_GOOD
+        ),
         found=float(found.mean()),
     )
 
@@ -87,13 +95,18 @@ def _explained(scene: TurningScene) -> float:
 def _agreement(scene: TurningScene) -> float:
     """Share of frames in which the angle is the one found by a search over all angles."""
     gains, angles = scene.gains(), scene.view.angles()
-    near = max(_NEAR_RAD, _NEAR_PX / scene.view.rows)
+    near = _near(scene)
     agreed = []
     for gain, angle in zip(gains, scene.angle_rad, strict=True):
         apart = np.abs(np.angle(np.exp(1j * (angles - angle))))
         best, here = float(gain.max()), float(gain[apart <= near].max())
         agreed.append(best > 0.0 and here >= _AS_GOOD * best)
     return float(np.mean(agreed))
+
+
+def _near(scene: TurningScene) -> float:
+    """How far from an angle a coarse search may find it [rad]."""
+    return float(max(_NEAR_RAD, _NEAR_PX / scene.view.rows))
 
 
 def contradiction(
@@ -118,6 +131,11 @@ def contradiction(
         return (
             "a search over all angles confirms the angle in only "
             f"{evidence.agreement:.0%} of the frames"
+        )
+    if evidence.pairs < limits.least_pairs:
+        return (
+            "what changes from frame to frame turns by the difference of the angles in only "
+            f"{evidence.pairs:.0%} of the pairs"
         )
     if not pointed and evidence.share < limits.least_share:
         return f"the part found makes up only {evidence.share:.0%} of what moves in the picture"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from av.container import InputContainer
 
 MIN_FRAMES = 50
+_PROGRESSIVE = 1  # FFmpeg's order of fields: 0 is unknown, 2 to 5 are interlaced
 
 
 @contextmanager
@@ -69,7 +70,7 @@ class Header:
 
     The number of pictures; the unit of their times [s]; the declared frame rate, if any; the name
     of the codec where it predicts pictures from earlier ones, with loss; the end that the file
-    declares [s] where it stops much earlier, else None.
+    declares [s] where it stops much earlier, else None; whether it says that it is interlaced.
     """
 
     count: int
@@ -77,6 +78,7 @@ class Header:
     declared_hz: float | None
     predicting: str | None
     missing_until_s: float | None = None
+    interlaced: bool = False
 
 
 def check(video: Path) -> Header:
@@ -101,6 +103,7 @@ def check(video: Path) -> Header:
             float(rate) if rate else None,
             predicting,
             (end_s or last_s) if broken or (early and not _whole(stream, len(stamps))) else None,
+            stream.codec_context.field_order > _PROGRESSIVE,
         )
     if header.count < MIN_FRAMES:
         raise InputError(

@@ -61,6 +61,16 @@ class Film:
         return self.header.predicting is not None
 
     @property
+    def tag_deg(self) -> int:
+        """By how much a tag of the file turns its pictures counter-clockwise [deg]."""
+        return self.calm[0].tag_deg
+
+    @property
+    def sideways(self) -> bool:
+        """Whether the rows of the camera's sensor are the pictures' columns."""
+        return self.tag_deg % 180 != 0
+
+    @property
     def images(self) -> list[Image]:
         """The calm frames' pictures."""
         return [frame.image for frame in self.calm]
@@ -122,7 +132,7 @@ class Film:
                 f"say {rate_hz:.4g}: the times are used; a video replayed slower or faster needs "
                 "a frames.csv"
             )
-        notes += self._missing(stamps_s)
+        notes += self._missing(stamps_s) + self._seen_as()
         if self.header.predicting is not None:
             notes.append(
                 f"{self.header.predicting} predicts pictures from earlier ones: pixels that were "
@@ -149,6 +159,26 @@ class Film:
             "ends there"
         ]
 
+    def _seen_as(self) -> list[str]:
+        """A sentence each where the pictures are not used as they are stored."""
+        notes = []
+        if self.tag_deg:
+            notes.append(
+                f"a tag of the file turns its pictures by {self.tag_deg} deg counter-clockwise: "
+                "options and results count the pixels of the picture as it is then seen"
+            )
+        if self.sideways:
+            notes.append(
+                "the rows of the sensor are columns of the picture: a rolling shutter is not "
+                "corrected, and sigma allows for it"
+            )
+        if self.header.interlaced:
+            notes.append(
+                "the video is interlaced: the field that was exposed first is used of each frame, "
+                "with half of the lines"
+            )
+        return notes
+
     def _still(self, frame: Frame) -> Frame:
         if self.stabiliser is None:
             return frame
@@ -163,7 +193,10 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     header = check(video)
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
-    shutters = _given_shutters(video, options, times[1] if times is not None else None)
+    calm = tuple(calm_frames(video))
+    shutters = _given_shutters(
+        video, options, times[1] if times is not None else None, calm[0].tag_deg
+    )
     if shutters is not None:
         every_s = 1.0 / header.declared_hz if header.declared_hz else np.inf
         if times is not None:
@@ -172,7 +205,7 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     return Film(
         video,
         header,
-        tuple(calm_frames(video)),
+        calm,
         table,
         times[0] if times is not None else None,
         shutters,
@@ -180,11 +213,12 @@ def open_film(video: Path, options: TrackOptions) -> Film:
 
 
 def _given_shutters(
-    video: Path, options: TrackOptions, exposures_s: Array | None
+    video: Path, options: TrackOptions, exposures_s: Array | None, tag_deg: int
 ) -> Shutters | None:
     """The given shutters, else those of a part tracked before; None where nothing is given.
 
-    ``exposures_s`` (frames,) are a frames.csv's.
+    ``exposures_s`` (frames,) are a frames.csv's. The readout is that of the sensor's rows, which a
+    tag may turn: upside down it runs upwards, sideways it is no model of the picture's rows.
     """
     exposure_s, readout_s = options.exposure_s, options.readout_s
     for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
@@ -196,7 +230,9 @@ def _given_shutters(
     if exposures_s is None and exposure_s is None and readout_s is None:
         return options.beside.shutters if options.beside is not None else None
     every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
-    return Shutters(every_s, readout_s or 0.0)
+    if tag_deg % 180:
+        return Shutters(every_s, 0.0, readout_s or 0.0)
+    return Shutters(every_s, -(readout_s or 0.0) if tag_deg else readout_s or 0.0)
 
 
 def _check_interval(source: Path, exposure_s: float, every_s: float) -> None:

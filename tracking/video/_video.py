@@ -12,12 +12,12 @@ import numpy as np
 
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
+from servosight.tracking.video._upright import progressive, tag_deg, upright
 
 if TYPE_CHECKING:
     from av.container import InputContainer
 
 _RUNS, _RUN_PARTS, _PART = 8, 4, 10
-_LARGEST_SIDE_PX = 8192
 _BEYOND_S = 0.1
 
 
@@ -25,13 +25,15 @@ _BEYOND_S = 0.1
 class Frame:
     """One decoded picture: its place in the file, presentation time [s], grey (height, width).
 
-    ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed.
+    ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed;
+    ``tag_deg`` by how much a tag of the file turned the picture counter-clockwise.
     """
 
     index: int
     time_s: float
     image: Image
     sigma_px: float = 0.0
+    tag_deg: int = 0
 
 
 def frames(video: Path) -> Iterator[Frame]:
@@ -49,9 +51,9 @@ def frames(video: Path) -> Iterator[Frame]:
         last_s = -np.inf
         for index, picture in enumerate(_decoded(container, stream, MIN_FRAMES)):
             time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
-            image = _grey(video, index, picture, shape)
+            image = upright(video, index, picture, shape)
             shape, last_s = image.shape, time_s
-            yield Frame(index, time_s, image)
+            yield Frame(index, time_s, image, tag_deg=tag_deg(picture))
 
 
 def _decoded(container: InputContainer, stream: Any, least: int) -> Iterator[Any]:
@@ -60,7 +62,7 @@ def _decoded(container: InputContainer, stream: Any, least: int) -> Iterator[Any
 
     count = 0
     try:
-        for picture in container.decode(stream):
+        for picture in progressive(container.decode(stream)):
             yield picture
             count += 1
     except av.FFmpegError:
@@ -89,26 +91,6 @@ def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
     )
 
 
-def _grey(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None = None) -> Image:
-    """The picture in grey; rejected where its size cannot be used or is not ``shape``, the first's.
-
-    Before it is converted: a damaged header may claim more than fits into memory.
-    """
-    width, height = picture.width, picture.height
-    if min(width, height) < 32 or max(width, height) > _LARGEST_SIDE_PX:
-        raise InputError(
-            f"{video}: pictures of {width} x {height} px; expected 32 to {_LARGEST_SIDE_PX} px a "
-            "side, scale the video."
-        )
-    if shape is not None and (height, width) != shape:
-        raise InputError(
-            f"{video}: frame {index} is {width} x {height} px where the first is {shape[1]} x "
-            f"{shape[0]}; expected one size, cut the file there."
-        )
-    image: Image = picture.to_ndarray(format="gray")
-    return image
-
-
 def frame_at(video: Path, at_s: float) -> Frame:
     """The picture whose presentation time is nearest to ``at_s`` [s]; InputError beyond the end."""
     best: Frame | None = None
@@ -134,7 +116,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
     with opened(video) as container:
         stream = container.streams.video[0]
         base = float(stream.time_base or Fraction(1, 1000))
-        decoder = container.decode(stream)
+        decoder = _decoded(container, stream, 1)
         first = next(decoder, None)
         if first is None:
             raise InputError(
@@ -142,7 +124,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
             )
         rate = stream.average_rate or stream.guessed_rate
         start_s = _time_s(video, 0, first, rate)
-        image = _grey(video, 0, first)
+        image = upright(video, 0, first)
         sampled = [Frame(0, start_s, image)]
         end_s = declared_end_s(stream, container)
         if end_s is None or first.pts is None or end_s <= start_s:
@@ -151,10 +133,12 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
             if target_s <= sampled[-1].time_s:
                 continue
             container.seek(int(target_s / base), stream=stream)
-            for picture in container.decode(stream):
+            for picture in _decoded(container, stream, 0):
                 time_s = _time_s(video, len(sampled), picture, rate)
                 if time_s >= target_s:
-                    sampled.append(Frame(len(sampled), time_s, _grey(video, len(sampled), picture)))
+                    sampled.append(
+                        Frame(len(sampled), time_s, upright(video, len(sampled), picture))
+                    )
                     break
         return [frame for frame in sampled if frame.image.shape == image.shape]
 
@@ -185,7 +169,8 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
                     index = round((time_s - start_s) * float(rate))
                     if run:
                         _after(video, index, time_s, run[-1].time_s)
-                    run.append(Frame(index, time_s, _grey(video, index, picture, shape)))
+                    image = upright(video, index, picture, shape)
+                    run.append(Frame(index, time_s, image, tag_deg=tag_deg(picture)))
                     shape = run[-1].image.shape
                 if len(run) == length:
                     break
@@ -225,7 +210,7 @@ def _by_decoding(
     for index, picture in enumerate(decoder, start=1):
         if index % stride == 0:
             kept.append(
-                Frame(index, _time_s(video, index, picture, rate), _grey(video, index, picture))
+                Frame(index, _time_s(video, index, picture, rate), upright(video, index, picture))
             )
             if len(kept) >= 2 * count:
                 kept, stride = kept[1::2], 2 * stride

@@ -13,12 +13,15 @@ from servosight.app.arguments import add_force, add_seed, any_path, number
 from servosight.models.base import InputError, did_you_mean
 
 ACTIONS = {
+    "wizard": "all of it question by question, from plugging in to the report",
     "cameras": "list the cameras and their modes; with --camera, measure the frame rate",
     "servos": "list serial ports and kinds of servo; with --servo, ask it what it measures",
-    "check": "check camera and servo, a line each; moves nothing",
+    "check": "check camera and servo, a line each; with --arm, look for the surface",
     "zero": "move slowly about neutral, film it, and find sign, zero and pivot",
     "run": "play EXCITATION, film it, write a recording",
-    "auto": "check, run, track and diagnose; asks before each further experiment",
+    "auto": "check, zero, run, track and diagnose; asks before each further experiment",
+    "target": "write a page to print to -o FILE.png: patterned discs and a protractor",
+    "firmware": "compile the firmware of a board into -o DIR, and say how to write it there",
     "rehearse": "the same with a virtual servo and camera on the wire, and a hidden effect",
 }
 STAMPS = ("exposure_start", "frame_end", "arrival")
@@ -37,7 +40,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         help="run: the command's CSV file, as `servosight excite` writes it",
     )
-    parser.add_argument("-o", "--output", metavar="REC|DIR", type=any_path, help="folder to write")
+    parser.add_argument(
+        "-o", "--output", metavar="REC|DIR|FILE", type=any_path, help="what to write"
+    )
     parser.add_argument(
         "--arm", action="store_true", help="let the servo move: nothing moves without it"
     )

@@ -1,9 +1,8 @@
-"""Check, run, track and diagnose; go on with further experiments where they decide something."""
+"""Check, zero, run, track and diagnose; go on with experiments where they decide something."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 
 from servosight.app.output import check_target, console, made
 from servosight.app.progress import progress
@@ -14,13 +13,15 @@ WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
 def run(args: argparse.Namespace) -> None:
     """The whole experiment; asks before each further run, unless --yes is given."""
+    from servosight.app.commands.bench import _questions as questions
     from servosight.app.commands.bench import wanted
 
     wanted(args, "output", "servo", "camera")
+    from servosight.app.commands.bench._check import show_lines
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
     from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
-    from servosight.bench.session import check_camera, check_servo, run_words
+    from servosight.bench.session import check_camera, check_servo, check_surface, run_words
     from servosight.models.base import json_text, make_folder, write_text
     from servosight.models.core import InputError
     from servosight.scenarios.trial import carry_out
@@ -35,14 +36,16 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"To learn more: {question}")
         if args.yes:
             return True
-        if not sys.stdin.isatty():
+        try:
+            return questions.agree("Run it now? The servo moves.", default=False)
+        except questions.Ended:  # the user, or nobody there to ask
             return False
-        return input("Run it now? The servo moves. [y/N] ").strip().lower() in ("y", "yes")
 
     with opened_camera(args) as camera, opened_servo(args) as servo:
         lines = [*check_camera(camera), *check_servo(servo)]
-        for line in lines:
-            out.print(f"{'ok' if line.good else 'NO':4}{line.what}: {line.words}")
+        if all(line.good for line in lines):
+            lines += check_surface(servo, camera)
+        show_lines(out, lines)
         if not all(line.good for line in lines):
             raise InputError("bench auto: not everything is in order; the lines above say how")
         with progress("bench") as show:
@@ -52,10 +55,13 @@ def run(args: argparse.Namespace) -> None:
                 args.output,
                 duration_s=args.duration,
                 seed=args.seed,
+                zero=getattr(args, "zero", None),  # the wizard has asked about it already
                 ask=ask,
                 progress=show,
                 force=args.force,
             )
+    for words in trial.zero.words:
+        out.print(words)
     for one in trial.runs:
         for words in run_words(one):
             out.print(words)

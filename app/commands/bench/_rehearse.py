@@ -85,8 +85,8 @@ def _serve(args: argparse.Namespace) -> None:
     out = console(args)
     with served_bench(drawn) as (servo, camera):
         out.print(f'--servo "{servo}" --camera "{camera}" --exposure {_EXPOSURE_S:g}')
-        if args.kind != "board":
-            out.print("note: only --kind board has a light that its own clock drives")
+        if args.kind == "feetech":
+            out.print("note: a Feetech servo has no light that another program could switch")
         out.print("Ctrl-C ends it and says what is hidden.")
         sys.stdout.flush()  # whoever reads the addresses waits for them
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import (
@@ -20,7 +21,7 @@ from servosight.app.output import check_outputs, console, made, next_command, wr
 from servosight.app.progress import progress
 
 if TYPE_CHECKING:
-    from servosight.diagnose import Comparison
+    from servosight.models.effects import Effect
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,9 +50,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
-    from servosight.app.inputs import load
+    from servosight.app.inputs import fmu_interface, is_fmu, load
     from servosight.app.present import show_findings, show_where
-    from servosight.diagnose import compare
+    from servosight.diagnose import compare, compare_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
 
@@ -60,9 +61,12 @@ def run(args: argparse.Namespace) -> None:
     if args.model.is_dir() or args.model.suffix == ".csv" or other.suffix == ".toml":
         _change(args)
         return
-    effects = catalogue(args.plugin)
-    if args.model.suffix.lower() == ".fmu":
-        result, recordings = _with_fmu(args), []
+    effects: Mapping[str, Effect] = catalogue(args.plugin)
+    if is_fmu(args.model):
+        recordings = load(args.recordings, args)
+        with progress("comparing"):
+            result = compare_fmu(fmu_interface(args, args.model), recordings, trust=args.trust)
+        effects = result.known_effects or effects
     else:
         actuator = Actuator.load(args.model, effects)
         recordings = load(args.recordings, args)
@@ -83,30 +87,12 @@ def run(args: argparse.Namespace) -> None:
             write_report(args.report, result, recordings, effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
-    out.print(next_command("diagnose", *args.recordings, "--auto"))
-
-
-def _with_fmu(args: argparse.Namespace) -> Comparison:
-    """The same with an FMU as the model."""
-    from servosight.app.inputs import load
-    from servosight.diagnose import compare_fmu
-    from servosight.models.core import InputError
-
-    if args.report is not None:
-        raise InputError("compare: --report shows a model card, expected --json for an FMU")
-    recordings = load(args.recordings, args)
-    with progress("comparing"):
-        return compare_fmu(
-            args.model,
-            recordings,
-            trust=args.trust,
-            command=args.fmu_input,
-            angle=args.fmu_output,
-        )
+    start = ["--from", args.model, "--trust"] if is_fmu(args.model) else []
+    out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
 
 
 def _change(args: argparse.Namespace) -> None:
-    """Two models, or two recordings: fit, compare, print, write the JSON."""
+    """Two models, or two recordings: fit, compare, print, write the JSON and the report."""
     import servosight
     from servosight.app.present import show_change
     from servosight.models.core import InputError
@@ -116,8 +102,6 @@ def _change(args: argparse.Namespace) -> None:
             f"compare: {len(args.recordings) + 1} to compare with one another, expected two; put "
             f"the recordings of each side into a folder"
         )
-    if args.report is not None:
-        raise InputError("compare: --report shows a model on recordings, expected --json here")
     with progress("comparing") as show:
         result = servosight.compare(
             args.model,
@@ -127,5 +111,13 @@ def _change(args: argparse.Namespace) -> None:
             progress=show,
         )
     values = result.to_dict()
-    show_change(console(args), values)
+    out = console(args)
+    show_change(out, values)
+    if args.report is not None:
+        from servosight.app.report import write_report
+        from servosight.models.effects import catalogue
+
+        with progress("writing the report"):
+            write_report(args.report, result, catalogue=catalogue(args.plugin), **made(args))
+        out.print(f"report: {args.report}")
     write_json(args.json, values)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import (
     add_fixed,
+    add_fmu,
     add_force,
     add_json,
     add_model_output,
@@ -21,13 +24,15 @@ from servosight.app.arguments import (
 from servosight.app.completion import with_effects
 from servosight.app.output import check_outputs, console, made, next_command, write_json
 from servosight.app.progress import progress
+from servosight.models.base import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from servosight.diagnose import Diagnosis
     from servosight.models.core import Recording
-    from servosight.models.excitation import Limits
+    from servosight.models.effects import Effect
+    from servosight.models.excitation import CommandLimits
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -83,6 +88,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         help="write a law for the error that no effect explains, as a plugin file",
     )
+    add_fmu(parser)
     add_seed(parser)  # kept for scripts: the selection is deterministic
     add_model_output(parser)
     add_json(parser)
@@ -95,10 +101,11 @@ def _add_known(parser: argparse.ArgumentParser) -> None:
     known = parser.add_argument_group("what you know already")
     known.add_argument(
         "--from",
-        metavar="MODEL.toml",
+        metavar="MODEL",
         type=any_path,
         dest="start",
-        help="start from this model: its effects, and its values as the initial guess",
+        help="start from this model: a card's effects, and its values as the initial guess; or an "
+        "FMU (MODEL.fmu) in the place of the linear model, with effects around it",
     )
     for word, name, meaning in (
         ("--with", "with_effects", "effect that every model has (may be repeated)"),
@@ -114,14 +121,38 @@ def _add_known(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Diagnose, print, write the card, the JSON and the report."""
-    from servosight.app.inputs import load
-    from servosight.app.present import show_diagnosis
-    from servosight.diagnose import PriorKnowledge, diagnose
-    from servosight.models.core import Actuator
+    from servosight.app.inputs import is_fmu, load
     from servosight.models.effects import catalogue
 
     check_outputs(args)
+    foreign = args.start is not None and is_fmu(args.start)
+    if foreign and args.output is not None:
+        raise InputError(
+            f"{args.start}: -o writes a model card, which cannot hold an FMU, expected --json or "
+            f"--report"
+        )
     effects = catalogue(args.plugin)
+    # What contradicts itself is refused before recordings are read, some of which are videos.
+    diagnose = _of_fmu(args) if foreign else _of_card(args, effects)
+    runs = [load(paths, args) for paths in (args.recordings, args.validate, args.test)]
+    with progress("diagnosing") as show:
+        result = diagnose(
+            *runs,
+            catalogue=effects,
+            auto=args.auto,
+            tolerance=args.tolerance,
+            limits=_limits(args, runs[0]),
+            progress=show,
+        )
+    known = result.known_effects or effects
+    _show(args, result, known, [one for group in runs for one in group])
+
+
+def _of_card(args: argparse.Namespace, effects: Mapping[str, Effect]) -> Callable[..., Diagnosis]:
+    """The diagnosis of the linear model, or of a card."""
+    from servosight.diagnose import PriorKnowledge, diagnose
+    from servosight.models.core import Actuator
+
     prior = PriorKnowledge.of(
         effects,
         start=None if args.start is None else Actuator.load(args.start, effects),
@@ -129,21 +160,33 @@ def run(args: argparse.Namespace) -> None:
         without_effects=args.without_effects,
         fix=dict(args.fix),
     )
-    recordings = load(args.recordings, args)
-    validate = load(args.validate, args)
-    test = load(args.test, args)
-    with progress("diagnosing") as show:
-        result = diagnose(
-            recordings,
-            validate,
-            test,
-            catalogue=effects,
-            auto=args.auto,
-            tolerance=args.tolerance,
-            limits=_limits(args, recordings),
-            prior=prior,
-            progress=show,
-        )
+    return partial(diagnose, prior=prior)
+
+
+def _of_fmu(args: argparse.Namespace) -> Callable[..., Diagnosis]:
+    """The same of an FMU."""
+    from servosight.app.inputs import fmu_interface
+    from servosight.diagnose import diagnose_fmu
+
+    return partial(
+        diagnose_fmu,
+        fmu_interface(args, args.start),
+        trust=args.trust,
+        with_effects=args.with_effects,
+        without_effects=args.without_effects,
+        fix=dict(args.fix),
+    )
+
+
+def _show(
+    args: argparse.Namespace,
+    result: Diagnosis,
+    effects: Mapping[str, Effect],
+    recordings: list[Recording],
+) -> None:
+    """What was found, on the terminal and in files."""
+    from servosight.app.present import show_diagnosis
+
     if args.output is not None:
         result.actuator.save(args.output)
     values = result.to_dict()
@@ -164,9 +207,8 @@ def run(args: argparse.Namespace) -> None:
     if args.report is not None:
         from servosight.app.report import write_report
 
-        every = [*recordings, *validate, *test]
         with progress("writing the report"):
-            write_report(args.report, result, every, effects, **made(args))
+            write_report(args.report, result, recordings, effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     out.print(next_command(*_next(args, values)))
@@ -194,7 +236,7 @@ def _draft(args: argparse.Namespace, result: Diagnosis, out: Console) -> None:
         out.print(f"{args.draft}: not written, {why}")
 
 
-def _limits(args: argparse.Namespace, recordings: list[Recording]) -> Limits | None:
+def _limits(args: argparse.Namespace, recordings: list[Recording]) -> CommandLimits | None:
     from dataclasses import replace
 
     from servosight.diagnose.experiment import recorded_limits
@@ -207,11 +249,14 @@ def _limits(args: argparse.Namespace, recordings: list[Recording]) -> Limits | N
 
 def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     """The next command: select effects, view the report, save the model, try another run."""
+    from servosight.app.inputs import is_fmu
+
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
     again += [word for path in args.validate for word in ("--validate", path)]
     again += [word for path in args.test for word in ("--test", path)]
     again += [word for path in args.plugin for word in ("--plugin", path)]
     again += [] if args.start is None else ["--from", args.start]
+    again += ["--trust"] if args.trust else []
     again += [word for name in args.with_effects for word in ("--with", name)]
     again += [word for name in args.without_effects for word in ("--without", name)]
     again += [word for name, value in args.fix for word in ("--fix", f"{name}={value:g}")]
@@ -219,6 +264,8 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
         return again
     if args.report is None:
         return [*again, "--report", "report.html"]
+    if args.start is not None and is_fmu(args.start):
+        return ["compare", args.start, "ANOTHER_REC", "--trust"]
     if args.output is None:
         return [*again, "-o", "model.toml"]
     return ["compare", args.output, "ANOTHER_REC"]

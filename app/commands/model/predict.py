@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_force, add_plugins, add_pulse, any_path
+from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path
 from servosight.app.output import check_outputs, console
 from servosight.models.base import Kind
+
+if TYPE_CHECKING:
+    from servosight.models.core import Array, Recording
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight predict``."""
-    parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
+    parser.add_argument("model", metavar="MODEL", type=any_path, help="the model's card, or an FMU")
     parser.add_argument(
         "command_file",
         metavar="COMMAND.csv|REC",
@@ -22,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="angle.csv", type=any_path, required=True, help="file to write"
     )
     add_pulse(parser)
+    add_fmu(parser)
     add_plugins(parser)
     add_force(parser)
 
@@ -31,27 +36,43 @@ def run(args: argparse.Namespace) -> None:
     import numpy as np
 
     from servosight.app.inputs import is_command, load
-    from servosight.models.core import Actuator
-    from servosight.models.effects import catalogue
     from servosight.models.excitation import Excitation
     from servosight.models.io import write_angle
+    from servosight.models.plant import command_recording
 
     check_outputs(args, Kind.TABLE)
-    effects = catalogue(args.plugin)
-    actuator = Actuator.load(args.model, effects)
     out = console(args)
     if is_command(args.command_file):
         rows = Excitation.load(args.command_file)
-        time_s = rows.time_s
-        angle = actuator.predict(time_s=time_s, command_deg=rows.command_deg, catalogue=effects)
+        recording = command_recording(rows.time_s, rows.command_deg)
+        angle = _predicted(args, recording, from_rest=True)
         words = "from rest"
     else:
         recording = load([args.command_file], args)[0]
-        time_s = recording.time_s
-        angle = actuator.predict(recording, catalogue=effects)
+        angle = _predicted(args, recording, from_rest=False)
         error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
+    time_s = recording.time_s
     write_angle(args.output, time_s, angle, None)
     out.print(
         f"{args.output}: {time_s.size} samples, {angle.min():.4g} to {angle.max():.4g} deg, {words}"
     )
+
+
+def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: bool) -> Array:
+    """By the card or the FMU; from the recording's first samples, unless from rest."""
+    from servosight.app.inputs import fmu_interface, is_fmu
+    from servosight.identify.foreign import predict_fmu
+    from servosight.models.core import Actuator
+    from servosight.models.effects import catalogue
+
+    if is_fmu(args.model):
+        interface = fmu_interface(args, args.model)
+        return predict_fmu(interface, recording, from_rest=from_rest, trust=args.trust)
+    effects = catalogue(args.plugin)
+    actuator = Actuator.load(args.model, effects)
+    if from_rest:
+        return actuator.predict(
+            time_s=recording.time_s, command_deg=recording.command_deg, catalogue=effects
+        )
+    return actuator.predict(recording, catalogue=effects)

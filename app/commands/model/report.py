@@ -36,12 +36,13 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.inputs import load
     from servosight.app.report import write_report
     from servosight.diagnose import Comparison, Diagnosis
+    from servosight.diagnose.change import ServoChange
     from servosight.models.core import InputError
     from servosight.models.effects import catalogue
 
     check_target(args.output, Kind.HTML, force=args.force)
     result = servosight.load(args.result)
-    if not isinstance(result, Diagnosis | Comparison):
+    if not isinstance(result, Diagnosis | Comparison | ServoChange):
         raise InputError(
             f"{args.result}: holds a {type(result).__name__}, expected a diagnosis or a "
             f"comparison; write one with `servosight diagnose REC --json {args.result}`"

@@ -20,7 +20,7 @@ from servosight.app.output import check_outputs, console, next_command, write_js
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:
-    from servosight.models.excitation import Design, Form, Limits
+    from servosight.models.excitation import CommandLimits, Design, Form
 
 SHAPES = {
     "steps": "random levels, each held (--dwell); shows limits and friction",
@@ -145,7 +145,7 @@ def _write(args: argparse.Namespace) -> None:
     write_json(args.json, values)
 
 
-def _optimal(args: argparse.Namespace, limits: Limits) -> tuple[Design, dict[str, Any]]:
+def _optimal(args: argparse.Namespace, limits: CommandLimits) -> tuple[Design, dict[str, Any]]:
     from servosight.identify.design import optimal
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
@@ -217,10 +217,10 @@ def _analyse(args: argparse.Namespace) -> None:
         out.print(next_command("diagnose", args.analyse, "--auto"))
 
 
-def _limits(args: argparse.Namespace) -> Limits:
-    from servosight.models.excitation import Limits
+def _limits(args: argparse.Namespace) -> CommandLimits:
+    from servosight.models.excitation import CommandLimits
 
-    return Limits(args.angle, args.rate, args.duration, args.centre, args.row_rate)
+    return CommandLimits(args.angle, args.rate, args.duration, args.centre, args.row_rate)
 
 
 def _form(args: argparse.Namespace) -> Form:

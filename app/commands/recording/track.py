@@ -50,6 +50,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--id", metavar="N", type=int, help="its number (default: the marker that moves farthest)"
     )
+    _add_hints(parser)
+    _add_drawn(parser)
+    add_force(parser)
+
+
+def _add_hints(parser: argparse.ArgumentParser) -> None:
     hints = parser.add_argument_group("which part is meant; each is enough by itself")
     hints.add_argument("--pivot", metavar="X,Y", type=point, help="centre of rotation [px]")
     hints.add_argument("--template", metavar="X,Y,W,H", type=box, help="box around the part [px]")
@@ -79,6 +85,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     second.add_argument(
         "--second-pivot", metavar="X,Y", type=point, help="its centre of rotation [px]"
     )
+
+
+def _add_drawn(parser: argparse.ArgumentParser) -> None:
     drawn = parser.add_argument_group("pictures of the result")
     drawn.add_argument(
         "--draw",
@@ -94,7 +103,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     drawn.add_argument(
         "--sheet", metavar="FILE.png", type=any_path, help="the frames with the largest uncertainty"
     )
-    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> None:

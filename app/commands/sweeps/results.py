@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, add_json, any_path
 from servosight.app.output import check_outputs, check_target, console, write_json
+
+if TYPE_CHECKING:
+    from servosight.scenarios.sweeps import Summary
+
+LINES = 200
+"""Settings that are printed; of more, nobody reads a table."""
+USUAL = 0.5
+"""A column is printed where at least this share of the settings has a value in it."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,10 +46,25 @@ def run(args: argparse.Namespace) -> None:
         out.print(found.about)
     for sentence in found.failures:
         out.print(sentence)
-    out.print(str(found.table))
-    for answer in found.found:
+    out.print(_shown(found))
+    for answer in found.found[:LINES]:
         out.print(answer.sentence)
+    more = max(len(found.table), len(found.found)) - LINES
+    if more > 0:
+        out.print(f"... and {more} settings more: --json FILE writes all")
     if args.plot is not None:
         draw(found, args.plot)
         out.print(f"drawn: {args.plot}")
     write_json(args.json, found)
+
+
+def _shown(found: Summary) -> str:
+    """The table's first rows, without the errors of effects that only few settings hide."""
+    from servosight.models.core import Table
+
+    rows = found.table[:LINES]
+    if not rows:
+        return str(rows)
+    names = list(rows[0])
+    usual = [n for n in names if sum(row[n] is not None for row in rows) >= USUAL * len(rows)]
+    return str(Table([{name: row[name] for name in usual} for row in rows]))

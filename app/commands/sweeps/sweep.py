@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     again = shlex.join(["servosight", "sweep", args.sweep, "-o", str(args.output)])
     with progress(sweep.name) as show:
-        tell = _Teller(show)
+        tell = _Teller(show, sweep.size, again)
         try:
             tally = run_sweep(
                 sweep,
@@ -65,10 +65,10 @@ def run(args: argparse.Namespace) -> None:
                 retry=args.retry,
                 on_start=lambda engine: _dashboard(out.print, engine),
                 on_progress=tell,
+                on_interrupt=tell.interrupted,
             )
         except KeyboardInterrupt:
-            if not quiet():
-                print(f"{tell.words(sweep.size)}; to go on: {again}", file=sys.stderr, flush=True)
+            tell.interrupted()
             raise
     out.print(
         f"{args.output}: {sweep.size} cells, {tally.earlier} of them there before, {tally.done} "
@@ -86,9 +86,11 @@ def run(args: argparse.Namespace) -> None:
 class _Teller:
     """Shows progress on a terminal, or in a line now and then; says what fails again and again."""
 
-    def __init__(self, show: StageProgress) -> None:
-        self.show, self.last, self.said = show, time.monotonic(), 0
+    def __init__(self, show: StageProgress, total: int, again: str) -> None:
+        self.show, self.total, self.again = show, total, again
+        self.last = time.monotonic()
         self.tally: Tally | None = None
+        self.ended = False
 
     def __call__(self, tally: Tally, said: Sequence[str]) -> None:
         """How far it is."""
@@ -100,12 +102,19 @@ class _Teller:
             print(f"note: {sentence}", file=sys.stderr, flush=True)
         if not sys.stderr.isatty() and time.monotonic() - self.last > LINE_S:
             self.last = time.monotonic()
-            print(f"{self.words(tally.total)}, {tally.words()}", file=sys.stderr, flush=True)
+            print(f"{self.words()}, {tally.words()}", file=sys.stderr, flush=True)
 
-    def words(self, total: int) -> str:
+    def interrupted(self) -> None:
+        """Say, once, how far it came and what goes on from there."""
+        if not self.ended and not quiet():
+            print(f"{self.words()}; to go on: {self.again}", file=sys.stderr, flush=True)
+        self.ended = True
+
+    def words(self) -> str:
         """How many cells are done."""
-        done = 0 if self.tally is None else self.tally.earlier + self.tally.done
-        return f"{done} of {total} cells are done" if self.tally else "no cell was done"
+        if self.tally is None:
+            return "no cell was done"
+        return f"{self.tally.earlier + self.tally.done} of {self.total} cells are done"
 
 
 def _dashboard(say: Callable[[str], Any], engine: Any) -> None:

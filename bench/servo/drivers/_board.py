@@ -11,7 +11,7 @@ import numpy as np
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
 from servosight.bench.servo._port import Port, ask
-from servosight.bench.servo._protocol import LinkLost, Reading, ServoFault
+from servosight.bench.servo._protocol import Lamp, LinkLost, Reading, Sent, ServoFault
 from servosight.bench.servo.codecs import board as codec
 from servosight.models.core import Array, InputError, within
 
@@ -44,6 +44,7 @@ class Board:
     def __init__(self, path: str, settings: BoardSettings, clock: Clock) -> None:
         """Open the port, which resets an Arduino."""
         self.name = f"board on {path}"
+        self.lamp: Lamp | None = None  # the board drives its light itself
         self.period_s = 1e-3 * settings.period_ms
         self._settings = settings
         self._clock = clock
@@ -86,10 +87,11 @@ class Board:
         """Start the pulses, at neutral."""
         self.write(angle_deg)
 
-    def write(self, angle_deg: float) -> float:
+    def write(self, angle_deg: float) -> Sent:
         """Set the width of the pulses from the next one on."""
-        packet = codec.Packet(codec.SET, self._ticks(angle_deg).to_bytes(2, "little"))
-        return self._checked(packet).time_s
+        ticks = self._ticks(angle_deg)
+        packet = codec.Packet(codec.SET, ticks.to_bytes(2, "little"))
+        return Sent(self._checked(packet).time_s, self._deg(ticks))
 
     def read(self) -> Reading:
         """Ask for the state of the board; the servo itself reports nothing."""
@@ -121,9 +123,7 @@ class Board:
                 status = self._store(stored)
         end = (self._first + len(self._command)).to_bytes(4, "little")
         self._checked(codec.Packet(codec.PLAY, end))
-        ticks = np.array(self._command, dtype=np.float64)
-        degrees: Array = (0.5 * ticks - self._settings.neutral_us) * self._settings.deg_per_us
-        return degrees
+        return np.array([self._deg(ticks) for ticks in self._command])
 
     def feed(self) -> tuple[bool, int]:
         """Send what the board has room for; whether it plays on, and how many pulses have begun."""
@@ -189,6 +189,9 @@ class Board:
 
     def _ticks(self, angle_deg: float) -> int:
         return round(2.0 * (self._settings.neutral_us + angle_deg / self._settings.deg_per_us))
+
+    def _deg(self, ticks: int) -> float:
+        return (0.5 * ticks - self._settings.neutral_us) * self._settings.deg_per_us
 
     def _step(self, rate_deg_s: float) -> int:
         """Ticks from pulse to pulse; one more, because both ends of a step are rounded."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
-from servosight.bench.servo._port import TRIES, Exchange, Port, ask
-from servosight.bench.servo._protocol import Reading, ServoFault, WatchdogTripped
+from servosight.bench.servo._port import LINE_SIGMA_S, TRIES, Exchange, LineLamp, Port, ask
+from servosight.bench.servo._protocol import Lamp, Reading, Sent, ServoFault, WatchdogTripped
 from servosight.bench.servo.codecs import dynamixel as codec
 from servosight.models.core import InputError, within
 
@@ -34,10 +34,11 @@ that register holds an estimated load instead."""
 
 @dataclass(frozen=True, kw_only=True)
 class DynamixelSettings:
-    """The keys of an address."""
+    """The keys of an address; ``light`` is the servo's own LED, or on a line of the adapter."""
 
     id: Annotated[int, within(0, 252, "as a whole number")] = 1
     baud: Annotated[int, within(9600, 4_500_000, "bit/s")] = 57600
+    light: Literal["none", "led", "dtr", "rts"] = "none"
 
 
 class Dynamixel:
@@ -49,6 +50,11 @@ class Dynamixel:
         self._id = settings.id
         self._port = Port(path, settings.baud, clock, self.name)
         self._ampere: float | None = None
+        self.lamp: Lamp | None = None
+        if settings.light == "led":
+            self.lamp = OwnLed(self)
+        elif settings.light != "none":
+            self.lamp = LineLamp(self._port, settings.light)
 
     def connect(self, limits: Limits) -> None:
         """Ping the servo, and check mode, position limits and hardware errors."""
@@ -80,9 +86,10 @@ class Dynamixel:
         self._set(codec.TORQUE_ENABLE, 1)
         self._set(codec.BUS_WATCHDOG, WATCHDOG)
 
-    def write(self, angle_deg: float) -> float:
-        """Write the goal position (116)."""
-        return self._set(codec.GOAL_POSITION, _steps(angle_deg)).asked_s
+    def write(self, angle_deg: float) -> Sent:
+        """Write the goal position (116), in steps of 0.088 deg."""
+        steps = _steps(angle_deg)
+        return Sent(self._set(codec.GOAL_POSITION, steps).asked_s, _deg(steps))
 
     def read(self) -> Reading:
         """Current, position, voltage and temperature (126 to 146) in one packet."""
@@ -95,6 +102,10 @@ class Dynamixel:
             voltage_v=0.1 * codec.value_of(codec.PRESENT_INPUT_VOLTAGE, data, _FIRST),
             temperature_c=float(codec.value_of(codec.PRESENT_TEMPERATURE, data, _FIRST)),
         )
+
+    def led(self, on: bool) -> float:
+        """Switch the servo's LED (65); the time at which it has the order."""
+        return self._set(codec.LED, int(on)).asked_s
 
     def disable(self) -> None:
         """Switch torque and watchdog off, also of a servo that reports a fault."""
@@ -154,6 +165,19 @@ class Dynamixel:
         """A register of one byte, also of a servo that reports a fault."""
         question = codec.read(self._id, register.address, 1)
         return ask(self._port, question, lambda got: self._status(got, 1, faults=False))[0][0]
+
+
+class OwnLed:
+    """The servo's own LED, on the order's last byte as far as its manual says (``Lamp``)."""
+
+    sigma_s = LINE_SIGMA_S
+
+    def __init__(self, servo: Dynamixel) -> None:
+        self._servo = servo
+
+    def switch(self, on: bool) -> float:
+        """Switch it; the host's time of that, in s."""
+        return self._servo.led(on)
 
 
 def _steps(angle_deg: float) -> int:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
-from servosight.bench.servo._port import Exchange, Port, ask
-from servosight.bench.servo._protocol import Reading, ServoFault
+from servosight.bench.servo._port import Exchange, LineLamp, Port, ask
+from servosight.bench.servo._protocol import Lamp, Reading, Sent, ServoFault
 from servosight.bench.servo.codecs import feetech as codec
 from servosight.models.core import InputError, within
 
@@ -21,10 +21,11 @@ _COUNT = codec.PRESENT_CURRENT.address + 2 - _FIRST
 
 @dataclass(frozen=True, kw_only=True)
 class FeetechSettings:
-    """The keys of an address."""
+    """The keys of an address; ``light`` is on an output line of the adapter."""
 
     id: Annotated[int, within(0, 253, "as a whole number")] = 1
     baud: Annotated[int, within(38400, 1_000_000, "bit/s")] = 1_000_000
+    light: Literal["none", "dtr", "rts"] = "none"
 
 
 class Feetech:
@@ -41,6 +42,8 @@ class Feetech:
         self._id = settings.id
         self._port = Port(path, settings.baud, clock, self.name)
         self._old: tuple[int, int] | None = None
+        lit = settings.light != "none"
+        self.lamp: Lamp | None = LineLamp(self._port, settings.light) if lit else None
 
     def connect(self, limits: Limits) -> None:
         """Ping the servo, check its mode, and set its angle limits to the run's."""
@@ -68,10 +71,11 @@ class Feetech:
         self._ask(codec.write(self._id, codec.GOAL_POSITION, _steps(angle_deg)), 0)
         self._ask(codec.write(self._id, codec.TORQUE_ENABLE, 1), 0)
 
-    def write(self, angle_deg: float) -> float:
+    def write(self, angle_deg: float) -> Sent:
         """Write the goal position (42); its speed and acceleration stay as they are set."""
-        question = codec.write(self._id, codec.GOAL_POSITION, _steps(angle_deg))
-        return self._ask(question, 0)[1].asked_s
+        steps = _steps(angle_deg)
+        question = codec.write(self._id, codec.GOAL_POSITION, steps)
+        return Sent(self._ask(question, 0)[1].asked_s, _deg(steps))
 
     def read(self) -> Reading:
         """Position, voltage, temperature and current (56 to 70) in one packet."""

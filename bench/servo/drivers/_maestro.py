@@ -9,12 +9,22 @@ from typing import Annotated
 from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
 from servosight.bench.servo._port import TRIES, Port, ask
-from servosight.bench.servo._protocol import LinkLost, Reading, ServoFault
+from servosight.bench.servo._protocol import Lamp, LinkLost, Reading, Sent, ServoFault
+from servosight.bench.servo._pulses import pulse_train
 from servosight.bench.servo.codecs import maestro as codec
 from servosight.models.core import InputError, within
 
 PULSE_S = 0.02
 """The Maestro's pulse period as it comes."""
+_SPARE = 1.2
+"""A pulse has come after this many periods: the two clocks differ."""
+_POLL_S = 0.5e-3
+_GOLDEN = 0.618034
+_PROBES = 3
+HIGH, LOW = 8000, 4000
+"""Targets of a channel that is a digital output: from 6000 quarters on it is high (5.e)."""
+OUTPUT_SIGMA_S = 1e-3
+"""The manual does not say how soon an output follows its order."""
 LOWEST_US, HIGHEST_US = 400.0, 2600.0
 """Pulse widths beyond which no hobby servo is meant to go."""
 
@@ -29,11 +39,16 @@ class MaestroSettings:
     crc: bool = False
     neutral_us: Annotated[float, within(800.0, 2200.0, "us")] = 1500.0
     deg_per_us: Annotated[float, within(-1.0, 1.0, "deg/us")] = 0.09
+    light_channel: Annotated[int, within(0, 23, "as a whole number")] | None = None
+    period_ms: Annotated[float, within(3.0, 32.0, "ms")] = 1e3 * PULSE_S
     baud: Annotated[int, within(9600, 1_000_000, "bit/s")] = 115200
 
 
 class Maestro:
     """One channel of a Maestro. The servo reports nothing: its angle is the camera's to measure.
+
+    A target takes effect with the next pulse, and GET_POSITION answers with the pulse that is being
+    sent (section 5.e), so that asking shows when that is.
 
     The Maestro acknowledges no target, so a damaged one is found only where its CRC is enabled.
     """
@@ -42,7 +57,14 @@ class Maestro:
         """Open the port."""
         self.name = f"Maestro channel {settings.channel} on {path}"
         self._settings = settings
-        self._speed = self._last = 0
+        self._speed = self._last = self._shown = 0
+        self.lamp: Lamp | None = None
+        if settings.light_channel is not None:
+            self.lamp = OutputLamp(self, settings.light_channel)
+        self._period_s = 1e-3 * settings.period_ms
+        self._cost_s = self._wrote_s = 0.0
+        self._waits = False
+        self._pulses: list[tuple[float, float]] = []
         self._clock = clock
         self._port = Port(path, settings.baud, clock, self.name)
         if settings.deg_per_us == 0.0:
@@ -74,11 +96,65 @@ class Maestro:
             if self._ask(codec.get_errors(self._settings.device))[0] == 0:
                 break
         self.write(angle_deg)
+        self._look_for_pulses()
 
-    def write(self, angle_deg: float) -> float:
-        """Set the target; the Maestro uses it from its next pulse on."""
+    def write(self, angle_deg: float) -> Sent:
+        """Set the target, in quarter microseconds; the Maestro uses it from its next pulse on."""
         self._last = round(codec.QUARTERS * self._width_us(angle_deg))
-        return self._target(self._last)
+        self._wrote_s = self._clock.now()
+        width_us = self._last / codec.QUARTERS
+        goal_deg = (width_us - self._settings.neutral_us) * self._settings.deg_per_us
+        return Sent(self._target(self._last), goal_deg)
+
+    def output(self, channel: int, high: bool) -> float:
+        """Set a channel that is a digital output; the time at which the Maestro has the order."""
+        target = HIGH if high else LOW
+        return self._send(codec.set_target(channel, target, self._settings.device))
+
+    def follow(self, until_s: float) -> None:
+        """Ask for the pulse that is being sent until it is another one, or until a time."""
+        # An answer with the new pulse alone says that it began after the order, where it is known
+        # that the answer waits for the pulse.
+        before_s = self._wrote_s if self._waits else None
+        # Rows come as evenly as pulses: without a shift of its own each time, the questions would
+        # always leave the same gap about a pulse.
+        shift = math.modf(_GOLDEN * len(self._pulses))[0]
+        self._clock.wait(self._clock.now() + shift * (self._cost_s + _POLL_S))
+        while self._shown != self._last and self._clock.now() + 2.0 * self._cost_s < until_s:
+            asked_s = self._clock.now()
+            position = self._position()
+            answered_s = self._clock.now()
+            self._cost_s = answered_s - asked_s
+            if position != self._shown:
+                self._shown = position
+                if before_s is not None:
+                    self._pulses.append((before_s, answered_s))
+                return
+            before_s = asked_s
+            self._clock.wait(answered_s + _POLL_S)
+
+    def _look_for_pulses(self) -> None:
+        """See whether answers wait for the next pulse: change the target by its least step.
+
+        At times that fall at many phases of the pulses; once seen, it is known.
+        """
+        self._clock.wait(self._clock.now() + _SPARE * self._period_s)
+        self._waits, self._shown = False, self._position()
+        for change in (1, 0) * _PROBES:
+            self._target(self._last + change)
+            if self._position() != self._last + change:
+                self._waits = True
+            self._clock.wait(self._clock.now() + (1.0 + _GOLDEN) * self._period_s)
+        self._shown = self._position()
+
+    def taken(self, sent: list[Sent]) -> tuple[list[Sent], float]:
+        """Goals at the pulses that were seen; half a period later where none were."""
+        train = pulse_train(self._pulses, self._period_s)
+        self._pulses.clear()
+        if train is not None:
+            return train.taken(sent), train.sigma_s
+        late = [Sent(one.time_s + 0.5 * self._period_s, one.angle_deg) for one in sent]
+        return late, self._period_s / math.sqrt(12.0)
 
     def read(self) -> Reading:
         """Ask for errors; LinkLost without an answer, ServoFault after the Maestro's time-out."""
@@ -94,9 +170,10 @@ class Maestro:
         """Stop the pulses after one with the last goal, and see that they have stopped."""
         if self._last:
             self._target(self._last)  # once more: nothing has acknowledged it
-        self._clock.wait(self._clock.now() + PULSE_S)
+        self._clock.wait(self._clock.now() + _SPARE * self._period_s)
         for _ in range(TRIES):
             self._target(0)
+            self._clock.wait(self._clock.now() + _SPARE * self._period_s)
             if self._position() == 0:
                 return
         raise LinkLost(f"{self.name}: the pulses do not stop; switch the servo's power off")
@@ -122,3 +199,16 @@ class Maestro:
         question = codec.encode(command, self._settings.crc)
         answer, exchange = ask(self._port, question, lambda got: got if len(got) == 2 else None)
         return int.from_bytes(answer, "little"), exchange.middle_s
+
+
+class OutputLamp:
+    """A light on a channel that is a digital output (``Lamp``)."""
+
+    sigma_s = OUTPUT_SIGMA_S
+
+    def __init__(self, maestro: Maestro, channel: int) -> None:
+        self._maestro, self._channel = maestro, channel
+
+    def switch(self, on: bool) -> float:
+        """Switch it; the host's time of that, in s."""
+        return self._maestro.output(self._channel, on)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection._models import ModelSelection
+from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.models.core import StageProgress
@@ -21,10 +22,11 @@ may both gain nothing alone."""
 
 @dataclass(frozen=True)
 class BackwardSearch:
-    """Models to fit, those visited, and the progress shown."""
+    """Models to fit, those visited, how much is tried, and the progress shown."""
 
     models: ModelSelection
     visited: Visited
+    effort: SearchEffort
     progress: StageProgress
 
     def search(self, base: Trial) -> None:
@@ -63,7 +65,7 @@ class BackwardSearch:
         """
         trial = base
         for i, name in enumerate(names):
-            if name not in self.models.candidates(trial):
+            if name not in self.models.candidates(trial) or self.effort.is_spent(self.models):
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
             larger = self.models.extended(trial, name)
@@ -75,10 +77,13 @@ class BackwardSearch:
     def reduce(self, trial: Trial) -> None:
         """Leave out one effect after the other, each time the one that is missed least.
 
-        It ends where what is left is dearer than the cheapest of its line by two effects' prices.
+        It ends where all simulations are spent, or where what is left is dearer than the cheapest
+        of its line by two effects' prices.
         """
         least = self.visited.price(trial)
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
+            if self.effort.is_spent(self.models):
+                return
             smaller = []
             for i, name in enumerate(names):
                 self.progress(f"trying without {name}", i, len(names))

@@ -30,6 +30,8 @@ class BeamSearch:
             best = self.visited.price(self.visited.ranked()[0])
             beam = [trial for trial in self._beam() if trial.key not in extended]
             for trial in beam:
+                if self.effort.is_spent(self.models):
+                    return
                 extended.add(trial.key)
                 self._extend(self.models.finished(trial))
             if self.visited.price(self.visited.ranked()[0]) > best - WORTH_GOING_ON:

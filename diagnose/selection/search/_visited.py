@@ -33,15 +33,21 @@ class Visited:
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.
 
-        Without effects it is the linear model. Those that the user requires need not earn it. k is
-        fitted where the same effects with k held do worse.
+        Without effects it is the first model of the steps, and not that with k held, from which no
+        step leads on. Effects that the user requires need not earn it. k is fitted where the same
+        effects with k held do worse.
         """
-        refused: set[Key] = set()
+        begun = self.models.first()
+        refused = {one.key for one in self.models.trials.values() if one.effects == begun.effects}
+        refused.discard(begun.key)
         while True:
-            first = next(one for one in self.ranked() if one.key not in refused)
+            left = (one for one in self.ranked() if one.key not in refused)
+            first = next(left, None)
+            if first is None:
+                return begun
             if not first.fit.out_of_budget:
                 earned = all(self._earned(first, name) for name in self.removable(first))
-                if earned and self._frees(first):
+                if earned and (first.key == begun.key or self._frees(first)):
                     return first
                 refused.add(first.key)
             elif not self._finished(first):

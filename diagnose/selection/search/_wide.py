@@ -21,8 +21,9 @@ def searched_widely(
     best model seen.
     """
     first, last = steps[0].trial, steps[-1].trial
-    backward = BackwardSearch(visited.models, visited, progress)
-    if not backward.search_unloaded():
+    backward = BackwardSearch(visited.models, visited, effort, progress)
+    # At several gains the data determine k, but fits that begin with a wrong one may end there.
+    if not backward.search_unloaded() or not visited.models.at_one_gain:
         backward.search(first)
     BeamSearch(visited.models, visited, effort, progress).search()
     best = visited.best()

@@ -43,7 +43,8 @@ def found_by_size(frame: pl.DataFrame, axes: Sequence[str]) -> Table[Found]:
     """One answer for each setting of the axes beside the size's; none where nothing is diagnosed.
 
     A size is an axis ``effects.EFFECT.PARAMETER`` whose neutral value is 0, or ``strength``. An
-    effect counts as found where the diagnosis names it, whatever else it names.
+    effect counts as found where the diagnosis names it, whatever else it names. Settings of which
+    one size alone was tried, as points of drawn axes, give no answer.
     """
     if "effects" not in frame.columns:
         return Table()
@@ -77,7 +78,7 @@ def _of_axis(frame: pl.DataFrame, axis: str, others: list[str]) -> list[Found]:
         settings = dict(zip(others, values, strict=True))
         hidden = str(settings.get(HIDDEN, "")) if axis == STRENGTH else axis.split(".")[1]
         wanted = [name.strip() for name in hidden.split("+") if name.strip()]
-        if not wanted:
+        if not wanted or group[axis].n_unique() < 2:
             continue
         right = pl.all_horizontal(pl.col("effects").list.contains(name) for name in wanted)
         counts = (

@@ -2,5 +2,6 @@
 
 from servosight.scenarios.sweeps.measure._cell import CellWork as CellWork
 from servosight.scenarios.sweeps.measure._cell import measure as measure
+from servosight.scenarios.sweeps.measure._warm import LOADED as LOADED
 from servosight.scenarios.sweeps.measure._warm import POOLS as POOLS
 from servosight.scenarios.sweeps.measure._warm import warm as warm

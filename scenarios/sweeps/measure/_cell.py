@@ -1,4 +1,7 @@
-"""One cell: from its settings to the columns of its row."""
+"""One cell: from its settings to the columns of its row.
+
+What it works with is imported when it runs: the process that hands out cells has no need of it.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,7 @@ from typing import Any
 
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.produce import produce, simulated
 from servosight.scenarios.scenario import Scenario
-from servosight.scenarios.sweeps.measure._scores import bounds, errors
 from servosight.scenarios.sweeps.plan import (
     Cell,
     Sweep,
@@ -77,6 +78,8 @@ def measure(work: CellWork, cell: Cell) -> Row:
 
 def _recorded(scenario: Scenario, began: float) -> tuple[Recording, Row]:
     """The recording, and how long it took to make [s]."""
+    from servosight.scenarios.produce import produce, simulated
+
     if not scenario.video:
         recording: Recording = simulated(scenario)
         return recording, {"simulate_s": time.perf_counter() - began}
@@ -92,6 +95,7 @@ def _recorded(scenario: Scenario, began: float) -> tuple[Recording, Row]:
 
 def _identify(recording: Recording, scenario: Scenario, model: str, times: Row) -> Row:
     from servosight.identify.fit import identify
+    from servosight.scenarios.sweeps.measure._scores import bounds, errors
 
     began = time.perf_counter()
     known = catalogue()
@@ -111,6 +115,7 @@ def _identify(recording: Recording, scenario: Scenario, model: str, times: Row) 
 
 def _diagnose(recording: Recording, scenario: Scenario, times: Row, *, scored: bool) -> Row:
     from servosight.diagnose import diagnose
+    from servosight.scenarios.sweeps.measure._scores import errors
 
     began = time.perf_counter()
     found = diagnose([recording], catalogue=catalogue(), auto=True)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
-
 POOLS = (
     "NUMBA_NUM_THREADS",
     "OMP_NUM_THREADS",
@@ -14,15 +11,17 @@ POOLS = (
 )
 """Variables that hold the thread pools of libraries to one thread, read when they are loaded."""
 
+LOADED = (
+    "servosight.scenarios.produce",
+    "servosight.identify.fit",
+    "servosight.diagnose",
+    "servosight.scenarios.sweeps.measure",
+)
+"""What a cell imports; a worker begins with it."""
+
 
 def warm() -> None:
-    """Compile the kernel into the node's cache, unless it stands there already.
-
-    A worker that was started by hand gets one thread for each library's pool.
-    """
-    if "numba" not in sys.modules:  # afterwards its number of threads stays
-        for pool in POOLS:
-            os.environ.setdefault(pool, "1")
+    """Compile the kernel into the node's cache, unless it stands there already."""
     from servosight.models.plant.warmup import main
 
     main()

@@ -8,7 +8,8 @@ from servosight.scenarios.sweeps.run._drive import Tally as Tally
 from servosight.scenarios.sweeps.run._drive import drive as drive
 from servosight.scenarios.sweeps.run._engine import Engine as Engine
 from servosight.scenarios.sweeps.run._engine import InThisProcess as InThisProcess
+from servosight.scenarios.sweeps.run._server import start_server as start_server
 from servosight.scenarios.sweeps.run._store import Facts as Facts
 from servosight.scenarios.sweeps.run._store import Store as Store
 from servosight.scenarios.sweeps.run._table import frame_of as frame_of
-from servosight.scenarios.sweeps.run._watch import Limits as Limits
+from servosight.scenarios.sweeps.run._watch import WatchLimits as WatchLimits

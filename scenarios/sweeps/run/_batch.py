@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models.core import plain
-from servosight.scenarios.sweeps.run._watch import Limits, watched
+from servosight.scenarios.sweeps.run._watch import WatchLimits, watched
 
 Row = dict[str, Any]
 Work = Callable[[Any], Row]
@@ -36,7 +36,7 @@ class BatchReport:
     seconds: float
 
 
-def run_batch(work: Work, tasks: Sequence[Task], folder: str, limits: Limits) -> BatchReport:
+def run_batch(work: Work, tasks: Sequence[Task], folder: str, limits: WatchLimits) -> BatchReport:
     """Run the cells that have no row in ``folder`` yet.
 
     A batch may run twice, on two workers at once: the rows are the same, and each is written aside

@@ -2,11 +2,17 @@
 
 The scheduler decides who runs what; it is not trusted with results. One thread a worker: the
 libraries below hold locks, and numba's cache is not made for two compilers in one process.
+
+Local workers are forked from a server process that has imported what cells use (Python's method
+forkserver): all of them together cost one import, and one that is lost is back at once. The server
+imports while this process does so itself. It neither runs a kernel nor starts a thread, as locks
+and OpenMP do not survive a fork.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,19 +22,34 @@ from typing import Any
 from servosight.models.core import InputError
 from servosight.scenarios.sweeps.run._batch import Task, Work, run_batch
 from servosight.scenarios.sweeps.run._engine import Outcome
-from servosight.scenarios.sweeps.run._watch import Limits
+from servosight.scenarios.sweeps.run._server import start_server
+from servosight.scenarios.sweeps.run._watch import WatchLimits
 
 LOOPBACK = "127.0.0.1"
 CONNECT_S = 10.0
 WORKERS_S = 60.0
 START_S = 600.0
 """A worker that is started anew may take so long on a crowded machine."""
+SETTINGS = {
+    "distributed.worker.multiprocessing-method": "forkserver",
+    "distributed.scheduler.allowed-failures": 0,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.comm.timeouts.connect": CONNECT_S,
+    # A cell may hold the interpreter for as long as its limit, without a heartbeat.
+    "distributed.scheduler.worker-ttl": None,
+    # What watches and moves data; there are none, and it costs time in every process.
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.scheduler.work-stealing": False,
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
 
 
 class OnDask:
     """Batches as futures of a client."""
 
-    def __init__(self, client: Any, work: Work, folder: Path, limits: Limits) -> None:
+    def __init__(self, client: Any, work: Work, folder: Path, limits: WatchLimits) -> None:
         from distributed import as_completed
 
         self._client, self._folder, self._limits = client, str(folder), limits
@@ -85,31 +106,29 @@ def _losses() -> tuple[type[BaseException], ...]:
 def dask_engine(
     work: Work,
     folder: Path,
-    limits: Limits,
+    limits: WatchLimits,
     *,
     workers: int,
     scheduler: str | None,
     warm: Callable[[], None],
     environment: Sequence[str] = (),
+    loaded: Sequence[str] = (),
     dashboard: bool = True,
 ) -> Iterator[OnDask]:
     """An engine on ``workers`` local processes, or on the workers of ``scheduler``.
 
     ``scheduler`` is an address such as tcp://10.0.0.1:8786, or the scheduler's file. ``warm`` runs
-    first, once on each node. Variables of ``environment`` are 1 in local workers. Raises
-    InputError where no scheduler answers or it has no workers.
+    first, once on each node. Local workers begin with the modules ``loaded``. Variables of
+    ``environment`` are 1 in workers; those of a ``scheduler`` may have been started with another
+    value. Raises InputError where no scheduler answers or it has no workers.
     """
+    if not scheduler:
+        start_server(loaded, environment)
     import dask
     import distributed  # noqa: F401, it brings the defaults of its settings
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    settings = {
-        "distributed.scheduler.allowed-failures": 0,
-        "distributed.scheduler.worker-saturation": 1.0,
-        "distributed.comm.timeouts.connect": CONNECT_S,
-        "distributed.admin.system-monitor.gil.enabled": False,
-    }
-    with dask.config.set(settings), warnings.catch_warnings():
+    with dask.config.set(SETTINGS), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         cluster = None if scheduler else _local(workers, environment, dashboard)
         try:
@@ -120,6 +139,8 @@ def dask_engine(
                 f"such as tcp://127.0.0.1:8786 or a scheduler file; start `dask scheduler` first"
             ) from None
         try:
+            if scheduler:
+                _hold_threads(client, environment)
             _warm_nodes(client, warm, str(scheduler))
             yield OnDask(client, work, folder, limits)
         finally:
@@ -153,8 +174,14 @@ def _local(workers: int, environment: Sequence[str], dashboard: bool) -> Any:
         memory_limit=0,  # a cell's own limit holds
         silence_logs=logging.CRITICAL,
         death_timeout=START_S,
-        env=dict.fromkeys(environment, "1"),
+        env={**os.environ, **dict.fromkeys(environment, "1")},
     )
+
+
+def _hold_threads(client: Any, environment: Sequence[str]) -> None:
+    from servosight.scenarios.sweeps.run._threads import NAME, OneThread
+
+    client.register_plugin(OneThread(environment), name=NAME)
 
 
 def _warm_nodes(client: Any, warm: Callable[[], None], scheduler: str) -> None:

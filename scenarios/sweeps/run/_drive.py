@@ -26,7 +26,10 @@ BATCH_S = 2.0
 LARGEST_BATCH = 500
 ALIKE = 3
 """So many failures of one kind are said, once."""
-LOST = "the worker ended while it ran this cell alone (killed, or crashed in native code)"
+LOST = (
+    "the worker ended while it ran this cell alone (killed, or native code crashed or exceeded the "
+    "time limit)"
+)
 
 _NUMBERS = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?", re.IGNORECASE)
 
@@ -89,6 +92,7 @@ def drive(
     an otherwise idle engine, and one that takes its worker with it again is given up.
     """
     waiting = iter(tasks)
+    left = tally.total - tally.earlier
     in_flight = 0
     suspects: deque[Task] = deque()
     finished: list[str] = []
@@ -96,7 +100,8 @@ def drive(
     try:
         while True:
             while not ended and not suspects and in_flight < AHEAD * engine.workers:
-                batch = tuple(itertools.islice(waiting, size))
+                batch = tuple(itertools.islice(waiting, _share(size, left, engine.workers)))
+                left -= len(batch)
                 ended = not batch
                 if batch:
                     engine.submit(batch)
@@ -142,6 +147,11 @@ def _batch_size(size: int, report: BatchReport) -> int:
     """So many cells as take ``BATCH_S``, approached by doubling at most."""
     each = max(report.seconds / len(report.errors), 1e-6)
     return max(1, min(round(BATCH_S / each), 2 * size, LARGEST_BATCH))
+
+
+def _share(size: int, left: int, workers: int) -> int:
+    """Smaller batches towards the end, so that all workers end together."""
+    return max(1, min(size, left // (AHEAD * workers)))
 
 
 def _time(seconds: float) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from servosight.scenarios.sweeps.run._batch import BatchReport, Task, Work, run_batch
-from servosight.scenarios.sweeps.run._watch import Limits
+from servosight.scenarios.sweeps.run._watch import WatchLimits
 
 Outcome = tuple[tuple[Task, ...], BatchReport | None]
 """A batch and its report; None where the worker that ran it was lost."""
@@ -47,4 +47,4 @@ class InThisProcess:
     def wait(self) -> Outcome:
         """Run the oldest batch."""
         tasks = self._queue.pop(0)
-        return tasks, run_batch(self.work, tasks, str(self.folder), Limits())
+        return tasks, run_batch(self.work, tasks, str(self.folder), WatchLimits())

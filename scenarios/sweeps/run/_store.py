@@ -109,10 +109,7 @@ class Store:
         """All rows, each once, those of single files among them."""
         import polars as pl
 
-        frames = [read_part(part) for part in self.parts()]
-        rows = [row for path in self.cells.glob("*.json") if (row := _read(path)) is not None]
-        if rows:
-            frames.append(frame_of(rows))
+        frames = list(self._frames())
         if not frames:
             return pl.DataFrame({KEY: pl.Series([], dtype=pl.String)})
         whole = joined(frames)
@@ -138,14 +135,22 @@ class Store:
 
     def tidy(self, gone: Sequence[str] = ()) -> None:
         """Join all rows into few parts, each row once; rows whose status is in ``gone`` leave."""
-        whole = self.frame()
-        if gone and "status" in whole.columns:
-            whole = whole.filter(~whole["status"].is_in(list(gone)))
         old = [*self.parts(), *self.cells.glob("*.json")]
-        fresh = {
-            self._write(whole.slice(start, LARGEST_PART))
-            for start in range(0, whole.height, LARGEST_PART)
-        }
+        fresh: set[Path] = set()
+        seen: set[str] = set()
+        held: list[pl.DataFrame] = []
+        for rows in self._frames():  # one after the other: all of them would fill the memory
+            if gone and "status" in rows.columns:
+                rows = rows.filter(~rows["status"].is_in(list(gone)))
+            kept = rows.filter([key not in seen for key in rows[KEY]])
+            seen.update(kept[KEY])
+            held.append(kept)
+            while sum(one.height for one in held) > LARGEST_PART:
+                whole = joined(held)
+                fresh.add(self._write(whole.head(LARGEST_PART)))
+                held = [whole.slice(LARGEST_PART)]
+        if sum(one.height for one in held):
+            fresh.add(self._write(joined(held)))
         for path in old:
             if path not in fresh:
                 path.unlink(missing_ok=True)
@@ -155,6 +160,14 @@ class Store:
         whole = self.frame()
         if "status" in whole.columns and whole.filter(whole["status"] != DONE).height:
             self.tidy(gone=["failed"])
+
+    def _frames(self) -> Iterator[pl.DataFrame]:
+        """Each part, then the rows that stand in single files."""
+        for part in self.parts():
+            yield read_part(part)
+        rows = [row for path in self.cells.glob("*.json") if (row := _read(path)) is not None]
+        if rows:
+            yield frame_of(rows)
 
     def _write(self, frame: pl.DataFrame) -> Path:
         """Write a part, named by its rows' keys."""

@@ -1,11 +1,14 @@
 """A cell's limits of time and memory: the worker that exceeds one writes so, and ends.
 
 A computation in native code cannot be interrupted from within its process. A thread watches, and
-the process ends as a whole; whoever started the worker starts it anew.
+the process ends as a whole; whoever started the worker starts it anew. Where native code holds the
+interpreter's lock, no Python thread runs: then Python's own watchdog, a thread in C, ends the
+process some seconds later, and the driver writes the row.
 """
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import threading
 import time
@@ -20,28 +23,37 @@ _STATM = Path("/proc/self/statm")
 
 
 @dataclass(frozen=True)
-class Limits:
-    """What a cell may take before it is given up; None where nothing is limited."""
+class WatchLimits:
+    """What a cell may take before it is given up; None where nothing is limited.
+
+    ``grace_s`` after its time a cell that lets no Python thread run is ended without a row.
+    """
 
     seconds: float | None = None
     memory_mb: float | None = None
+    grace_s: float = 10.0
 
 
 @contextmanager
-def watched(limits: Limits, give_up: Callable[[str], None]) -> Iterator[None]:
+def watched(limits: WatchLimits, give_up: Callable[[str], None]) -> Iterator[None]:
     """Call ``give_up`` with the reason and end the process when the block exceeds a limit."""
     if limits.seconds is None and limits.memory_mb is None:
         yield
         return
     over = threading.Event()
     threading.Thread(target=_watch, args=(limits, give_up, over), daemon=True).start()
-    try:
-        yield
-    finally:
-        over.set()
+    with open(os.devnull, "w") as nowhere:  # the watchdog prints where the cell was
+        if limits.seconds is not None:
+            end_s = limits.seconds + limits.grace_s
+            faulthandler.dump_traceback_later(end_s, exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            over.set()
 
 
-def _watch(limits: Limits, give_up: Callable[[str], None], over: threading.Event) -> None:
+def _watch(limits: WatchLimits, give_up: Callable[[str], None], over: threading.Event) -> None:
     began = time.monotonic()
     while not over.wait(INTERVAL_S):
         why = ""

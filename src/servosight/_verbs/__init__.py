@@ -12,6 +12,7 @@ from servosight._verbs._models import add as add
 from servosight._verbs._models import compare as compare
 from servosight._verbs._models import diagnose as diagnose
 from servosight._verbs._models import identify as identify
+from servosight._verbs._models import predict as predict
 from servosight._verbs._recordings import read as read
 from servosight._verbs._recordings import simulate as simulate
 from servosight._verbs._recordings import track as track

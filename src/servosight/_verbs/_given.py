@@ -46,6 +46,11 @@ def is_model(given: Any) -> TypeGuard[Model]:
     return hasattr(given, "actuator") or hasattr(given, "to_control")
 
 
+def is_fmu(given: Any) -> TypeGuard[Path | str]:
+    """True for the path of an FMU, by its name."""
+    return isinstance(given, Path | str) and Path(given).suffix.lower() == ".fmu"
+
+
 def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChange:
     """What differs between two models; a fit knows its covariance, a card only sigmas."""
     from servosight.diagnose.change import ComparedServo, change_between

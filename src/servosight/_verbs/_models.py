@@ -6,16 +6,25 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, overload
 
-from servosight._verbs._given import actuator_of, catalogue_of, is_model, models_change, silent
+from servosight._verbs._given import (
+    actuator_of,
+    catalogue_of,
+    is_fmu,
+    is_model,
+    models_change,
+    silent,
+)
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Model, ModelValue, Source, Sources
     from servosight.diagnose import Comparison, Diagnosis
     from servosight.diagnose.change import ServoChange
     from servosight.identify.fit import Fit
-    from servosight.models.core import Recording, StageProgress
+    from servosight.identify.foreign import FmuFit
+    from servosight.models.core import Array, Recording, StageProgress
 
 
+@overload
 def identify(
     recordings: Sources,
     effects: Sequence[str] = (),
@@ -25,14 +34,40 @@ def identify(
     tolerance: float | None = None,
     fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
-) -> Fit:
+    model: None = None,
+) -> Fit: ...
+@overload
+def identify(
+    recordings: Sources,
+    *,
+    tolerance: float | None = None,
+    fix: Mapping[str, float] | None = None,
+    model: Path | str,
+    parameters: Sequence[str] = (),
+    trust: bool = False,
+) -> FmuFit: ...
+def identify(
+    recordings: Sources,
+    effects: Sequence[str] = (),
+    *,
+    method: str = "combination",
+    seed: int = 0,
+    tolerance: float | None = None,
+    fix: Mapping[str, float] | None = None,
+    plugins: Sequence[Path | str] = (),
+    model: Path | str | None = None,
+    parameters: Sequence[str] = (),
+    trust: bool = False,
+) -> Fit | FmuFit:
     """Fit k, T, xi, bias and the parameters of ``effects`` to recordings, jointly.
 
     ``method`` is combination (genetic operators and swarm), ga, pso or gradient; ``seed`` that of
     its random numbers. ``tolerance`` [deg] is what no model need reach (default 0.05 % of the moved
     range). ``fix`` holds parameters at known values, such as ``{"k": 1.0}``; their sigma is 0.
-    ``plugins`` are files with effects of your own, which are run. Raises InputError for a
-    recording, an effect, a method or a parameter that is none.
+    ``plugins`` are files with effects of your own, which are run. With the path of an FMU as
+    ``model`` its ``parameters`` (default: all tunable ones) are fitted instead, to an ``FmuFit``:
+    it runs native code, so it takes ``trust``. Raises InputError for a recording, an effect, a
+    method or a parameter that is none.
 
     >>> import servosight as ss
     >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
@@ -41,14 +76,47 @@ def identify(
     """
     from servosight.diagnose import with_detectable
     from servosight.identify.fit import identify, with_information
+    from servosight.identify.foreign import identify_fmu
     from servosight.sources import read_all
 
     known, given = catalogue_of(plugins), read_all(recordings)
+    if model is not None:
+        return identify_fmu(
+            Path(model), given, parameters, trust=trust, fix=fix, tolerance=tolerance
+        )
     fit = identify(
         given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
     )
     found = with_detectable(with_information(fit, given, known), given, known)
     return found.remember(given, known)
+
+
+def predict(
+    model: Model,
+    on: Source,
+    *,
+    plugins: Sequence[Path | str] = (),
+    trust: bool = False,
+) -> Array:
+    """Angle [deg] at the times of the recording ``on``, (samples,), from its command alone.
+
+    ``model`` is a fit, a diagnosis, an actuator, or the path of a model card or of an FMU, which
+    runs native code and so takes ``trust``. The run begins as the recording does. Raises InputError
+    for what is no model or no recording.
+
+    >>> import servosight as ss
+    >>> recording = ss.simulate(seed=3)
+    >>> ss.predict(ss.identify(recording, method="gradient"), recording).size
+    2401
+    """
+    from servosight.identify.foreign import Interface, predict_fmu
+    from servosight.sources import read
+
+    recording = read(on) if isinstance(on, Path | str) else on
+    if is_fmu(model):
+        return predict_fmu(Interface(Path(model)), recording, trust=trust)
+    known = catalogue_of(plugins)
+    return actuator_of(model, known).predict(recording, catalogue=known)
 
 
 @overload
@@ -114,6 +182,7 @@ def compare(
     """
     from servosight.diagnose import compare, compare_fmu
     from servosight.diagnose.change import change_in_recordings
+    from servosight.identify.foreign import Interface
     from servosight.models.effects import select
     from servosight.sources import read_all, recordings_in
 
@@ -128,8 +197,8 @@ def compare(
     if is_model(recordings):
         return models_change(model, recordings, known)
     given = read_all(cast("Sources", recordings))
-    if isinstance(model, Path | str) and Path(model).suffix.lower() == ".fmu":
-        return compare_fmu(Path(model), given, trust=trust, tolerance=tolerance)
+    if is_fmu(model):
+        return compare_fmu(Interface(Path(model)), given, trust=trust, tolerance=tolerance)
     found = compare(actuator_of(model, known), given, catalogue=known, tolerance=tolerance)
     return found.remember(given, known)
 
@@ -147,6 +216,7 @@ def diagnose(
     fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
+    trust: bool = False,
 ) -> Diagnosis:
     """Find out which physical effects the linear model misses.
 
@@ -159,7 +229,8 @@ def diagnose(
     What is known before: ``start`` is a model (or its card) to start from, its effects in the first
     step and its values the initial guess; ``with_effects`` are in every model, ``without_effects``
     in none, and ``fix`` holds parameters, such as ``{"k": 1.0}``. InputError where these contradict
-    one another.
+    one another. The path of an FMU as ``start`` puts it in the place of the linear model, with
+    effects around it: it runs native code, so it takes ``trust``.
 
     >>> import servosight as ss
     >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
@@ -167,10 +238,27 @@ def diagnose(
     >>> why.effects
     ('backlash',)
     """
-    from servosight.diagnose import PriorKnowledge, diagnose
+    from servosight.diagnose import PriorKnowledge, diagnose, diagnose_fmu
+    from servosight.identify.foreign import Interface
     from servosight.sources import read_all
 
     known = catalogue_of(plugins)
+    fitted, validating, testing = read_all(recordings), read_all(validate), read_all(test)
+    if is_fmu(start):
+        return diagnose_fmu(
+            Interface(Path(start)),
+            fitted,
+            validating,
+            testing,
+            trust=trust,
+            catalogue=known,
+            with_effects=with_effects,
+            without_effects=without_effects,
+            fix=fix,
+            auto=auto,
+            tolerance=tolerance,
+            progress=progress or silent,
+        )
     prior = PriorKnowledge.of(
         known,
         start=None if start is None else actuator_of(start, known),
@@ -178,7 +266,6 @@ def diagnose(
         without_effects=without_effects,
         fix=fix,
     )
-    fitted, validating, testing = read_all(recordings), read_all(validate), read_all(test)
     found = diagnose(
         fitted,
         validating,

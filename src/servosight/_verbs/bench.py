@@ -41,10 +41,14 @@ def check(
     *,
     camera: str | None = None,
     servo: str | None = None,
+    arm: bool = False,
     limits: Limits | None = None,
     given: Given | None = None,
 ) -> list[Line]:
-    """Check a camera and a servo by their addresses; nothing moves. Lines with ``good`` and words.
+    """Check a camera and a servo by their addresses. Lines with ``good`` and words.
+
+    Nothing moves without ``arm=True``; with it, where all else is in order, the servo turns by 5
+    deg to show the surface to the camera.
 
     ``given`` is what is stated of the camera, such as ``Given(exposure_s=0.004)``.
 
@@ -52,19 +56,23 @@ def check(
     >>> ss.bench.check()
     []
     """
-    from contextlib import closing
+    from contextlib import ExitStack, closing
 
     from servosight.bench.camera import open_camera
     from servosight.bench.servo import open_servo
-    from servosight.bench.session import check_camera, check_servo
+    from servosight.bench.session import check_camera, check_servo, check_surface
 
     lines: list[Line] = []
-    if camera is not None:
-        with closing(open_camera(camera, given)) as looking:
+    looking = asked = None
+    with ExitStack() as stack:
+        if camera is not None:
+            looking = stack.enter_context(closing(open_camera(camera, given)))
             lines += check_camera(looking)
-    if servo is not None:
-        with closing(open_servo(servo, limits)) as asked:
+        if servo is not None:
+            asked = stack.enter_context(closing(open_servo(servo, limits)))
             lines += check_servo(asked)
+        if arm and looking is not None and asked is not None and all(one.good for one in lines):
+            lines += check_surface(asked, looking)
     return lines
 
 
@@ -118,7 +126,7 @@ def auto(
     ask: Callable[[str], bool] = lambda question: False,
     force: bool = False,
 ) -> Trial:
-    """Run, track and diagnose; ``ask`` decides on each further experiment that is proposed.
+    """Zero, run, track and diagnose; ``ask`` decides on each further experiment that is proposed.
 
     >>> import servosight as ss
     >>> ss.bench.auto("out", servo="maestro:/dev/none", camera="none.mkv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -98,3 +99,43 @@ def test_a_file_in_the_folders_place_is_refused(
     assert main(["bench", *line.split(), "-o", str(tmp_path / "taken")]) == 2
     assert "cannot be written" in capsys.readouterr().err
     assert (tmp_path / "taken").read_text() == "mine"
+
+
+@pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="not installed: avr-gcc")
+def test_the_firmware_is_compiled_and_how_to_write_it_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "firm ware"
+    line = ["bench", "firmware", "-o", str(place), "--servo", "board:/dev/ttyACM3?period_ms=20"]
+    for _ in range(2):  # again, over its own
+        assert main(line) == 0
+    said = capsys.readouterr().out
+    assert f"-P /dev/ttyACM3 -U 'flash:w:{place}/board.hex'" in said
+    assert (place / "board.hex").read_text().splitlines()[-1] == ":00000001FF"
+    assert "int main" in (place / "board.c").read_text()
+    (place / "mine.txt").write_text("mine")
+    assert "mine.txt" in complaint(capsys, line[1:])
+
+
+def test_the_page_to_print_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "target.png"
+    for _ in range(2):  # again, over its own
+        assert main(["bench", "target", "-o", str(place)]) == 0
+    assert "measure the line of 100 mm" in capsys.readouterr().out
+    mine = tmp_path / "mine.png"
+    mine.write_bytes(b"mine")
+    assert "mine.png" in complaint(capsys, ["target", "-o", str(mine)])
+
+
+def test_the_firmware_needs_its_compiler(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "needs -o" in complaint(capsys, ["firmware"])
+    monkeypatch.setenv("PATH", str(tmp_path))
+    line = ["firmware", "-o", str(tmp_path / "new")]
+    assert "install the packages gcc-avr" in complaint(capsys, line)
+    compiler = tmp_path / "avr-gcc"
+    compiler.write_text("#!/bin/sh\necho 'board.c:1: error: avr/io.h: no such file' >&2\nexit 1\n")
+    compiler.chmod(0o755)
+    assert "avr/io.h" in complaint(capsys, line)
+    assert not (tmp_path / "new").exists()

@@ -23,6 +23,7 @@ from servosight.bench.camera import (
 )
 from servosight.bench.wire import MjpegServer, ServedFrame
 from servosight.models.core import InputError
+from servosight.models.io import MatroskaWriter
 
 SHORT = Given(timeout_s=0.5)
 
@@ -61,13 +62,13 @@ def ended(recorder: Recorder, until_s: float) -> Footage:
 
 
 def test_the_cameras_own_jpegs_and_stamps_go_to_disk_untouched(tmp_path: Path) -> None:
-    with MjpegServer(film(60, lost=(10, 11, 30))) as server:
+    with MjpegServer(film(400, lost=(10, 11, 30))) as server:
         camera = open_camera(server.address, SHORT)
         assert camera.stream.size == (96, 64)
         assert camera.stream.meaning == "frame_end"
         recorder = Recorder(camera, tmp_path)
         recorder.start()
-        footage = ended(recorder, time.monotonic() + 0.15)
+        footage = ended(recorder, time.monotonic() + 0.6)
         camera.close()
     assert footage.fault is None
     assert footage.lost == 3
@@ -183,3 +184,11 @@ def test_a_file_is_a_camera_too_and_its_codec_becomes_ffv1(tmp_path: Path) -> No
 def test_the_size_of_a_jpeg_is_read_from_its_header() -> None:
     assert jpeg_size(jpeg(0)) == (96, 64)
     assert jpeg_size(jpeg(0)[:20]) is None
+
+
+def test_a_file_of_an_unknown_coding_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "strange.mkv"
+    with file.open("wb") as target, MatroskaWriter(target, (96, 64), "V_STRANGE", b"", 0.02) as out:
+        out.write(0, b"picture")
+    with pytest.raises(InputError, match="does not know"):
+        open_camera(str(file))

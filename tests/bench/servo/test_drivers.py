@@ -46,13 +46,53 @@ def test_a_command_reaches_the_servo_row_by_row(kind: str) -> None:
             play(on.servo, TIME, SINE, log)
         sent = np.array([angle for _, angle in log.sent])
         times = np.array([time_s for time_s, _ in log.sent])
-        assert np.abs(sent - SINE).max() < (0.0226 if kind == "board" else 1e-9)
-        assert np.abs(np.diff(times) - 0.02).max() < 1e-9
+        assert np.abs(sent - SINE).max() <= 0.5 * STEP_DEG[kind] + 1e-9
+        assert np.abs(np.diff(times) - 0.02).max() < 1e-5
         goals = [told.goal_deg for told in on.far.told]
         assert all(np.abs(np.array(goals) - angle).min() <= STEP_DEG[kind] for angle in SINE)
         on.clock.wait(on.clock.now() + 0.02)  # the Maestro's next pulse
         assert not on.far.torque
         assert on.far.told[-2].goal_deg == pytest.approx(0.0, abs=STEP_DEG[kind])
+
+
+@kinds
+def test_the_log_is_what_the_servo_was_told_and_when(kind: str) -> None:
+    far = MaestroStandIn(LinearPlant(), crc=True, period_s=0.020006) if kind == "maestro" else None
+    with rig(kind, far=far) as on:
+        log = CommandLog()
+        with released(on.servo):
+            play(on.servo, TIME, SINE, log)
+        told = {round(one.time_s, 9): one.goal_deg for one in on.far.told}
+    at, goal = np.array(list(told)), np.array(list(told.values()))
+    # The board's start is read off exchanges with it; the Maestro's pulses off what it answers.
+    slack_s = {"board": 3e-4, "maestro": 2.0 * log.sigma_s}.get(kind, 1e-6)
+    assert log.sigma_s < 2e-4
+    for time_s, angle_deg in log.sent:
+        has = goal[np.searchsorted(at, time_s + slack_s, side="right") - 1]
+        assert angle_deg == pytest.approx(has, abs=1e-9)
+        changed = at[np.argmin(np.abs(at - time_s))]
+        assert abs(changed - time_s) <= slack_s or goal[at <= time_s][-1] == pytest.approx(has)
+
+
+def test_pulses_that_nobody_could_time_are_half_a_period_late_and_uncertain() -> None:
+    class Eager(MaestroStandIn):
+        """Answers with the target, so that nothing shows when it is sent."""
+
+        @property
+        def _pulse(self) -> int:
+            return self._target
+
+        @_pulse.setter
+        def _pulse(self, value: int) -> None:
+            """What is sent does not show."""
+
+    with rig("maestro", far=Eager(LinearPlant(), crc=True)) as on:
+        log = CommandLog()
+        start = on.clock.now()
+        with released(on.servo):
+            play(on.servo, TIME, SINE, log)
+    assert log.sigma_s == pytest.approx(0.02 / np.sqrt(12.0))
+    assert log.sent[0].time_s - start > 0.01
 
 
 @pytest.mark.parametrize("kind", ["dynamixel", "feetech"])

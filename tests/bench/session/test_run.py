@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import errno
+import resource
+import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
-from support.filmed_wire import AHEAD_S, EXPOSURE_S, filmed_wire
+from support.filmed_wire import AHEAD_S, EXPOSURE_S, CameraFaults, filmed_wire
 from support.wires import STAND_INS
 
 from servosight.bench.servo import SupervisedServo
 from servosight.bench.session import run, run_words
 from servosight.bench.wire import Faults
 from servosight.models.core import InputError
-from servosight.models.io import MatroskaWriter, read_sheet
+from servosight.models.io import read_sheet
 
 pytestmark = pytest.mark.pty
 
@@ -58,7 +61,7 @@ def test_a_lost_link_ends_the_run_and_keeps_what_was_recorded(tmp_path: Path) ->
 
 def test_a_camera_that_stops_is_said_and_the_servo_comes_to_rest(tmp_path: Path) -> None:
     for name, fault in (("ends", {"ends_s": 4.0}), ("freezes", {"freezes_s": 4.0})):
-        with filmed_wire("dynamixel", **fault) as on:
+        with filmed_wire("dynamixel", camera_faults=CameraFaults(**fault)) as on:
             done = run(on.servo, on.camera, TIME, SINE, tmp_path / name, light=on.light)
             assert not on.far.torque
             assert abs(on.far.goal_deg) < 0.1
@@ -97,6 +100,17 @@ def test_without_a_light_the_offset_is_not_known_and_said_so(tmp_path: Path) -> 
     assert "dead time" in settings["clock_note"]
 
 
+def test_stamps_of_the_hosts_clock_are_taken_for_what_they_mean(tmp_path: Path) -> None:
+    with filmed_wire("dynamixel") as on:
+        on.camera.stream = replace(on.camera.stream, host_clock=True)
+        done = run(on.servo, on.camera, TIME[:50], SINE[:50], tmp_path / "rec")
+    frames = read_sheet(tmp_path / "rec" / "frames.csv").columns(["time_s"])[:, 0]
+    # The stand-in's clock, which is ahead of the host's, is now taken for it.
+    assert np.ptp(frames - done.footage.stamp_s) < 1e-5
+    assert frames[0] == pytest.approx(AHEAD_S, abs=3.0)
+    assert tomllib.loads((tmp_path / "rec" / "bench.toml").read_text())["stamp_clock"] == "host"
+
+
 def test_a_light_out_of_view_is_said_and_the_recording_kept(tmp_path: Path) -> None:
     class Elsewhere:
         """A light that the camera does not see."""
@@ -125,22 +139,25 @@ def test_a_command_beyond_the_limits_moves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("most", [20_000, 20_111])
 def test_a_full_disk_ends_the_recording_and_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    written = MatroskaWriter.write
-    packets: list[int] = []
-
-    def full(writer: MatroskaWriter, ticks: int, packet: bytes, key: bool = True) -> None:
-        packets.append(ticks)
-        if len(packets) > 120:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        written(writer, ticks, packet, key)
-
-    monkeypatch.setattr(MatroskaWriter, "write", full)
+    """No file may grow beyond some bytes: the kernel writes part of a frame, then no more."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python keeps what is cut off
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     with filmed_wire("dynamixel") as on:
-        done = run(on.servo, on.camera, TIME, SINE, tmp_path / "rec", light=on.light)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
+        try:
+            done = run(on.servo, on.camera, TIME[:100], SINE[:100], tmp_path / "rec")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         assert not on.far.torque
     assert done.fault is not None
-    assert "No space left" in done.fault
-    assert done.footage.number.size == 120
+    assert "video.mkv: cannot be written further" in done.fault
+    with av.open(str(tmp_path / "rec" / "video.mkv")) as video:
+        pictures = sum(1 for _ in video.decode(video=0))
+    assert pictures == done.footage.number.size
+    assert pictures == len(read_sheet(tmp_path / "rec" / "frames.csv").columns(["frame"]))
+    assert 10 < pictures < 120
+    assert not (tmp_path / "rec" / "spare").exists()

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose import Diagnosis, Verdict, diagnose
+from servosight.diagnose import Diagnosis, PriorKnowledge, Verdict, diagnose
 from servosight.diagnose.evidence import Regime, RegimePolicy, regimes
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result.wording import partial_words
@@ -191,7 +191,9 @@ def limited(amplitude_deg: float, name: str) -> Recording:
 @pytest.fixture(scope="module")
 def gentle_and_fast() -> Diagnosis:
     """Fitted to gentle steps, tested on large ones that meet a limit."""
-    return diagnose([limited(10.0, "gentle")], test=[limited(40.0, "fast")])
+    others = [name for name in catalogue() if name not in ("rate_limit", "coulomb_friction")]
+    known = PriorKnowledge.of(catalogue(), without_effects=others)  # the linear model is judged
+    return diagnose([limited(10.0, "gentle")], test=[limited(40.0, "fast")], prior=known)
 
 
 def test_a_diagnosis_says_first_that_the_test_goes_beyond(gentle_and_fast: Diagnosis) -> None:

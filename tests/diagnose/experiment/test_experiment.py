@@ -20,7 +20,7 @@ from servosight.diagnose.selection import ModelSelection, Split, Trial
 from servosight.identify.fit import fit_effects
 from servosight.models.core import Camera, Recording
 from servosight.models.effects import catalogue
-from servosight.models.excitation import Excitation, Form, Limits, design
+from servosight.models.excitation import CommandLimits, Excitation, Form, design
 from servosight.sim.bench import BenchParameters
 from servosight.sim.run import angle_recording, run
 
@@ -29,9 +29,9 @@ TOLERANCE_DEG = 0.003
 """0.05 % of the first command's range of 6 deg."""
 EFFECTS = catalogue()
 
-SLOW_LIMITS = Limits(3.0, None, 8.0)
+SLOW_LIMITS = CommandLimits(3.0, None, 8.0)
 SLOW = design("sine", SLOW_LIMITS).excitation
-SWEEP = design("chirp", Limits(6.0, None, 8.0), Form(low_hz=0.3, high_hz=5.0)).excitation
+SWEEP = design("chirp", CommandLimits(6.0, None, 8.0), Form(low_hz=0.3, high_hz=5.0)).excitation
 
 CASES = {
     "dead_zone": (SLOW, {"half_width": 0.3}, "coulomb_friction"),

@@ -30,12 +30,12 @@ from servosight.diagnose.residuals import (
 from servosight.diagnose.residuals._events import rests, turning_points
 from servosight.diagnose.selection import Split
 from servosight.models.core import Array, Recording, Signals
-from servosight.models.excitation import Excitation, Limits, chirp, design
+from servosight.models.excitation import CommandLimits, Excitation, chirp, design
 
 NOISE_DEG = 0.03
 RATE_HZ = 120.0
 STEP_S = 0.001
-STANDARD = design("standard", Limits(20.0, None, 20.0)).excitation
+STANDARD = design("standard", CommandLimits(20.0, None, 20.0)).excitation
 
 
 def servo_filter() -> tuple[list[float], list[float]]:
@@ -309,7 +309,7 @@ def test_the_response_of_a_known_servo() -> None:
 
 def test_the_response_at_the_lines_of_a_multisine() -> None:
     """The made servo's own response to a command held for 1 ms, within three sigma."""
-    rows = design("multisine", Limits(15.0, None, 20.0), seed=2).excitation
+    rows = design("multisine", CommandLimits(15.0, None, 20.0), seed=2).excitation
     found = response([case(excitation=rows)])
     assert found is not None
     top, bottom = servo_filter()
@@ -321,7 +321,7 @@ def test_the_response_at_the_lines_of_a_multisine() -> None:
 
 
 def test_distortion_is_shown_where_the_command_tells_it() -> None:
-    rows = design("multisine", Limits(15.0, None, 20.0), seed=2).excitation
+    rows = design("multisine", CommandLimits(15.0, None, 20.0), seed=2).excitation
     found = found_in(case(lambda t, y: 0.01 * y**2, excitation=rows))
     assert "Even distortion" in found["distortion"].sentence
     assert found["distortion"].p < 1e-3
@@ -331,7 +331,7 @@ def test_distortion_is_shown_where_the_command_tells_it() -> None:
 def test_several_recordings_are_named_and_weighed() -> None:
     """A late answer beside a calm recording: its square counts for its share of the samples."""
     late = case(lambda t, y: np.interp(t - 0.01, t, y) - y)
-    rows = design("multisine", Limits(15.0, None, 18.0), seed=2).excitation
+    rows = design("multisine", CommandLimits(15.0, None, 18.0), seed=2).excitation
     calm = case(excitation=rows)
     both = findings([late, calm], NOISE_DEG, NOISE_DEG)
     found = {one.test: one for one in both}["frequency"]

@@ -6,7 +6,7 @@ import pytest
 
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
-from servosight.diagnose.result.wording import Levels, verdict_words
+from servosight.diagnose.result.wording import Levels, ended, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
 
@@ -62,3 +62,9 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], None, LEVELS)
     assert headline == "Not fully explained"
     assert "times the floor" in summary
+
+
+def test_a_search_that_ended_early_is_said() -> None:
+    (warning,) = ended(True, 60_012)
+    assert "ended after 60,012 simulations" in warning
+    assert ended(False, 60_012) == []

@@ -61,7 +61,8 @@ def test_a_user_who_holds_k_is_asked_for_no_other(twin: Any) -> None:
     assert unloaded is not models.linear()  # the same effects, less one parameter
     (one,) = models.recordings
     both = Split.of([one, replace(one, relative_gain=2.0)], (), ())
-    assert models.with_split(both).unloaded() is None  # two gains tell k from load and friction
+    assert models.at_one_gain
+    assert not models.with_split(both).at_one_gain  # two gains tell k from load and friction
     assert models.released(unloaded).score.parameters == unloaded.score.parameters + 1
 
 
@@ -80,6 +81,7 @@ def test_what_a_model_may_lack() -> None:
     assert known.first == ("coulomb_friction", "backlash")
     assert known.removable(known.first) == ("coulomb_friction",)
     assert known.allows(["backlash", "dead_zone"])
+    assert known.allows(["backlash"])
     assert not known.allows(["dead_zone"])
     assert not known.allows(["backlash", "cogging"])
 
@@ -138,7 +140,9 @@ def test_a_model_that_is_right_stays(twin: Any) -> None:
     """Without --auto: the first step has the model's effects, from its values."""
     recording, truth = twin("backlash")
     values = {name: Estimate(value, None, "") for name, value in truth.items()}
-    known = PriorKnowledge.of(catalogue(), start=Actuator(values, ("backlash",)))
+    others = [name for name in catalogue() if name not in ("backlash", "coulomb_friction")]
+    right = Actuator(values, ("backlash",))
+    known = PriorKnowledge.of(catalogue(), start=right, without_effects=others)
     result = diagnose([recording], prior=known)
     assert (result.verdict, result.effects) == ("explained", ("backlash",))
     assert result.headline == "No further effect is missing"

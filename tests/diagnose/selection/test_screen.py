@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from servosight.diagnose.selection._screen import Screen
 
@@ -40,6 +41,37 @@ def test_a_gain_is_what_least_squares_takes_off(
     assert screen.pair_gains[2, 4] == pytest.approx(alone - pair, rel=1e-9)
     assert screen.best(2) == ["c", "e"]
     assert screen.best_pairs(1, "abcdef") in ([("c", "e")], [("e", "c")])
+
+
+def test_two_changes_gain_what_non_negative_least_squares_takes_off() -> None:
+    """For every pair, also where one of the two would help only the other way round or is the same.
+
+    Truth: scipy's solution (Lawson and Hanson 1974).
+    """
+    rng = np.random.default_rng(11)
+    jacobian, residual = rng.normal(size=(8, 1)), rng.normal(size=8)
+    changes = rng.normal(size=(12, 8))
+    changes[5] = 3.0 * changes[4]
+    changes[6] = -changes[4]
+    changes[7] = changes[8] + 0.02 * changes[7]
+    screen = Screen.of(tuple("abcdefghijkl"), changes, residual, jacobian)
+    basis = jacobian[:, 0] / np.linalg.norm(jacobian)
+    left = residual - basis * (basis @ residual)
+    own = changes - np.outer(changes @ basis, basis)
+    for i in range(12):
+        for j in range(12):
+            _, error = nnls(-own[[i, j]].T, left)
+            assert screen.pair_gains[i, j] == pytest.approx(left @ left - error**2, abs=1e-7)
+
+
+def test_pairs_are_of_different_effects_among_those_asked_for() -> None:
+    gains = np.array([[9.0, 8.0, 5.0, 0.0], [8.0, 9.0, 7.0, 6.0], [5.0, 7.0, 9.0, 0.0], [0.0] * 4])
+    screen = Screen(("a", "a", "b", "c"), np.array([1.0, 2.0, 3.0, 0.0]), gains)
+    assert screen.best(2) == ["b", "a"]
+    assert screen.best_pairs(9, "abc") == [("a", "b"), ("a", "c"), ("b", "c")]
+    assert screen.best_pairs(1, "abc") == [("a", "b")]
+    assert screen.best_pairs(9, "ac") == [("a", "c")]
+    assert screen.best_pairs(0, "abc") == []
 
 
 def test_a_change_the_wrong_way_gains_nothing(

@@ -14,7 +14,7 @@ from servosight.models.core import Recording
 
 def recording(duration_s: float, name: str = "run", rate_hz: float = 60.0) -> Recording:
     """A sine of 1 Hz, so that every second is like every other."""
-    time_s = 3.0 + np.arange(round(duration_s * rate_hz)) / rate_hz
+    time_s = 3.4 + np.arange(round(duration_s * rate_hz)) / rate_hz
     angle = 5.0 * np.sin(2.0 * np.pi * time_s)
     return Recording(name, time_s, angle, time_s, angle)
 
@@ -57,6 +57,31 @@ def test_what_is_seen_once_is_fitted() -> None:
         moved = 20.0 * np.exp(-(((time_s - start - 0.5) / 0.1) ** 2))
         split = Split.of([replace(one, angle_deg=moved)])
         assert split.masks[0][np.argmax(moved)]
+
+
+@pytest.mark.parametrize("offset_deg", [0.0, 100.0])
+@pytest.mark.parametrize(("wide_s", "hertz"), [(0.1, 20.0), (0.3, 12.0)])
+@pytest.mark.parametrize("swing_s", [1.5, 2.5])
+def test_angle_speed_and_acceleration_count_alike(
+    swing_s: float, wide_s: float, hertz: float, offset_deg: float
+) -> None:
+    """A swing has most of the angle and of the speed, a tremble most of the acceleration.
+
+    Only one of the two seconds can be fitted: that which loses less of the three shares, whatever
+    their units and the zero of the angle.
+    """
+    one = recording(12.0)
+    time_s = one.time_s - one.time_s[0]
+    swing = 20.0 * np.exp(-(((time_s - swing_s) / wide_s) ** 2))
+    tremble = 0.5 * np.sin(2.0 * np.pi * hertz * time_s) * (np.abs(time_s - (4.0 - swing_s)) < 0.3)
+    split = Split.of([replace(one, angle_deg=offset_deg + swing + tremble)])
+    assert split.masks[0][np.argmax(swing)]
+
+
+def test_a_second_and_a_half_has_something_to_validate_on() -> None:
+    split = Split.of([recording(1.6)])
+    assert set(split.uses[0]) == {FIT, VALIDATION}
+    assert set(Split.of([recording(0.9)]).uses[0]) == {FIT}
 
 
 def test_validation_recordings_alternate_between_validation_and_test() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,6 +59,43 @@ def test_what_is_rare_is_covered() -> None:
     assert note.startswith("idle: too long to try models on all of it: 3 stretches of 12 s are")
     assert "by a factor of 4.1 at most" in note
     assert "`servosight identify`" in note
+
+
+@pytest.mark.parametrize(("scale", "offset_deg", "later_s"), [(1e3, 0, 0), (1, 50, 0), (1, 0, 512)])
+def test_units_and_zeros_choose_nothing(scale: float, offset_deg: float, later_s: float) -> None:
+    """The same stretches in millidegrees, from another zero of the angle, on another clock."""
+    rng = np.random.default_rng(2)
+    time_s = np.arange(0.0, 400.0, 0.02)
+    angle = np.sin(time_s) * np.interp(time_s, np.arange(0, 401, 20), rng.uniform(0.1, 9, 21))
+    (spans,), _ = stretches([Recording("a", time_s, angle, time_s, angle)], 8_000)
+    other = time_s + later_s, offset_deg + scale * angle
+    (found,), _ = stretches([Recording("b", *other, *other)], 8_000)
+    assert len(spans) == 6
+    np.testing.assert_allclose(found, np.add(spans, later_s), atol=1e-6)
+
+
+@pytest.mark.parametrize(("hold", "whole"), [("zero", True), ("linear", False)])
+def test_rows_that_repeat_a_command_cost_nothing(hold: Any, whole: bool) -> None:
+    """4,000 rows of two levels held: two rows to a simulation, unless it interpolates."""
+    command_s, time_s = 0.025 * np.arange(4_000), 0.25 * np.arange(400)
+    command = np.where(command_s < 50.0, 0.0, 5.0)
+    run = Recording("run", command_s, command, time_s, np.sin(time_s), hold=hold)
+    (spans,), _ = stretches([run], 402)
+    assert (spans == ()) is whole
+    if whole:
+        assert stretches([run], 401)[0] != [()]
+
+
+def test_a_stretch_keeps_its_first_samples_and_those_behind_the_lead() -> None:
+    """And the command rows from the one that holds two seconds before to the first after it."""
+    time_s = np.arange(0.0, 20.0, 1.0 / 64.0)
+    command_s = np.arange(0.25, 20.0, 0.5)
+    (part,) = cut(Recording("run", command_s, command_s, time_s, time_s), ((4.0, 8.0),))
+    expected = np.concatenate([4.0 + np.arange(10) / 64.0, np.arange(5.0, 8.0 + 1e-9, 1.0 / 64.0)])
+    np.testing.assert_array_equal(part.time_s, expected)
+    assert (part.command_time_s[0], part.command_time_s[-1]) == (1.75, 8.25)
+    (first,) = cut(Recording("run", command_s, command_s, time_s, time_s), ((0.0, 8.0),))
+    assert first.command_time_s[0] == 0.25
 
 
 def test_the_shortest_keep_what_they_have(log: Recording) -> None:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from support.round_trip import assert_comes_back
 from support.servo import LINEAR, actuator, short_trial
 
-import servosight as ss
 from servosight.app.main import main
 from servosight.export.autopilots import JSBSIM
-from servosight.export.core import ExportOptions, ExportRequest, Trial, export_model
+from servosight.export.core import ExportOptions, ExportRequest, export_model
 from servosight.models.effects import catalogue
-from servosight.models.excitation import standard
 
 pytest.importorskip("jsbsim", reason="JSBSim is not installed (group dev)")
 
@@ -91,16 +88,4 @@ def test_the_card_comes_back_from_a_recording_made_in_jsbsim(tmp_path: Path) -> 
     """Card, system file, JSBSim, noise, identify: each parameter within three sigma."""
     card = actuator(dead_time__delay=0.0205, backlash__gap=1.2)
     request = ExportRequest(actuator=card, catalogue=catalogue(), options=FINE)
-    rows = standard(10.0, 20.0, rate_hz=100.0)
-    asked = ss.Recording("jsbsim", rows.time_s, rows.command_deg, rows.time_s, 0.0 * rows.time_s)
-    JSBSIM.write(request, tmp_path / "servo.xml")
-    made = JSBSIM.run(request, tmp_path / "servo.xml", Trial(recording=asked, start_deg=0.5))
-    seen = slice(3, None, 8)  # 125 samples a second
-    noise = 0.03 * np.random.default_rng(4).standard_normal(made.time_s[seen].size)
-    recording = replace(asked, time_s=made.time_s[seen], angle_deg=made.angle_deg[seen] + noise)
-    fit = ss.identify(recording, effects=["dead_time", "backlash"], method="gradient")
-    for name, truth in card.parameters.items():
-        found = fit.parameters[name]
-        assert found.sigma is not None
-        assert abs(found.value - truth.value) < 3.0 * found.sigma, name
-    assert fit.rmse_deg == pytest.approx(0.03, rel=0.1)
+    assert_comes_back(JSBSIM, request, tmp_path / "servo.xml", rate_hz=125)

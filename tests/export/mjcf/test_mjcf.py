@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from support.round_trip import assert_comes_back
 from support.servo import LINEAR, actuator, short_trial
 
 import servosight as ss
-from servosight.export.core import ExportOptions, ExportRequest, Trial, export_model
+from servosight.export.core import ExportOptions, ExportRequest, export_model
 from servosight.export.mjcf import MJCF
 from servosight.models.effects import catalogue
-from servosight.models.excitation import standard
 
 SHAFT = {"frequency": 12.0, "damping": 0.08, "inertia_ratio": 0.3}
 
@@ -129,16 +128,4 @@ def test_the_card_comes_back_from_a_recording_made_in_mujoco(tmp_path: Path) -> 
     """Card, MuJoCo model, noise, identify: each parameter within three sigma."""
     card = actuator(coulomb_friction__level=0.4, backlash__gap=1.2)
     request = ExportRequest(actuator=card, catalogue=catalogue())
-    rows = standard(10.0, 20.0, rate_hz=100.0)
-    asked = ss.Recording("mujoco", rows.time_s, rows.command_deg, rows.time_s, 0.0 * rows.time_s)
-    MJCF.write(request, tmp_path / "servo.xml")
-    made = MJCF.run(request, tmp_path / "servo.xml", Trial(recording=asked, start_deg=0.5))
-    seen = slice(3, None, 16)  # 125 samples a second
-    noise = 0.03 * np.random.default_rng(4).standard_normal(made.time_s[seen].size)
-    recording = replace(asked, time_s=made.time_s[seen], angle_deg=made.angle_deg[seen] + noise)
-    fit = ss.identify(recording, effects=["coulomb_friction", "backlash"], method="gradient")
-    for name, truth in card.parameters.items():
-        found = fit.parameters[name]
-        assert found.sigma is not None
-        assert abs(found.value - truth.value) < 3.0 * found.sigma, name
-    assert fit.rmse_deg == pytest.approx(0.03, rel=0.1)
+    assert_comes_back(MJCF, request, tmp_path / "servo.xml", rate_hz=125)

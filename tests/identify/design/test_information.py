@@ -12,7 +12,7 @@ from servosight.identify.design._information import Information
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator, Estimate, InputError, Recording
 from servosight.models.effects import catalogue
-from servosight.models.excitation import SHAPES, Limits, design
+from servosight.models.excitation import SHAPES, CommandLimits, design
 
 NOISE_DEG = 0.03
 PAPER = {"k": 1.027, "T": 0.0078, "xi": 0.55, "bias": 0.0}
@@ -23,7 +23,7 @@ def actuator(**values: float) -> Actuator:
     return Actuator(named, tuple({name.split(".")[0] for name in named if "." in name}))
 
 
-def told(model: Actuator, shape: str, limits: Limits) -> Information:
+def told(model: Actuator, shape: str, limits: CommandLimits) -> Information:
     recording = predicted_experiment(design(shape, limits).excitation, 120.0)
     return assess(model, [recording], NOISE_DEG, catalogue=catalogue())
 
@@ -32,7 +32,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     """20 deg at 1 Hz shows (1 - omega^2 T^2) and 2 xi T omega. The gain takes up the first, so that
     raising T and lowering xi alike changes nothing: omega^2 T^2 is 0.0024.
     """
-    found = told(actuator(**PAPER), "sine", Limits(20.0, None, 20.0))
+    found = told(actuator(**PAPER), "sine", CommandLimits(20.0, None, 20.0))
     assert not found.sufficient
     assert set(found.unsure) == {"T", "xi"}
     change = found.worst.change
@@ -43,7 +43,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     assert "T and xi are determined only together" in found.sentence
     assert "less than the noise" in found.sentence
     # However low the noise: the difference stays below what a model is right to.
-    rows = predicted_experiment(design("sine", Limits(20.0, None, 20.0)).excitation)
+    rows = predicted_experiment(design("sine", CommandLimits(20.0, None, 20.0)).excitation)
     quiet = assess(actuator(**PAPER), [rows], 1e-4, catalogue=catalogue())
     assert set(quiet.unsure) == {"T", "xi"}
     assert "may be wrong" in quiet.sentence
@@ -51,7 +51,7 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
 
 def test_a_better_command_is_named_within_the_same_limits() -> None:
     model = actuator(**PAPER)
-    rows = predicted_experiment(design("sine", Limits(20.0, None, 20.0)).excitation)
+    rows = predicted_experiment(design("sine", CommandLimits(20.0, None, 20.0)).excitation)
     now = assess(model, [rows], NOISE_DEG, catalogue=catalogue())
     better = better_command(model, rows, NOISE_DEG, catalogue=catalogue())
     assert better is not None
@@ -81,10 +81,10 @@ def test_predicted_sigmas_are_those_of_a_fit(record: Callable[..., Recording]) -
 def test_information_grows_with_time_and_falls_with_noise() -> None:
     """Four times the time is four times the information: half the sigma, but for the start."""
     model = actuator(k=1.0, T=0.02, xi=0.6, bias=0.0)
-    short, long = (told(model, "prbs", Limits(5.0, None, t)) for t in (5.0, 20.0))
+    short, long = (told(model, "prbs", CommandLimits(5.0, None, t)) for t in (5.0, 20.0))
     for name in ("k", "T", "xi"):
         assert short.sigma[name] / long.sigma[name] == pytest.approx(2.0, rel=0.15)
-    rows = predicted_experiment(design("prbs", Limits(5.0, None, 20.0)).excitation, 120.0)
+    rows = predicted_experiment(design("prbs", CommandLimits(5.0, None, 20.0)).excitation, 120.0)
     loud = assess(model, [rows], 2.0 * NOISE_DEG, catalogue=catalogue())
     np.testing.assert_allclose(loud.per_second, 0.25 * long.per_second)
     assert loud.condition == pytest.approx(long.condition)
@@ -96,7 +96,7 @@ def test_information_grows_with_time_and_falls_with_noise() -> None:
 def test_an_effect_that_the_command_never_meets_is_unsure() -> None:
     """A limit of 500 deg of drive is never reached by 10 deg."""
     model = actuator(k=1.0, T=0.02, xi=0.6, bias=0.0, torque_saturation__limit=500.0)
-    found = told(model, "chirp", Limits(10.0, None, 8.0))
+    found = told(model, "chirp", CommandLimits(10.0, None, 8.0))
     assert found.unsure == ("torque_saturation.limit",)
     assert not np.isfinite(found.sigma["torque_saturation.limit"])
     assert found.to_dict()["relative_sigma"]["torque_saturation.limit"] is None
@@ -106,7 +106,7 @@ def test_an_effect_that_the_command_never_meets_is_unsure() -> None:
 def test_the_optimal_mix_tells_more_than_any_shape(wanted: list[str]) -> None:
     """By the volume of the wanted parameters' confidence region, and within the limits."""
     model = actuator(k=1.0, T=0.02, xi=0.6, bias=0.0, backlash__gap=1.0)
-    limits = Limits(20.0, 300.0, 10.0, centre_deg=3.0)
+    limits = CommandLimits(20.0, 300.0, 10.0, centre_deg=3.0)
     best = optimal(model, wanted, limits, catalogue=catalogue(), noise_deg=NOISE_DEG)
     rows = best.design.excitation
     assert np.abs(rows.command_deg - 3.0).max() <= 20.0 + 1e-9
@@ -124,7 +124,7 @@ def test_the_optimal_mix_tells_more_than_any_shape(wanted: list[str]) -> None:
 
 def test_optimal_refuses_what_the_model_has_not() -> None:
     model = actuator(k=1.0, T=0.02, xi=0.6, bias=0.0, coulomb_friction__level=0.0)
-    limits = Limits(10.0, None, 6.0)
+    limits = CommandLimits(10.0, None, 6.0)
     with pytest.raises(InputError, match=r"expected some of k, T, xi, coulomb_friction\.level"):
         optimal(model, ["gap"], limits, catalogue=catalogue())
     with pytest.raises(InputError, match=r"coulomb_friction\.level = 0"):

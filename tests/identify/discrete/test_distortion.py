@@ -9,7 +9,7 @@ import pytest
 
 from servosight.identify.discrete import distortion
 from servosight.models.core import Array, InputError, Recording
-from servosight.models.excitation import Excitation, Limits, design
+from servosight.models.excitation import CommandLimits, Excitation, design
 
 NOISE_DEG = 0.02
 T, XI = 0.03, 0.7
@@ -36,7 +36,7 @@ def answer(excitation: Excitation, load: Callable[[float], float]) -> Array:
     return np.array(found)
 
 
-EXCITATION = design("multisine", Limits(15.0, None, 12.0), seed=1).excitation
+EXCITATION = design("multisine", CommandLimits(15.0, None, 12.0), seed=1).excitation
 
 
 def recorded(angle_deg: Array, seed: int, rate_hz: float = 125.0) -> Recording:
@@ -106,7 +106,7 @@ def test_levels_are_those_without_noise(linear: Array) -> None:
 
 def test_what_it_is_not_made_for(linear: Array) -> None:
     whole = recorded(linear, 0)
-    steps = design("steps", Limits(15.0, None, 12.0)).excitation
+    steps = design("steps", CommandLimits(15.0, None, 12.0)).excitation
     other = Recording("steps", steps.time_s, steps.command_deg, whole.time_s, whole.angle_deg)
     assert distortion(other) is None
     short = whole.time_s < 5.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose import compare, diagnose
+from servosight.diagnose import PriorKnowledge, compare, diagnose
 from servosight.identify.fit import identify
 from servosight.identify.problem import ReadErrorLimits, usable_views
 from servosight.identify.problem._old_values import held_values, old_values
@@ -264,6 +264,8 @@ def test_a_glitched_log_gives_what_its_clean_twin_does(record: Any) -> None:
 @pytest.mark.slow
 def test_a_diagnosis_leaves_read_errors_out_as_well(record: Any) -> None:
     wrong = glitched(record(5.0, 1), {150: 45.0, 333: -22.5, 500: 180.0})
-    why = diagnose([wrong], catalogue=catalogue(), auto=False)
+    others = [name for name in catalogue() if name != "backlash"]
+    known = PriorKnowledge.of(catalogue(), without_effects=others)  # the linear model is judged
+    why = diagnose([wrong], catalogue=catalogue(), auto=False, prior=known)
     assert why.verdict.value == "no_effect_missing"
     assert any("3 of 600 samples are read errors" in text for text in why.warnings)

@@ -293,3 +293,15 @@ def test_recombination_and_mutation_keep_the_spread() -> None:
     children = recombined(parents, 20_000, PopulationOptions(), rng)
     # 40,000 values, kurtosis about 5: the variance scatters by sqrt(4 / 40000) = 1 %.
     assert children.var() == pytest.approx(7 / 6 * parents.var(), rel=0.05)
+
+
+def test_a_descent_goes_on_where_a_quotient_exceeds_all_numbers() -> None:
+    """Residuals may change by more than a number holds, where simulations fail."""
+    space = SearchSpace(np.full(2, -5.0), np.full(2, 5.0), np.ones(2), guesses=np.ones((1, 2)))
+
+    def residuals(points: Array) -> Array:
+        return np.stack([points[:, 0] - 2.0, 1e160 * (points[:, 1] - 1.0)], axis=1)
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        outcome = drive(ESTIMATORS["gradient"](space), residuals, budget=60)
+    assert np.all(np.isfinite(outcome.point))

@@ -8,14 +8,22 @@ import numpy as np
 import pytest
 
 from servosight.models.core import InputError
-from servosight.models.excitation import SHAPES, Excitation, Form, Limits, design, grid_of, triangle
+from servosight.models.excitation import (
+    SHAPES,
+    CommandLimits,
+    Excitation,
+    Form,
+    design,
+    grid_of,
+    triangle,
+)
 from servosight.models.excitation._shapes import prbs
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("rate", [None, 300.0, 40.0])
 def test_every_shape_keeps_angle_rate_and_duration(shape: str, rate: float | None) -> None:
-    limits = Limits(12.0, rate, 15.0, centre_deg=5.0, rows_hz=200.0)
+    limits = CommandLimits(12.0, rate, 15.0, centre_deg=5.0, rows_hz=200.0)
     made = design(shape, limits, seed=4)
     rows = made.excitation
     assert rows.duration_s <= 15.0 + 1e-9
@@ -33,14 +41,14 @@ def test_every_shape_keeps_angle_rate_and_duration(shape: str, rate: float | Non
 def test_seeds_repeat_and_differ() -> None:
     for shape in ("steps", "prbs", "multisine", "standard"):
         one, same, other = (
-            design(shape, Limits(), seed=seed).excitation.command_deg for seed in (1, 1, 2)
+            design(shape, CommandLimits(), seed=seed).excitation.command_deg for seed in (1, 1, 2)
         )
         np.testing.assert_array_equal(one, same)
         assert not np.array_equal(one, other)
 
 
 def test_chirp_gives_up_amplitude_only_where_the_rate_asks_for_it() -> None:
-    rows = design("chirp", Limits(20.0, 300.0, 20.0)).excitation
+    rows = design("chirp", CommandLimits(20.0, 300.0, 20.0)).excitation
     slow, fast = rows.time_s < 8.0, rows.time_s > 19.9
     assert np.abs(rows.command_deg[slow]).max() == pytest.approx(20.0, rel=1e-3)
     # 300 deg/s at 11.8 to 12 Hz, the last tenth of a second: 300 / (2 pi f) is 4.05 to 3.98 deg.
@@ -48,7 +56,9 @@ def test_chirp_gives_up_amplitude_only_where_the_rate_asks_for_it() -> None:
 
 
 def test_multisine_leaves_even_and_some_odd_lines_empty(tmp_path: Path) -> None:
-    made = design("multisine", Limits(20.0, 300.0, 20.0), Form(low_hz=0.4, high_hz=8.0), seed=2)
+    made = design(
+        "multisine", CommandLimits(20.0, 300.0, 20.0), Form(low_hz=0.4, high_hz=8.0), seed=2
+    )
     made.excitation.save(tmp_path / "command.csv")
     rows = Excitation.load(tmp_path / "command.csv")
     grid = grid_of(rows.time_s, rows.command_deg)
@@ -67,7 +77,7 @@ def test_multisine_leaves_even_and_some_odd_lines_empty(tmp_path: Path) -> None:
 
 
 def test_a_grid_is_seen_in_multisines_and_sines_alone() -> None:
-    limits = Limits(10.0, None, 12.0)
+    limits = CommandLimits(10.0, None, 12.0)
     for shape in ("steps", "chirp", "prbs", "standard", "triangle"):
         rows = design(shape, limits).excitation
         assert grid_of(rows.time_s, rows.command_deg) is None, shape
@@ -90,14 +100,14 @@ def test_prbs_is_a_maximum_length_sequence() -> None:
 
 
 def test_limits_read_off_a_command() -> None:
-    made = design("sine", Limits(20.0, None, 10.0, centre_deg=7.0), Form(frequency_hz=1.0))
-    found = Limits.of(made.excitation.time_s, made.excitation.command_deg)
+    made = design("sine", CommandLimits(20.0, None, 10.0, centre_deg=7.0), Form(frequency_hz=1.0))
+    found = CommandLimits.of(made.excitation.time_s, made.excitation.command_deg)
     assert found.angle_deg == pytest.approx(20.0, rel=1e-3)
     assert found.centre_deg == pytest.approx(7.0, abs=1e-6)
     # Slope of the sine: 20 deg times 2 pi a second.
     assert found.rate_deg_s == pytest.approx(20.0 * 2.0 * np.pi, rel=1e-3)
     assert found.duration_s == pytest.approx(10.0)
-    sparse = Limits.of(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 10.0, -10.0, 0.0]))
+    sparse = CommandLimits.of(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 10.0, -10.0, 0.0]))
     assert sparse.rate_deg_s is None, "one row for each level jumps"
 
 
@@ -120,7 +130,7 @@ def test_what_cannot_be_had_is_one_sentence(
     shape: str, limits: dict[str, float], form: dict[str, float], words: str
 ) -> None:
     with pytest.raises(InputError, match=words) as raised:
-        design(shape, Limits(**limits), Form(**form))
+        design(shape, CommandLimits(**limits), Form(**form))
     assert "\n" not in str(raised.value)
 
 

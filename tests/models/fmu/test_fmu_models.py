@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+import tempfile
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +132,33 @@ def test_no_process_is_left_where_the_program_is_killed(bad: Path) -> None:
     assert not Path(f"/proc/{child}").exists()
 
 
+def test_the_folder_of_a_killed_program_is_removed_at_the_next_start(
+    good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And not that of a running one, nor anything that only bears such a name."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    program = (
+        "import time; from pathlib import Path; from servosight.models.fmu import unpacked\n"
+        f"with unpacked(Path({str(good)!r})) as folder:\n"
+        "    print(folder, flush=True)\n"
+        "    time.sleep(60.0)\n"
+    )
+    words = [sys.executable, "-c", program]
+    (tmp_path / "servosight-fmu-new").mkdir()
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        left = Path(parent.stdout.readline().strip()).parent
+        with unpacked(good) as running:
+            assert left.is_dir()
+            parent.kill()
+            parent.wait()
+            with unpacked(good):
+                assert not left.exists()
+                assert running.is_dir()
+    assert [one.name for one in tmp_path.glob("servosight-fmu-*")] == ["servosight-fmu-new"]
+
+
 def test_damaged_archives_are_refused_before_anything_is_loaded(good: Path, tmp_path: Path) -> None:
     """Also where each limit begins."""
     kinds = ("named", "linked", "bomb")
@@ -178,7 +208,26 @@ def test_compare_takes_an_fmu_that_is_trusted(
     assert ss.compare(good, recording, trust=True).effects == ()
     words = ["compare", str(good), str(recording), "--trust"]
     assert main([*words, "--fmu-input", "goal"]) == 2
-    assert "has the inputs command, but none goal" in capsys.readouterr().err
+    assert "has no input goal; expected one of command" in capsys.readouterr().err
+
+
+def test_input_and_output_are_chosen_by_name(good: Path) -> None:
+    """As FMUs of others have them: none, several, or arrays and whole numbers only."""
+    with open_fmu(good) as fmu:
+        (command,), angle = fmu.of("input"), fmu.of("output")[0]
+        several = replace(fmu, variables=(replace(command, name="u1"), replace(command, name="u2"),
+                                          replace(angle, name="y")))  # fmt: skip
+        assert FmuModel.of(several, "u2").command.name == "u2"
+        for words, said in (
+            ((), "has the inputs u1, u2, expected a single one or one named command; choose with "
+             "--fmu-input NAME"),
+            (("u3",), "has no input u3; expected one of u1, u2"),
+            (("u1", "z"), "has no output z; expected one of y, so give --fmu-output"),
+        ):  # fmt: skip
+            with pytest.raises(InputError, match=re.escape(said)):
+                FmuModel.of(several, *words)
+        with pytest.raises(InputError, match="has no input that is a real number"):
+            FmuModel.of(replace(fmu, variables=fmu.of("output")))
 
 
 def test_an_fmu_of_one_step_takes_that(good: Path, tmp_path: Path) -> None:
@@ -203,8 +252,6 @@ def test_an_fmu_of_one_step_takes_that(good: Path, tmp_path: Path) -> None:
 
 def test_units_and_exposures(good: Path) -> None:
     """An angle in radians is converted; a sample is the mean over its exposure."""
-    from dataclasses import replace
-
     command = np.where(TIMES % 1.0 < 0.5, 10.0, -10.0)
     rows = Recording("steps", TIMES, command, TIMES, 0.0 * command)
     with open_fmu(good) as fmu:

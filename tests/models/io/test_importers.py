@@ -52,6 +52,8 @@ def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
     read = load_recording(tmp_path / "rec")
     np.testing.assert_array_equal(read.angle_deg, recording.angle_deg)
     assert read.relative_gain == 0.25
+    interval_s = float(np.median(np.diff(recording.time_s)))
+    assert read.offset_sigma_s == pytest.approx(interval_s / 12**0.5, rel=0.01)
     source = read.details["source"]
     assert source["name"] == "a.json"
     assert {key: source[key] for key in ("mass", "length", "kp", "vin", "motor")} == {

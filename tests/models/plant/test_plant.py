@@ -214,3 +214,15 @@ def test_the_horn_turns_before_linkage_and_shaft(plant: Plant) -> None:
     )
     further = np.ptp(plant.simulate(shaft, seen)) / np.ptp(plant.simulate(shaft, horn))
     assert abs(further - 1.0181) < 0.002
+
+
+def test_a_motion_that_runs_away_is_given_up(plant: Plant) -> None:
+    """A hinge that pushes outward by the cube of the angle leaves any range within milliseconds."""
+    times, command = np.array([0.0]), np.array([20.0])
+    samples = np.arange(0.0, 1.0, 0.001)
+    row = row_of(plant, hinge_hardening__cubic=-0.1)
+    answer = plant.simulate(row, Stimulus(times, command, False, samples, np.ones(1)))
+    lost = int(np.isnan(answer).argmax())
+    assert 2 < lost < 100
+    assert np.all(np.isnan(answer[lost:]))
+    assert np.all(np.abs(answer[: lost - 2]) < 1e9)

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,10 @@ import pytest
 from servosight.models.core import InputError
 from servosight.scenarios.sweeps.run import (
     InThisProcess,
-    Limits,
     Store,
     Tally,
     Task,
+    WatchLimits,
     dask_engine,
     drive,
 )
@@ -52,6 +53,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Pat
         "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
     }
+    environment.pop("NUMBA_NUM_THREADS", None)
     shared = ["--scheduler-file", str(file), "--no-dashboard"]
     local = ["--host", "127.0.0.1", "--port", "0"]
     worker = ["worker", *shared, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"]
@@ -71,6 +73,8 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Pat
     assert spoken is not None
     try:
         next(line for line in spoken if "Scheduler at" in line)
+        while not file.is_file() or not file.read_text().endswith("}"):  # it writes this next
+            time.sleep(0.01)
         yield str(file), place
     finally:
         spoken.close()
@@ -94,10 +98,11 @@ def test_same_rows_by_workers_started_by_hand_one_of_them_killed(
         dask_engine(
             test_dask.work,
             store.cells,
-            Limits(seconds=60.0),
+            WatchLimits(seconds=60.0),
             workers=2,
             scheduler=file,
             warm=test_dask.no_warming,
+            environment=["NUMBA_NUM_THREADS"],
         ) as engine,
     ):
         drive(tasks(), engine, store, tally, lambda tally, said: None)
@@ -105,6 +110,7 @@ def test_same_rows_by_workers_started_by_hand_one_of_them_killed(
     assert (place / "killed").exists()
     frame = store.frame().sort("n")
     assert frame["n"].to_list() == list(range(24))  # nothing lost, nothing twice
+    assert frame["threads"].unique().to_list() == ["1"]
     alone = Store(tmp_path / "alone")
     with alone.opened({}):
         drive(tasks(), InThisProcess(work, alone.cells), alone, Tally(24), lambda t, s: None)
@@ -120,7 +126,7 @@ def test_no_scheduler_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         dask_engine(
             work,
             tmp_path,
-            Limits(),
+            WatchLimits(),
             workers=1,
             scheduler="tcp://127.0.0.1:9",
             warm=no_warming,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
 
 from servosight.models.core import InputError
@@ -98,6 +99,17 @@ def test_three_failures_alike_are_said_once() -> None:
     assert tally.words().endswith("7 failed")
 
 
+def test_batches_become_small_towards_the_end(tmp_path: Path) -> None:
+    store = Store(tmp_path / "s")
+    engine, tally = Losing(store, killer=-1), Tally(200)
+    with store.opened({}):
+        drive(tasks(200), engine, store, tally, lambda t, s: None)
+    sizes = [len(numbers) for numbers in engine.seen]
+    assert max(sizes) > 20
+    assert sizes[-4:] == [1, 1, 1, 1]
+    assert sum(sizes) == tally.done == 200
+
+
 class Stop(Exception):
     """The process ends here."""
 
@@ -142,6 +154,25 @@ def test_a_row_that_is_in_two_places_counts_once(tmp_path: Path) -> None:
     assert store.frame().height == 3
     ran(store, tasks(0))
     assert store.frame()["n"].sort().to_list() == [0, 1, 2]
+
+
+def test_parts_are_joined_to_a_size_and_hold_each_row_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servosight.scenarios.sweeps.run._store.LARGEST_PART", 10)
+    store = Store(tmp_path / "s")
+    for first in (0, 5, 10, 15):  # each part has some rows of the one before
+        with store.opened({}):
+            engine = InThisProcess(square, store.cells)
+            todo = [task for task in tasks(first + 8) if task.argument >= first]
+            drive(iter(todo), engine, store, Tally(8), lambda t, s: None)
+    assert len(store.parts()) == 4
+    store.tidy()
+    heights = [pl.read_parquet(part).height for part in store.parts()]
+    assert sorted(heights) == [3, 10, 10]
+    assert store.frame()["n"].sort().to_list() == list(range(23))
+    store.forget_failed()
+    assert 13 not in store.frame()["n"].to_list()
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
@@ -192,6 +223,33 @@ def test_a_sweep_scores_each_cell_against_the_truth(tmp_path: Path) -> None:
     tally = run_sweep(wider, tmp_path / "s", workers=0)
     assert (tally.earlier, tally.done) == (1, 1)
     assert results(tmp_path / "s").height == 5
+
+
+def test_an_interruption_is_told_before_the_workers_are_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+
+    @contextmanager
+    def engine(*given: Any) -> Iterator[None]:
+        try:
+            yield
+        finally:
+            order.append("closed")
+
+    def interrupted(*given: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("servosight.scenarios.sweeps._run._engine", engine)
+    monkeypatch.setattr("servosight.scenarios.sweeps._run.drive", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(
+            read_sweep(TABLE),
+            tmp_path / "s",
+            workers=0,
+            on_interrupt=lambda: order.append("told"),
+        )
+    assert order == ["told", "closed"]
 
 
 def test_rows_of_other_settings_are_left_out_and_said(tmp_path: Path) -> None:

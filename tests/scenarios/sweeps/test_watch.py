@@ -9,18 +9,18 @@ from typing import Any
 
 import pytest
 
-from servosight.scenarios.sweeps.run import Limits, Task, run_batch
+from servosight.scenarios.sweeps.run import Task, WatchLimits, run_batch
 
 
 @pytest.mark.parametrize(
     ("limits", "words"),
     [
-        (Limits(seconds=0.01), "time limit: the cell took more than 0.01 s"),
-        (Limits(memory_mb=1.0), "memory limit: the worker held more than 1 MB"),
+        (WatchLimits(seconds=0.01), "time limit: the cell took more than 0.01 s"),
+        (WatchLimits(memory_mb=1.0), "memory limit: the worker held more than 1 MB"),
     ],
 )
 def test_a_cell_over_its_limit_has_a_row_that_says_so(
-    limits: Limits, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    limits: WatchLimits, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = threading.Event()
     monkeypatch.setattr("servosight.scenarios.sweeps.run._watch.INTERVAL_S", 0.02)
@@ -41,5 +41,5 @@ def test_a_cell_over_its_limit_has_a_row_that_says_so(
 
 def test_a_cell_within_its_limits_is_left_alone(tmp_path: Path) -> None:
     task = Task("a" * 32, 1, {})
-    report = run_batch(lambda n: {"n": n}, [task], str(tmp_path), Limits(60.0, 1e6))
+    report = run_batch(lambda n: {"n": n}, [task], str(tmp_path), WatchLimits(60.0, 1e6))
     assert report.errors == ((task.key, ""),)

@@ -32,14 +32,19 @@ def command(kind: str) -> tuple[Array, Array]:
 
 
 def film(
-    write: Write, path: Path, pattern: Pattern | None, exposure_s: float, readout_s: float
+    write: Write,
+    path: Path,
+    pattern: Pattern | None,
+    exposure_s: float,
+    readout_s: float,
+    levels: tuple[float, ...] = (120.0,) * 8,
 ) -> Track:
-    """A film of a light 8 px wide, each row exposed in its own time, with noise."""
+    """A film of a light 8 px wide, its rows of these levels, each exposed in its own time."""
     rng = np.random.default_rng(5)
     starts = np.arange(FRAMES) / RATE_HZ
     delay = readout_s * np.arange(ROWS) / (ROWS - 1)
     spot = np.zeros((ROWS, COLUMNS))
-    spot[30:38, 50:58] = 120.0
+    spot[30 : 30 + len(levels), 50:58] = np.array(levels)[:, None]
     pictures = []
     for start in starts:
         opens = start + delay + OFFSET_S
@@ -80,6 +85,18 @@ def test_offset_to_a_small_part_of_a_frame(
     error_s = abs(light.offset_s - OFFSET_S)
     assert error_s < 4.0 * light.sigma_s
     assert error_s < 0.01 / RATE_HZ
+
+
+def test_a_light_of_two_parts(write: Write, tmp_path: Path) -> None:
+    """Between the parts a faint glow, which is left out: the patch has no pixel in these rows."""
+    time_s, angle = command("step")
+    shown = {p.shows: p for p in patterns(time_s, angle, 1 / RATE_HZ)}["step"]
+    levels = (120.0,) * 6 + (35.0,) * 6 + (120.0,) * 6
+    track = film(write, tmp_path, shown, 0.004, 0.0, levels)
+    light = find_light(track, time_s, angle, exposure_s=0.004)
+    assert light is not None
+    assert np.hypot(light.place_px[0] - 53.5, light.place_px[1] - 38.5) < 1.0
+    assert abs(light.offset_s - OFFSET_S) < 4.0 * light.sigma_s
 
 
 def test_one_edge_between_two_exposures_is_told_with_its_doubt(

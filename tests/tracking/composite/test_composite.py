@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite import SteadySample
+from servosight.tracking.composite import SteadySample, found_about
 from servosight.tracking.composite._camera import longest_rest, motion_between
 from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned, turning
@@ -23,7 +23,7 @@ Write = Callable[[Path, list[Image], Array], Path]
 FRAMES, RATE_HZ, PAN = 70, 30.0, 14
 SIZE = (240, 180)
 PIVOT = np.array([118.0, 92.0])
-BAR = np.array([[-6.0, -3.0], [58.0, -3.0], [58.0, 3.0], [-6.0, 3.0]])
+BAR = np.array([[-6.0, -3.0], [74.0, -3.0], [74.0, 3.0], [-6.0, 3.0]])
 ANGLE_DEG = 60.0 * np.sin(np.arange(FRAMES) / 7.0)
 
 
@@ -52,7 +52,7 @@ def filmed(angle_deg: Array, shake_px: float = 1.2, pan_px: float = 50.0) -> lis
         corners = turned(BAR + PIVOT, (PIVOT[0], PIVOT[1]), np.deg2rad(angle)) + 80.0
         cv2.fillPoly(image, [np.round(16 * corners).astype(np.int32)], 235.0, cv2.LINE_AA, shift=4)
         tip = (
-            turned(PIVOT + np.array([[54.0, 0.0]]), (PIVOT[0], PIVOT[1]), np.deg2rad(angle))[0] + 80
+            turned(PIVOT + np.array([[70.0, 0.0]]), (PIVOT[0], PIVOT[1]), np.deg2rad(angle))[0] + 80
         )
         cv2.circle(image, (int(16 * tip[0]), int(16 * tip[1])), 16 * 9, 20.0, -1, cv2.LINE_AA, 4)
         pan = pan_px * max(0.0, 1.0 - number / PAN)
@@ -135,10 +135,10 @@ def test_an_angle_on_a_known_background_to_half_a_pixel() -> None:
     """Truth: the drawn angle; the start is 1 deg off, the end 0.6 deg (0.5 px) at most."""
     angles = np.deg2rad(np.linspace(-50, 50, 16))
     drawn = np.stack([p.astype(np.float32) for p in filmed(np.rad2deg(angles), 0.0, 0.0)])
-    view = PolarView.around((PIVOT[0], PIVOT[1]), 66.0)
+    view = PolarView.around((PIVOT[0], PIVOT[1]), 82.0)
     shape = np.zeros((SIZE[1], SIZE[0]), np.float32)
     cv2.fillPoly(shape, [np.round(BAR + PIVOT).astype(np.int32)], 1.0)
-    cv2.circle(shape, (int(PIVOT[0] + 54), int(PIVOT[1])), 9, 1.0, -1)
+    cv2.circle(shape, (int(PIVOT[0] + 70), int(PIVOT[1])), 9, 1.0, -1)
     cover = np.nan_to_num(view.of(shape, nearest=True))
     model = CompositeModel.of(drawn, angles, (PIVOT[0], PIVOT[1]), cover, view)
     for number in (2, 7, 13):
@@ -152,7 +152,7 @@ def test_a_shadow_at_one_side_sets_the_sides_apart() -> None:
     """A faint shadow beside the bar moves that side's angle; without it both sides agree."""
     angles = np.deg2rad(np.linspace(-50, 50, 16))
     drawn = np.stack([p.astype(np.float32) for p in filmed(np.rad2deg(angles), 0.0, 0.0)])
-    view = PolarView.around((PIVOT[0], PIVOT[1]), 66.0)
+    view = PolarView.around((PIVOT[0], PIVOT[1]), 82.0)
     shape = np.zeros((SIZE[1], SIZE[0]), np.float32)
     cv2.fillPoly(shape, [np.round(BAR + PIVOT).astype(np.int32)], 1.0)
     cover = np.nan_to_num(view.of(shape, nearest=True))
@@ -172,6 +172,19 @@ def test_a_shadow_at_one_side_sets_the_sides_apart() -> None:
     error = abs(dark.angle_rad - clear.angle_rad)
     assert error > np.deg2rad(0.03)
     assert abs(dark.sides_rad - clear.sides_rad) > 0.5 * error
+
+
+def test_a_part_is_learnt_anew_about_a_corrected_pivot() -> None:
+    """Truth: drawn pivot and steps, as of a lever that rests at two angles; the start is 4 px off.
+    Bounds: 1 px, and a raster step and a half."""
+    angles = 14.0 * np.tanh(3.0 * np.sin(np.arange(40) / 5.0))
+    drawn = np.stack([p.astype(np.float32) for p in filmed(angles, 0.0, 0.0)])
+    found = found_about(drawn, PIVOT + np.array([3.0, -2.5]))
+    assert found is not None
+    assert found.pivot_px == pytest.approx(tuple(PIVOT), abs=1.0)
+    assert found.explained > 0.8
+    span = float(np.ptp(np.rad2deg(found.part.angle_rad)))
+    assert span == pytest.approx(28.0, abs=np.rad2deg(1.5 * found.part.view.step_rad))
 
 
 def test_a_pivot_that_is_off_shows_in_the_shifts() -> None:

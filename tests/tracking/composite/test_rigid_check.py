@@ -14,6 +14,9 @@ def test_a_scale_of_the_angle_shows_and_chance_does_not() -> None:
     angle = rng.uniform(-0.2, 0.2, 60)
     noise = 0.01 * rng.standard_normal(60)
     wrong = 0.1 * angle
-    assert pattern_of(angle, wrong + 0.1 * noise) == pytest.approx(np.std(wrong), rel=0.1)
-    assert pattern_of(angle, noise) == 0.0
-    assert pattern_of(angle[:9], wrong[:9]) == 0.0
+    sure = np.full(60, 0.003)
+    assert pattern_of(angle, wrong + 0.1 * noise, sure) == pytest.approx(np.std(wrong), rel=0.1)
+    assert pattern_of(angle, noise, sure) == 0.0
+    assert pattern_of(angle[:9], wrong[:9], sure[:9]) == 0.0
+    # A part that does not show its own direction says nothing.
+    assert pattern_of(angle, wrong + 0.1 * noise, 4.0 * sure) == 0.0

@@ -26,7 +26,7 @@ PIVOT = (110.0, 80.0)
 BAR = np.array([[100.0, 72.0], [165.0, 74.0], [165.0, 86.0], [100.0, 88.0]])
 AWAY = np.array([-70.0, 40.0])
 ANGLES = np.deg2rad(35.0 * np.sin(np.arange(24) / 3.0))
-CONFIRMED = Evidence(sigmas=500.0, explained=0.9, share=0.9, agreement=1.0, found=1.0)
+CONFIRMED = Evidence(sigmas=500.0, explained=0.9, share=0.9, agreement=1.0, pairs=1.0, found=1.0)
 
 
 def pictures(angles_rad: Array) -> list[Single]:
@@ -55,6 +55,7 @@ def test_the_true_angles_are_confirmed() -> None:
     assert found.explained > 0.8
     assert found.share > 0.9
     assert found.agreement == 1.0
+    assert found.pairs == 1.0
     assert contradiction(found, pointed=False) is None
 
 
@@ -64,6 +65,11 @@ def test_other_angles_are_contradicted(claim: float) -> None:
     noise = 1e-4 * np.sin(np.arange(len(ANGLES)))
     found = evidence(claim * ANGLES + noise)
     assert contradiction(found, pointed=True) is not None
+
+
+def test_angles_that_are_too_small_disagree_with_pairs_of_frames() -> None:
+    """Three quarters of each angle, as where some of the part was taken for background."""
+    assert evidence(0.75 * ANGLES).pairs < 0.5
 
 
 def test_a_still_piece_of_background_is_no_moving_part() -> None:
@@ -82,6 +88,7 @@ def test_a_still_piece_of_background_is_no_moving_part() -> None:
         ("explained", "explains only"),
         ("share", "of what moves"),
         ("agreement", "confirms"),
+        ("pairs", "of the pairs"),
         ("found", "found in only"),
     ],
 )

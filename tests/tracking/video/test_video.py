@@ -179,6 +179,7 @@ def test_two_frames_at_one_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     pictures = [
         SimpleNamespace(
             pts=n // 2, time_base=Fraction(1, 100), width=96, height=64,
+            interlaced_frame=False, rotation=0,
             to_ndarray=lambda format, picture=picture: picture,
         )
         for n, picture in enumerate(noise(60))

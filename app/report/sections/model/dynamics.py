@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -11,10 +11,11 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from servosight.app.report.figure import AFTER, BEFORE, FAINT, NOISE, drawn
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story
+from servosight.app.report.story import Story, compared_model
 from servosight.diagnose import Comparison, listed, named_model
 from servosight.identify.fit import Dynamics, dynamics, step_response, step_size_deg, step_times
 from servosight.models.core import Actuator, Array, Estimate, rounded, uncertain
+from servosight.models.effects import Effect
 from servosight.models.plant import bandwidth_hz, natural_frequency_hz
 
 SIZE = (3.9, 3.3)
@@ -31,9 +32,15 @@ Named = tuple[str, Actuator, Dynamics]
 def section(story: Story) -> Section:
     """Of the models' linear cores, and of the models as a whole."""
     size_deg = step_size_deg(story.recordings)
-    models = _models(story, size_deg)
+    return dynamics_of(_models(story, size_deg), size_deg, story.catalogue)
+
+
+def dynamics_of(
+    models: Sequence[Named], size_deg: float, catalogue: Mapping[str, Effect]
+) -> Section:
+    """Of one or two models: name, model, and its figures for a step of ``size_deg``."""
     time_s = step_times(models[0][1])
-    responses = [step_response(one, time_s, size_deg, story.catalogue) for _, one, _ in models]
+    responses = [step_response(one, time_s, size_deg, catalogue) for _, one, _ in models]
     return Section(
         "dynamics",
         "Bode plot and step response",
@@ -50,8 +57,9 @@ def _models(story: Story, size_deg: float) -> list[Named]:
     """The model that the story begins with, and the one it ends with: name, model, figures."""
     result = story.result
     if isinstance(result, Comparison):
-        return [("model", result.actuator, _unsure(story, result.actuator, size_deg))]
-    named = [(named_model(result.ladder[0].effects), result.ladder[0])]
+        model = compared_model(result, story.catalogue)
+        return [("model", model, _unsure(story, model, size_deg))]
+    named = [(named_model(result.ladder[0].effects, result.ladder[0].base), result.ladder[0])]
     if len(result.ladder) > 1:
         named.append((f"with {listed(result.ladder[-1].effects)}", result.ladder[-1]))
     return [

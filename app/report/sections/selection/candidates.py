@@ -32,7 +32,7 @@ def section(story: Story) -> Section | None:
         "candidates",
         "What could be missing",
         {
-            "base": named_model(result.ladder[0].effects),
+            "base": named_model(result.ladder[0].effects, result.ladder[0].base),
             "linear_deg": linear,
             "linear_share": linear / largest,
             "floor_deg": story.floor_deg,

@@ -51,7 +51,7 @@ def named(step: LadderStep) -> str:
     """What a step changed, in words."""
     added, removed = step.added, step.removed
     if added is None and removed is None:
-        return named_model(step.effects)
+        return named_model(step.effects, step.base)
     if added is None:
         return f"− {spoken(removed or '')}"
     return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")

@@ -52,7 +52,8 @@ def section(story: Story) -> Section:
 def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
     first = result.ladder[0].held_out_rmse_deg
     last = result.ladder[-1].held_out_rmse_deg
-    tiles = [_tile(f"error of the {named_model(result.ladder[0].effects)}", first, "before")]
+    named = named_model(result.ladder[0].effects, result.ladder[0].base)
+    tiles = [_tile(f"error of the {named}", first, "before")]
     if result.ladder[-1].effects != result.ladder[0].effects:
         tiles.append(_tile(f"error with {listed(result.ladder[-1].effects)}", last, "after"))
     if result.law is not None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from servosight.diagnose.residuals import Judged
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,
@@ -15,6 +18,7 @@ from servosight.diagnose.selection import (
     StepwiseSelector,
 )
 from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
+from servosight.identify.problem import Work
 from servosight.models.core import Recording, silent
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
@@ -66,11 +70,27 @@ def test_k_is_held_at_one_where_the_data_do_not_ask_for_another(k: float, unload
     models = ModelSelection(Split.of([_recording(k)]), effects)
     policy = SelectionPolicy(ordinary=(*KNOWN[2:], "torque_saturation"))
     visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG, policy))
-    assert BackwardSearch(models, visited, silent).search_unloaded() is unloaded
+    assert BackwardSearch(models, visited, SearchEffort(), silent).search_unloaded() is unloaded
     if unloaded:
         best = visited.best()
         assert set(best.effects) == set(effects)
         assert best.fit.problem.values(best.fit.outcome.point)["k"] == k
+
+
+def test_the_linear_model_with_k_held_is_no_answer() -> None:
+    """It may predict the validation data best, but no step leads to it."""
+    effects = {"gravity_load": catalogue()["gravity_load"]}
+    models = ModelSelection(Split.of([_recording()]), effects)
+    visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG))
+    linear, held = models.linear(), models.unloaded()
+    assert held is not None
+    models.trials[held.key] = replace(held, judged=tuple(_without_error(x) for x in held.judged))
+    assert visited.ranked()[0].held == ("k",)
+    assert visited.best() is linear
+
+
+def _without_error(judged: Judged) -> Judged:
+    return replace(judged, predicted_deg=judged.recording.angle_deg)
 
 
 @pytest.mark.parametrize("ordinary", [True, False])
@@ -106,11 +126,27 @@ def test_from_a_rich_model_down_to_what_is_there(
     assert "best so far: torque saturation + " in shown[-1]
 
 
+def test_a_search_that_has_used_up_its_simulations_gives_the_best_so_far(
+    searched: tuple[StepwiseSelector, Selected, list[str]],
+) -> None:
+    whole, selected, _ = searched
+    models = replace(whole.models, trials={}, wholes={}, screens={}, work=Work())
+    short = StepwiseSelector(models, whole.criterion, effort=replace(whole.effort, simulations=1))
+    cut = short.select()
+    assert cut.cut_short
+    assert not selected.cut_short
+    assert models.work.simulations < whole.models.work.simulations
+    first, *_, last = [cut.steps[0], *cut.steps]
+    price = short.criterion.price
+    assert price(last.trial.score) <= price(first.trial.score)
+
+
 def test_the_path_adds_one_effect_a_step(
     searched: tuple[StepwiseSelector, Selected, list[str]],
 ) -> None:
-    _, selected, _ = searched
+    selector, selected, _ = searched
     assert selected.steps[0].trial.effects == ()
+    assert selected.steps[0].trial is selector.models.first()  # its best fit, whenever found
     for before, after in zip(selected.steps, selected.steps[1:], strict=False):
         assert after.removed is None
         assert set(after.trial.effects) == {*before.trial.effects, after.added}

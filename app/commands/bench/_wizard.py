@@ -1,0 +1,250 @@
+"""From plugging in to the report, question by question."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+from servosight.app.commands.bench import _questions as questions
+from servosight.models.base import InputError
+
+ARM = "arm"
+FOLDER = "bench-results"
+_KINDS = {
+    "dynamixel": "Dynamixel X series, on a U2D2 or another half-duplex adapter",
+    "feetech": "Feetech STS or SMS series, on a URT-1 or another half-duplex adapter",
+    "maestro": "hobby servo on a Pololu Maestro",
+    "board": "hobby servo on an Arduino-class board with servosight's firmware",
+}
+_KEYS: dict[str, tuple[tuple[str, str, str, float, float], ...]] = {
+    "dynamixel": (
+        ("id", "1", "Which id has the servo? It comes with 1 from its maker.", 0, 252),
+        ("baud", "57600", "Which baud rate? It comes with 57600.", 9600, 4_500_000),
+    ),
+    "feetech": (
+        ("id", "1", "Which id has the servo? It comes with 1 from its maker.", 0, 253),
+        ("baud", "1000000", "Which baud rate? It comes with 1000000.", 9600, 1_000_000),
+    ),
+    "maestro": (
+        ("channel", "0", "Which channel of the Maestro drives it?", 0, 23),
+        ("deg_per_us", "0.09", "By how many degrees does a microsecond of pulse turn it?", 0.01, 1),
+    ),
+    "board": (
+        ("deg_per_us", "0.09", "By how many degrees does a microsecond of pulse turn it?", 0.01, 1),
+    ),
+}
+_LIGHTS = {"dynamixel": ("led", "dtr", "rts"), "feetech": ("dtr", "rts")}
+_NONE = "none"
+_MODE = re.compile(r"(v4l2:\S+)  .*  (\w{4}) (\d+) x (\d+) at (.+) frames/s")
+
+
+def run(args: argparse.Namespace) -> None:
+    """Ask, check, move, film, diagnose; ends at any question."""
+    questions.check_terminal("bench wizard")
+    print(
+        "This leads from plugging in to the report. An empty answer takes what stands in brackets, "
+        f"{questions.END} ends it at any question, and Ctrl-C at any time: the servo then goes to "
+        "neutral and its torque off."
+    )
+    args.arm = False
+    try:
+        _servo(args)
+        _camera(args)
+        _limits(args)
+        _check(args)
+        _experiment(args)
+    except questions.Ended:
+        print("Ended; nothing moves.")
+
+
+def _servo(args: argparse.Namespace) -> None:
+    """The servo's address, until a servo answers there."""
+    from servosight.app.commands.bench import _servos
+    from servosight.bench.session import serial_ports
+
+    print("\n1. The servo. Give it its own power supply, and connect its adapter by USB.")
+    while True:
+        if args.servo is None:
+            words = list(_KINDS.values())
+            picked = questions.choose("Which servo is it?", words)
+            kind = list(_KINDS)[words.index(picked)]
+            port = questions.choose(
+                "Which port is it on?", serial_ports(), "a port such as /dev/ttyUSB0"
+            )
+            keys = []
+            for key, default, question, least, most in _KEYS[kind]:
+                whole = "." not in default
+                keys.append(
+                    f"{key}={questions.number(question, default, least, most, whole=whole)}"
+                )
+            if kind == "maestro":
+                crc = questions.agree('Is "Enable CRC" set in the Maestro Control Center?')
+                keys.append(f"crc={'true' if crc else 'false'}")
+            keys += _light(kind)
+            args.servo = f"{kind}:{port}?{'&'.join(keys)}"
+        if _worked(_servos.run, args):
+            return
+        args.servo = None
+
+
+def _light(kind: str) -> list[str]:
+    """The key of the light that puts command and video on one clock; none where there is none."""
+    if kind == "maestro":
+        picked = questions.ask(
+            "On which channel is an LED that the camera sees?",
+            _NONE,
+            lambda word: (
+                None
+                if word == _NONE or (word.isascii() and word.isdigit() and int(word) <= 23)
+                else f"type a channel from 0 to 23, or {_NONE}"
+            ),
+        )
+        return [] if picked == _NONE else [f"light_channel={picked}"]
+    if kind not in _LIGHTS:
+        return []
+    words = (*_LIGHTS[kind], _NONE)
+    picked = questions.ask(
+        f"Which light does the camera see (docs/bench.md): {', '.join(words)}?",
+        _NONE,
+        lambda word: None if word in words else f"type one of {', '.join(words)}",
+    )
+    return [] if picked == _NONE else [f"light={picked}"]
+
+
+def _camera(args: argparse.Namespace) -> None:
+    """The camera's address, until frames come from there."""
+    from servosight.app.commands.bench import _cameras
+    from servosight.bench.camera import list_cameras
+
+    print(
+        "\n2. The camera. Put it on the axis of rotation, with the surface over a third of the "
+        "picture or more, and two lamps of direct current at the sides."
+    )
+    while True:
+        if args.camera is None:
+            found = questions.choose(
+                "Which camera and mode?",
+                list_cameras(),
+                "an address such as http://HOST:8080/?action=stream",
+            )
+            args.camera = _address(found)
+        if "exposure=" not in args.camera and args.exposure is None:
+            text = questions.number(
+                "What is its exposure, in seconds? Type 0 where it is not known.", "0", 0.0, 1.0
+            )
+            args.exposure = float(text) or None
+        if _worked(_cameras.run, args):
+            return
+        args.camera = args.exposure = None
+
+
+def _address(found: str) -> str:
+    """A line of the list, or what was typed, as an address with a short exposure."""
+    mode = _MODE.fullmatch(found)
+    first = found.split("  ")[0]
+    if mode is None and not first.startswith(("genicam:", "picamera2:")):
+        return first
+    rate = "60"
+    if mode is not None:
+        path, form, width, height, rates = mode.groups()
+        fastest = max((float(one) for one in rates.split(", ") if one != "any"), default=60.0)
+        rate = f"{fastest:g}"
+        first = f"{path}?format={form}&width={width}&height={height}&rate={rate}"
+    exposure = questions.number(
+        "Which exposure, in seconds? A quarter of the frame time or less keeps the picture sharp.",
+        f"{0.2 / float(rate):.4f}",
+        1e-5,
+        1.0,
+    )
+    return f"{first}{'&' if '?' in first else '?'}exposure={exposure}"
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Until every line is in order."""
+    from servosight.app.commands.bench import _check as check
+
+    print("\n4. Check. Nothing moves.")
+    while True:
+        try:
+            return check.run(args)
+        except InputError as error:
+            print(f"  {error}")
+        questions.ask("Correct what is not in order, then press Enter to check again.")
+
+
+def _limits(args: argparse.Namespace) -> None:
+    print("\n3. Limits that no command exceeds, in degrees from the servo's own middle.")
+    args.low = float(questions.number("Least angle?", "-45", -180.0, -1.0))
+    args.high = float(questions.number("Largest angle?", "45", 1.0, 180.0))
+    rate = questions.number(
+        "Largest rate, in deg/s? Type 0 for none: jumps of the command are then allowed.",
+        "0",
+        0.0,
+        1e5,
+    )
+    args.rate = float(rate) or None
+    args.duration = float(
+        questions.number("How long shall the servo move, in seconds?", "20", 4.0, 120.0)
+    )
+    args.output = Path(questions.ask("Which folder shall the results go to?", _free(FOLDER)))
+
+
+def _experiment(args: argparse.Namespace) -> None:
+    """Zero, then the whole of it; only after the word."""
+    from servosight.app.commands.bench import _auto, _zero
+    from servosight.models.base import make_folder
+
+    folder = Path(args.output)
+    print(
+        f"\n5. Now the servo moves between {args.low:g} and {args.high:g} deg, at first slowly. "
+        "Clear its way, and keep the supply's switch in reach."
+    )
+    word = questions.ask(f"Type {ARM} to let it move; anything else ends here.", "no")
+    if word.lower() != ARM:
+        print(f"Nothing moved. Later, without questions: {_again(args)}")
+        return
+    args.arm = True
+    args.output = folder / "zero"
+    args.action = "zero"
+    make_folder(folder)
+    while not _worked(_zero.run, args):
+        print("The servo moves again.")
+    if not questions.agree("Is that how it is mounted, and shall the experiment begin?"):
+        raise questions.Ended
+    args.output, args.action = folder, "auto"
+    print("\n6. The experiment: run, track, diagnose.")
+    while not _worked(_auto.run, args):
+        print("The servo moves again.")
+    print(f"The same again, without questions: {_again(args)}")
+
+
+def _worked(action: Callable[[argparse.Namespace], None], args: argparse.Namespace) -> bool:
+    """Do one of the bench's actions; False where it is to be tried again with other answers."""
+    try:
+        action(args)
+    except InputError as error:
+        print(f"  {error}")
+        if not questions.agree("That did not work; try again?"):
+            raise questions.Ended from None
+        return False
+    return True
+
+
+def _free(name: str) -> str:
+    """A name that no folder has yet."""
+    count = 1
+    while Path(name if count == 1 else f"{name}-{count}").exists():
+        count += 1
+    return name if count == 1 else f"{name}-{count}"
+
+
+def _again(args: argparse.Namespace) -> str:
+    words = ["servosight", "bench", "auto", "-o", f"{args.output}-again", "--arm"]
+    words += ["--servo", args.servo, "--camera", args.camera, f"--low={args.low:g}"]
+    words += [f"--high={args.high:g}", "--duration", f"{args.duration:g}"]
+    words += ["--rate", f"{args.rate:g}"] if args.rate is not None else []
+    words += ["--exposure", f"{args.exposure:g}"] if args.exposure is not None else []
+    return shlex.join(words)

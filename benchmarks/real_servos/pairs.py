@@ -1,0 +1,72 @@
+"""The page on two runs of one servo, drawn from the results of the runs that are there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import hypot
+
+from .logs import RunResult
+
+
+def page(results: Mapping[str, RunResult], servos: Sequence[str], runs: Sequence[str]) -> str:
+    """The page; ``results`` by servo and run, joined by a hyphen."""
+    rows, verdicts = [], []
+    for servo in servos:
+        both = [results.get(f"{servo}-{run}") for run in runs]
+        rows += [_row(servo, run, one) for run, one in zip(runs, both, strict=True) if one]
+        if all(both):
+            verdicts.append(_verdict(servo, both[0] or {}, both[1] or {}))
+    return _PAGE.format(rows="\n".join(rows), verdicts="\n".join(verdicts))
+
+
+_PAGE = """# Real servos: the same answer twice
+
+Written by `python benchmarks/real_pairs.py` from logs in the folder `SERVOSIGHT_DATA`. Each log of
+six seconds is diagnosed by itself (`diagnose --auto`). `equivalents` are the sets of effects whose
+models err no more, as far as the scatter of the errors from second to second tells; behind each
+effect stands the share of ten parts of the data that name it.
+
+| servo and gain | run | named | equivalents | error over floor |
+| --- | --- | --- | --- | --- |
+{rows}
+
+| servo and gain | same names | one set allowed by both | effects named by both | T differs by |
+| --- | --- | --- | --- | --- |
+{verdicts}
+"""
+
+
+def consistent(first: RunResult, second: RunResult) -> bool:
+    """True where a set of effects that one run allows is allowed by the other, too."""
+    allowed = [
+        {frozenset(one["named"]), *map(frozenset, one["equivalents"])} for one in (first, second)
+    ]
+    return bool(allowed[0] & allowed[1])
+
+
+def _row(servo: str, run: str, one: RunResult) -> str:
+    shares = one["stability"]
+    named = ", ".join(f"{name} {shares.get(name, 0.0):.1f}" for name in one["named"]) or "nothing"
+    others = "; ".join(" + ".join(effects) for effects in one["equivalents"]) or "none"
+    return f"| {servo} | `{run}` | {named} | {others} | {one['over_floor']:.1f} |"
+
+
+def _verdict(servo: str, first: RunResult, second: RunResult) -> str:
+    same = set(first["named"]) == set(second["named"])
+    common = ", ".join(sorted(set(first["named"]) & set(second["named"]))) or "none"
+    return (
+        f"| {servo} | {_word(same)} | {_word(consistent(first, second))} | {common} | "
+        f"{_apart(first, second)} |"
+    )
+
+
+def _word(yes: bool) -> str:
+    return "yes" if yes else "no"
+
+
+def _apart(first: RunResult, second: RunResult) -> str:
+    """The difference of T, in its own sigmas."""
+    (one, its), (other, own) = first["parameters"]["T"], second["parameters"]["T"]
+    if its is None or own is None:
+        return "no sigma"
+    return f"{abs(one - other) / max(hypot(its, own), 1e-12):.1f} sigma"

@@ -1,0 +1,85 @@
+"""Models that err no more than the chosen one, as far as the scatter of their errors tells."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.evidence import equivalents
+from servosight.diagnose.residuals import TEST, VALIDATION, Judged
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
+from servosight.identify.fit import Solution
+from servosight.models.core import Array, Recording
+from servosight.models.effects import catalogue
+
+FLOOR_DEG = 0.05
+TIME_S = np.arange(400) / 50.0
+RECORDING = Recording("log", TIME_S, 20.0 * np.sin(TIME_S), TIME_S, 20.0 * np.sin(TIME_S))
+MISFIT = np.sin(40.0 * TIME_S) * (1.0 + 0.5 * np.sin(TIME_S))
+
+
+def selection(errors: dict[tuple[str, ...], Array]) -> tuple[ModelSelection, list[Trial]]:
+    """Models with given errors [deg] on all samples, none of them fitted."""
+    models = ModelSelection(Split.of([RECORDING]), catalogue())
+    found = []
+    for effects, error in errors.items():
+        problem = models.problem(effects)
+        point = np.clip(np.zeros(len(problem.coordinates)), *problem.bounds)
+        uses = models.split.uses[0]
+        judged = (Judged(RECORDING, RECORDING.angle_deg - error, uses),)
+        found.append(Trial(problem.effects, Solution.at(problem, point), judged))
+        models.trials[found[-1].key] = found[-1]
+    return models, found
+
+
+def in_turn(share: float) -> Array:
+    """The misfit, larger in one second and smaller in the next; on average as large."""
+    wave = 1.0 + share * np.where(np.floor(TIME_S).astype(int) % 2 == 0, 1.0, -1.0)
+    return np.asarray(MISFIT * wave)
+
+
+def test_a_model_whose_errors_scatter_about_the_same_size_is_told() -> None:
+    models, found = selection(
+        {
+            ("coulomb_friction",): 0.4 * MISFIT,
+            ("backlash",): 0.4 * in_turn(0.06),
+            ("gravity_load",): 0.7 * MISFIT,
+            ("coulomb_friction", "dead_time"): 0.4 * MISFIT,  # has the first one's effect
+            ("stribeck_friction",): 0.4 * in_turn(0.05),  # contains it
+            ("backlash", "dead_time"): 0.4 * in_turn(0.06),  # has the second one's
+        }
+    )
+    told = equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
+    assert told == (("backlash",),)
+    with_weight = {"coulomb_friction", "gravity_load"}
+    held = [one.held for one in models.trials.values() if set(one.effects) == with_weight]
+    assert held == [("k",)]  # what could stand in for another k was tried
+
+
+@pytest.mark.parametrize("share", [0.97, 1.03])
+def test_a_model_that_errs_less_in_every_second_is_another(share: float) -> None:
+    models, found = selection(
+        {("coulomb_friction",): 0.4 * MISFIT, ("backlash",): share * 0.4 * MISFIT}
+    )
+    assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
+
+
+def test_no_scatter_counts_where_the_model_explains_the_data() -> None:
+    models, found = selection(
+        {("coulomb_friction",): 0.01 * MISFIT, ("backlash",): 0.01 * in_turn(0.06)}
+    )
+    assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
+
+
+def test_too_few_seconds_tell_nothing_apart_or_alike() -> None:
+    models, found = selection(
+        {("coulomb_friction",): 0.4 * MISFIT, ("backlash",): 0.4 * in_turn(0.06)}
+    )
+    first = found[0].judged[0]
+    short = np.where(TIME_S < 3.0, first.uses, TEST).astype(first.uses.dtype)
+    cut = [replace(one, judged=(replace(one.judged[0], uses=short),)) for one in found]
+    assert np.any(short == VALIDATION)
+    models.trials.update({one.key: one for one in cut})
+    assert equivalents(models, cut[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()

@@ -1,0 +1,46 @@
+"""What a part must reach to be returned, each limit by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from servosight.tracking.composite._model import PoseFit
+from servosight.tracking.composite._trust import TRUST, distrust, worst_third
+
+
+def fit(angle_rad: float, explained: float) -> PoseFit:
+    return PoseFit(angle_rad, np.zeros(2), np.zeros((3, 3)), 1.0, explained, 1.0, 0.0)
+
+
+FITS = [fit(0.01 * n, 0.9) for n in range(30)]
+SIGMA_DEG = np.full(30, TRUST.largest_sigma_deg)
+
+
+def test_the_worst_third_of_the_angles_counts() -> None:
+    """One end of the range of angles is explained badly; frames without the part do not count."""
+    uneven = [None, *(fit(0.01 * n, 0.5 if n > 18 else 0.95) for n in range(30))]
+    assert worst_third(uneven) == 0.5
+    assert worst_third(FITS) == 0.9
+
+
+def test_each_limit_refuses_by_itself() -> None:
+    apart = TRUST.largest_apart_deg
+    assert distrust(apart, SIGMA_DEG, FITS, pointed=False) is None
+    cases = [
+        (1.02 * apart, SIGMA_DEG, FITS, "without a pivot"),
+        (0.0, 1.02 * SIGMA_DEG, FITS, "a sigma of"),
+        (0.0, SIGMA_DEG, [fit(0.01 * n, 0.98 * TRUST.least_explained) for n in range(9)], "covers"),
+    ]
+    for apart_deg, sigma_deg, fits, word in cases:
+        why = distrust(apart_deg, sigma_deg, fits, pointed=False)
+        assert why is not None
+        assert word in why
+        assert "expected" in why
+
+
+@pytest.mark.parametrize(("apart_share", "refused"), [(0.9, False), (1.1, True)])
+def test_a_part_pointed_at_may_be_measured_roughly(apart_share: float, refused: bool) -> None:
+    apart_deg = apart_share * TRUST.largest_apart_deg
+    poor = [fit(0.01 * n, 0.2) for n in range(9)]
+    assert (distrust(apart_deg, 4.0 * SIGMA_DEG, poor, pointed=True) is not None) == refused

@@ -1,0 +1,70 @@
+"""Is a part measured well enough to be returned, beyond what the frames confirm?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.models.core import Array
+from servosight.tracking.composite._model import PoseFit
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrustLimits:
+    """What a part must reach to be returned.
+
+    Attributes:
+        largest_apart_deg: rms difference of its angles from those found without a pivot.
+        largest_sigma_deg: median sigma of its angles; 95 % of the frames are then within half a
+            degree. Not asked of a part that the user points at.
+        least_explained: share of a sampled picture's change that it explains when it is found, else
+            a hand or a shadow is as likely; and share of what it covers that it explains better
+            than the background, in the worst third of its angles. Not asked of a part that the user
+            points at.
+    """
+
+    largest_apart_deg: float = 0.5
+    largest_sigma_deg: float = 0.25
+    least_explained: float = 0.65
+
+
+TRUST = TrustLimits()
+
+
+def distrust(
+    apart_deg: float, sigma_deg: Array, fits: Sequence[PoseFit | None], pointed: bool,
+    limits: TrustLimits = TRUST,
+) -> str | None:  # fmt: skip
+    """Why a part is not returned, as the end of a sentence that begins with it; None if it is.
+
+    ``sigma_deg`` (found,) are those of the frames in which it was found.
+    """
+    if apart_deg > limits.largest_apart_deg:
+        return (
+            f"turns by angles that differ by {apart_deg:.2g} deg rms from those found without a "
+            "pivot; expected a part that turns about one point"
+        )
+    if pointed:
+        return None
+    usual_deg = float(np.median(sigma_deg))
+    if usual_deg > limits.largest_sigma_deg:
+        return (
+            f"is measured with a sigma of {usual_deg:.2g} deg; expected "
+            f"{limits.largest_sigma_deg:g} deg at most, film it larger, without shadows"
+        )
+    least = worst_third(fits)
+    if least < limits.least_explained:
+        return (
+            f"explains only {least:.0%} of what it covers at some of its angles; expected "
+            f"{limits.least_explained:.0%} at all of them, as of a rigid part in full view"
+        )
+    return None
+
+
+def worst_third(fits: Sequence[PoseFit | None]) -> float:
+    """The smallest median share explained, of three thirds of the frames by their angle."""
+    pairs = np.array([(fit.angle_rad, fit.explained) for fit in fits if fit is not None])
+    ordered = pairs[np.argsort(pairs[:, 0]), 1]
+    return min(float(np.median(third)) for third in np.array_split(ordered, 3))
