@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
-from servosight.diagnose.selection._gain import linear_k_bounds, loaded_k_bounds
+from servosight.diagnose.selection._gain import k_bounds
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import carried_over, own_point
@@ -71,12 +71,8 @@ class ModelSelection:
 
     @cached_property
     def k_bounds(self) -> tuple[float, float]:
-        """Bounds of k for models with effects."""
-        return loaded_k_bounds(self.linear().fit)
-
-    @cached_property
-    def _linear_k_bounds(self) -> tuple[float, float]:
-        return linear_k_bounds(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
+        """Bounds of k."""
+        return k_bounds(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
 
     def problem(self, effects: Sequence[str], held: Mapping[str, float] | None = None) -> Problem:
         """The fit of some effects to the training samples; ``held`` is by default what is known."""
@@ -86,8 +82,9 @@ class ModelSelection:
         self, effects: Sequence[str], held: Mapping[str, float], masks: Sequence[Mask] | None
     ) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
-        bounds = self.k_bounds if ordered else self._linear_k_bounds
-        return Problem.of(self.recordings, self.catalogue, ordered, masks, bounds, held, self.work)
+        return Problem.of(
+            self.recordings, self.catalogue, ordered, masks, self.k_bounds, held, self.work
+        )
 
     def linear(self) -> Trial:
         """The linear model."""
