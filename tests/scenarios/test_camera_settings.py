@@ -41,7 +41,7 @@ def test_tables_reach_the_renderer(tmp_path: Path) -> None:
         ("[light]\nflicker = 2", "light.flicker is 2.0, expected a share of 0 to 1"),
         ("[cover]\nshare = 1.0", "cover.share is 1.0, expected 0 to 0.7"),
         ("[shake]\nshift_px = -1", "shake.shift_px"),
-        ('[codec]\nname = "hevc"', "expected one of ffv1, mjpeg, h264"),
+        ('[codec]\nname = "hevc"', "expected one of magicyuv, ffv1, mjpeg, h264"),
         ("[codec]\nquality = 0", "codec.quality is 0, expected 1 to 100"),
         ('[camera]\nwidth = 321\n[codec]\nname = "h264"', "H.264 wants even sides"),
         ("[camera]\njitter_s = 0.01", "a sixth of what exposure and readout leave"),

@@ -51,8 +51,11 @@ def psnr_db(seen: list[Image], truth: list[Image]) -> float:
     return float(20.0 * np.log10(255.0 / np.sqrt((off**2).mean())))
 
 
-def test_ffv1_is_exact_and_its_times_are_the_camera_s(tmp_path: Path, taken: list[Image]) -> None:
-    seen, times, wanted = film(tmp_path, Codec())
+@pytest.mark.parametrize("name", ["magicyuv", "ffv1"])
+def test_lossless_is_exact_and_its_times_are_the_camera_s(
+    tmp_path: Path, taken: list[Image], name: str
+) -> None:
+    seen, times, wanted = film(tmp_path, Codec(name))
     assert np.array_equal(seen, taken)
     assert times == pytest.approx(wanted, abs=1e-9)
     assert np.ptp(np.diff(times)) > 0.01  # frames were lost
