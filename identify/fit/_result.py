@@ -12,6 +12,7 @@ import numpy as np
 from servosight.identify.design import InformationSummary
 from servosight.identify.fit._detectable import Detectable
 from servosight.identify.fit._dynamics import Dynamics
+from servosight.identify.fit._fitted import FittedParameters
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
 from servosight.identify.uncertainty import Matrix
@@ -21,7 +22,6 @@ from servosight.models.core import (
     Estimate,
     InputError,
     Recording,
-    Result,
     Table,
     axes_of,
     plot_prediction,
@@ -45,17 +45,13 @@ def _covariance_of(covariance: Matrix) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Fit(Result):
+class Fit(FittedParameters):
     """An actuator fitted to recordings; its fields are the keys of the JSON (docs/json.md).
 
-    ``parameters`` by name, ``bias`` one estimate or, for several recordings, one for each;
-    ``fixed`` names those that were held, whose sigma is 0. ``covariance`` is that of the shared
-    parameters in their own units. ``rmse_deg`` is the error over the ``samples`` that were scored,
-    ``noise_deg`` the measurement's, and ``floor_deg`` noise and tolerance together. ``own`` has a
-    line for each recording, ``paths`` says where each was read from. ``stopped`` says why the
-    search ended; ``evaluations`` counts its simulations, and ``history`` (generations,) is the best
-    cost after each of them. ``information`` says whether the command suffices, where that was asked
-    for (:func:`with_information`). ``dynamics`` are bandwidth, step metrics and the like.
+    Beside what every fit has, ``own`` has a line for each recording, ``history`` (generations,) is
+    the best cost after each generation of the search, and ``discrete`` the model as a difference
+    equation. ``information`` says whether the command suffices, where that was asked for
+    (:func:`with_information`). ``dynamics`` are bandwidth, step metrics and the like.
 
     >>> from servosight.identify.fit import identify
     >>> from servosight.models.core import Recording
@@ -70,22 +66,8 @@ class Fit(Result):
 
     TYPE: ClassVar[str] = "fit"
 
-    parameters: Mapping[str, Estimate | tuple[Estimate, ...]]
-    covariance: Matrix
-    rmse_deg: float
-    noise_deg: float
-    floor_deg: float
-    samples: int
-    method: str
-    seconds: float
-    stopped: str
-    warnings: tuple[str, ...] = ()
     effects: tuple[str, ...] = ()
-    fixed: tuple[str, ...] = ()
-    recordings: tuple[str, ...] = ()
-    paths: tuple[Path | None, ...] = ()
     own: tuple[OwnValues, ...] = ()
-    evaluations: int = 0
     history: Array
     discrete: Difference
     information: InformationSummary | None = None
@@ -111,11 +93,6 @@ class Fit(Result):
                 **_covariance_of(self.covariance),
             },
         )
-
-    @property
-    def correlation(self) -> Matrix:
-        """Correlation of the shared parameters."""
-        return self.covariance.correlation
 
     def plot(
         self,
@@ -143,9 +120,6 @@ class Fit(Result):
         one, own = seen[number], self.own[number]
         angle = predicted_angle(one, self.effects, self.parameters, own, known)
         return plot_prediction(one, angle, self.floor_deg, ax)
-
-    def _paths(self) -> Sequence[Path | None]:
-        return self.paths
 
     def plot_correlations(self, ax: Axes | None = None) -> Axes:
         """The correlation of the shared parameters, from -1 to 1."""

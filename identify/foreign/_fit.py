@@ -57,36 +57,27 @@ def identify_fmu(
             shared=_chosen(model, names, held),
             held=held,
         )
-        start = search.start()
-        search.check(start)
-        descent = LevenbergMarquardt(start, *search.bounds())
-        outcome = drive(descent, search.residuals, BUDGET)
-        final = LevenbergMarquardt(outcome.point, *search.bounds())
-        points = final.ask()
-        residuals = search.residuals(points)
-        final.tell(points, residuals)
-    assert final.jacobian is not None
-    covariance = _covariance(search, final, residuals[0])
+        end = _descent(search)
     noise = joint_noise_deg(tuple(whole))
-    rmse = float(np.sqrt(np.mean(residuals[0] ** 2)))
-    estimates, unknown = _estimates(search, outcome.point, covariance)
+    covariance = _covariance(search, end)
+    estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
     return FmuFit(
         model=str(path),
         parameters=estimates,
         covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
-        rmse_deg=rmse,
+        rmse_deg=float(np.sqrt(np.mean(end.residuals**2))),
         noise_deg=noise,
         floor_deg=floor_deg(whole, noise, tolerance),
-        samples=int(residuals.shape[1]),
+        samples=end.residuals.size,
         method=METHOD,
         seconds=time.perf_counter() - began,
-        stopped=str(outcome.stopped),
+        stopped=end.stopped,
         warnings=(*left_out, *notes, *unknown),
         fixed=tuple(held),
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),
-        evaluations=outcome.evaluations,
+        evaluations=end.evaluations,
     )
 
 
@@ -139,6 +130,36 @@ class _Search:
         return found
 
 
+@dataclass(frozen=True, kw_only=True)
+class _End:
+    """Where the search ended: (coordinates,), (samples,) [deg] and (samples, coordinates)."""
+
+    point: Array
+    residuals: Array
+    jacobian: Array
+    stopped: str
+    evaluations: int
+
+
+def _descent(search: _Search) -> _End:
+    """From the FMU's own values down; InputError where it does not run there."""
+    start = search.start()
+    search.check(start)
+    outcome = drive(LevenbergMarquardt(start, *search.bounds()), search.residuals, BUDGET)
+    final = LevenbergMarquardt(outcome.point, *search.bounds())
+    points = final.ask()
+    residuals = search.residuals(points)
+    final.tell(points, residuals)
+    assert final.jacobian is not None
+    return _End(
+        point=outcome.point,
+        residuals=residuals[0],
+        jacobian=final.jacobian,
+        stopped=str(outcome.stopped),
+        evaluations=outcome.evaluations,
+    )
+
+
 def _chosen(
     model: FmuModel, names: Sequence[str], held: Mapping[str, float]
 ) -> tuple[FmuVariable, ...]:
@@ -160,21 +181,19 @@ def _chosen(
     return chosen
 
 
-def _covariance(search: _Search, final: LevenbergMarquardt, residuals: Array) -> Array:
+def _covariance(search: _Search, end: _End) -> Array:
     """The sandwich with autocorrelated residuals, NaN where undetermined or on a bound."""
-    assert final.jacobian is not None
     low, high, _ = search.bounds()
-    free = (final.point > low) & (final.point < high)
-    inverse = determined_inverse(final.jacobian, free)
+    free = (end.point > low) & (end.point < high)
+    inverse = determined_inverse(end.jacobian, free)
     known = np.isfinite(np.diag(inverse))
     meat = np.zeros((int(known.sum()), int(known.sum())))
     begin = 0
     for run in search.runs:
-        end = begin + run.recording.time_s.size
-        part = slice(begin, end)
-        every = np.ones(end - begin, dtype=np.bool_)
-        meat += weighted_normal(final.jacobian[part][:, known], residuals[part], every)
-        begin = end
+        part = slice(begin, begin + run.recording.time_s.size)
+        every = np.ones(part.stop - begin, dtype=np.bool_)
+        meat += weighted_normal(end.jacobian[part][:, known], end.residuals[part], every)
+        begin = part.stop
     meat *= begin / max(begin - int(free.sum()), 1)
     found = np.full(inverse.shape, np.nan)
     part_inverse = inverse[np.ix_(known, known)]

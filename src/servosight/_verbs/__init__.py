@@ -7,9 +7,9 @@ as one. What a verb needs is imported when it is called.
 from servosight._verbs import bench as bench
 from servosight._verbs._catalogue import effects as effects
 from servosight._verbs._catalogue import load as load
+from servosight._verbs._compare import compare as compare
 from servosight._verbs._export import export as export
 from servosight._verbs._models import add as add
-from servosight._verbs._models import compare as compare
 from servosight._verbs._models import diagnose as diagnose
 from servosight._verbs._models import identify as identify
 from servosight._verbs._models import predict as predict

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
     Source: TypeAlias = Recording | Path | str
     Sources: TypeAlias = Source | Sequence[Source]
+    # Without the path of one, which may as well be a model's; a str is a sequence of str, too.
+    Recordings: TypeAlias = (
+        Recording | Sequence[Recording | Path] | list[str] | list[Source] | tuple[Source, ...]
+    )
     ModelValue: TypeAlias = Fit | Diagnosis | Comparison | Actuator
     Model: TypeAlias = ModelValue | Path | str
 

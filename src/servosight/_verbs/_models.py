@@ -1,27 +1,24 @@
-"""``ss.identify``, ``ss.compare``, ``ss.diagnose`` and ``ss.add``: models of recordings."""
+"""``ss.identify``, ``ss.predict``, ``ss.diagnose`` and ``ss.add``: models of recordings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, overload
 
 from servosight._verbs._given import (
     actuator_of,
     catalogue_of,
     is_fmu,
-    is_model,
-    models_change,
     silent,
 )
 
 if TYPE_CHECKING:
-    from servosight._verbs._given import Model, ModelValue, Source, Sources
-    from servosight.diagnose import Comparison, Diagnosis
-    from servosight.diagnose.change import ServoChange
+    from servosight._verbs._given import Model, Source, Sources
+    from servosight.diagnose import Diagnosis
     from servosight.identify.fit import Fit
     from servosight.identify.foreign import FmuFit
-    from servosight.models.core import Array, Recording, StageProgress
+    from servosight.models.core import Array, StageProgress
 
 
 @overload
@@ -117,90 +114,6 @@ def predict(
         return predict_fmu(Interface(Path(model)), recording, trust=trust)
     known = catalogue_of(plugins)
     return actuator_of(model, known).predict(recording, catalogue=known)
-
-
-@overload
-def compare(
-    model: ModelValue, recordings: ModelValue, *, plugins: Sequence[Path | str] = ()
-) -> ServoChange: ...
-@overload
-def compare(
-    model: Recording | Sequence[Source],
-    recordings: Sources,
-    *,
-    effects: Sequence[str] | None = None,
-    plugins: Sequence[Path | str] = (),
-    progress: StageProgress | None = None,
-) -> ServoChange: ...
-@overload
-def compare(
-    model: ModelValue,
-    recordings: Sources,
-    *,
-    tolerance: float | None = None,
-    plugins: Sequence[Path | str] = (),
-) -> Comparison: ...
-@overload
-def compare(
-    model: Path | str,
-    recordings: Model | Sources,
-    *,
-    tolerance: float | None = None,
-    effects: Sequence[str] | None = None,
-    plugins: Sequence[Path | str] = (),
-    progress: StageProgress | None = None,
-    trust: bool = False,
-) -> Any: ...
-def compare(
-    model: Model | Sources,
-    recordings: Model | Sources,
-    *,
-    tolerance: float | None = None,
-    effects: Sequence[str] | None = None,
-    plugins: Sequence[Path | str] = (),
-    progress: StageProgress | None = None,
-    trust: bool = False,
-) -> Comparison | ServoChange:
-    """A model on recordings: where it fails. Two models, or two sets of recordings: what differs.
-
-    ``model`` is a fit, a diagnosis (its last step), an actuator, or the path of a model card. On
-    ``recordings`` its physical parameters stay as they are; bias and initial state are found on
-    each. The path of an FMU (``.fmu``) is a model, too: it runs native code, so it takes ``trust``.
-
-    With a second model in their place, or with recordings in both places, the result is a
-    ``ServoChange``: which parameters differ, how surely, and what that can mean. To recordings one
-    model is fitted, with ``effects`` or, without them, those that a diagnosis of either finds; a
-    folder of recordings is a set. Raises InputError for anything else.
-
-    >>> import servosight as ss
-    >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
-    >>> fit = ss.identify(recording, method="gradient")
-    >>> ss.compare(fit, recording).explained
-    False
-    >>> ss.compare(fit, fit).changed
-    ()
-    """
-    from servosight.diagnose import compare, compare_fmu
-    from servosight.diagnose.change import change_in_recordings
-    from servosight.identify.foreign import Interface
-    from servosight.models.effects import select
-    from servosight.sources import read_all, recordings_in
-
-    known = catalogue_of(plugins)
-    if not is_model(model):
-        both = cast("tuple[Sources, Sources]", (model, recordings))
-        first, second = (read_all(recordings_in(one)) for one in both)
-        chosen = None if effects is None else select(known, effects)
-        return change_in_recordings(
-            first, second, catalogue=known, effects=chosen, progress=progress or silent
-        )
-    if is_model(recordings):
-        return models_change(model, recordings, known)
-    given = read_all(cast("Sources", recordings))
-    if is_fmu(model):
-        return compare_fmu(Interface(Path(model)), given, trust=trust, tolerance=tolerance)
-    found = compare(actuator_of(model, known), given, catalogue=known, tolerance=tolerance)
-    return found.remember(given, known)
 
 
 def diagnose(

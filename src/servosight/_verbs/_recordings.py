@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from servosight.models.core import Recording, StageProgress
     from servosight.scenarios.produce import SimulatedRecording
     from servosight.scenarios.scenario import Scenario
+    from servosight.sources import Tracking
     from servosight.tracking.core import CameraGeometry, Track
 
 
@@ -111,18 +112,11 @@ def track(
         ...
     servosight.models.base._errors.InputError: fin.mp4: ...
     """
-    from dataclasses import replace
+    from servosight.sources import Part, Parts, Tracking
 
-    from servosight.models.io import inspect_folder
-    from servosight.sources import Part, Parts, Tracking, follow_folder, measure
-
-    if isinstance(camera, Path | str):
-        from servosight.tracking.calibration import read_camera
-
-        camera = read_camera(Path(camera))
-    place = Path(source)
     marker = (marker_family, marker_id) if method == "marker" else None
-    how = Tracking(Parts(Part(pivot, template, tip, at_s, pick)), method, camera, marker=marker)
+    parts = Parts(Part(pivot, template, tip, at_s, pick))
+    how = Tracking(parts, method, _geometry(camera), marker=marker)
     given: dict[str, Any] = {
         "frame_table": None if frame_table is None else Path(frame_table),
         "exposure_s": exposure_s,
@@ -130,9 +124,30 @@ def track(
         "beside": beside,
     }
     known = {name: value for name, value in given.items() if value is not None}
+    return _tracked(Path(source), how, known, progress or silent)
+
+
+def _geometry(camera: CameraGeometry | Path | str | None) -> CameraGeometry | None:
+    """The calibration that was given, or that of the camera.toml at the path given."""
+    if not isinstance(camera, Path | str):
+        return camera
+    from servosight.tracking.calibration import read_camera
+
+    return read_camera(Path(camera))
+
+
+def _tracked(
+    place: Path, how: Tracking, known: Mapping[str, Any], progress: StageProgress
+) -> Track:
+    """The track of a video or, on the clock of its command, of the video in a folder."""
+    from dataclasses import replace
+
+    from servosight.models.io import inspect_folder
+    from servosight.sources import follow_folder, measure
+
     if not place.is_dir():
-        return measure(place, how, progress or silent, **known)[0]
-    tracks, offset = follow_folder(inspect_folder(place), how, progress or silent, **known)
+        return measure(place, how, progress, **known)[0]
+    tracks, offset = follow_folder(inspect_folder(place), how, progress, **known)
     return replace(tracks[0], time_s=tracks[0].time_s + offset.offset_s)
 
 
