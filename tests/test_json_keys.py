@@ -36,19 +36,13 @@ def documented() -> set[str]:
 def fields_of(kind: Any) -> Iterator[str]:
     """Names of the fields of a dataclass and of all dataclasses in it: keys that may be written."""
     if dataclasses.is_dataclass(kind):
-        hints = typing.get_type_hints(kind, vars(typing) | _names(kind))
+        hints = typing.get_type_hints(kind, localns=vars(typing) | {"Mapping": Mapping})
         for field in dataclasses.fields(kind):
             yield field.name
             yield from fields_of(hints[field.name])
     elif typing.get_origin(kind) is not None or isinstance(kind, UnionType):
         for inner in typing.get_args(kind):
             yield from fields_of(inner)
-
-
-def _names(kind: Any) -> dict[str, Any]:
-    import sys
-
-    return {"Mapping": Mapping, **vars(sys.modules[kind.__module__])}
 
 
 def written(value: Any, key: str = "") -> Iterator[str]:

@@ -33,6 +33,7 @@ def test_workers_that_hang_are_started_anew_and_the_sweep_ends(
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     import test_local_cluster as by_name  # under which the workers import it
 
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)  # the workers have it, not this process
     before = dict(os.environ)
     store, tally = Store(tmp_path / "s"), Tally(COUNT)
     todo = (Task(f"{n:032x}", n, {"n": n, "made": "m"}) for n in range(COUNT))
