@@ -22,7 +22,7 @@ def stuck(sign: float = 1.0) -> Recording:
 
 
 def test_k_has_the_sign_and_the_size_with_which_the_angle_follows() -> None:
-    """Else a long decay from a free initial state follows the motion, with a k of either sign or 0."""
+    """Else a long decay from a free initial state follows the motion, with k of any sign or 0."""
     shown = np.std(stuck().angle_deg) / np.std(stuck().command_deg)
     for sign in (1.0, -1.0):
         models = ModelSelection(Split.of([stuck(sign)]), catalogue())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from servosight.diagnose.residuals import Judged
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,
+    PriorKnowledge,
     SearchEffort,
     Selected,
     SelectionPolicy,
@@ -48,11 +50,17 @@ def _recording(k: float = 1.0) -> Recording:
     return Recording("arm", drive.time_s, drive.command_deg, time_s, angle)
 
 
+def _models(names: Collection[str], k: float = 1.0) -> ModelSelection:
+    """A choice between these effects; all choices share the one small kernel that is compiled."""
+    effects = {name: one for name, one in catalogue().items() if name in (*KNOWN, "current_limit")}
+    known = PriorKnowledge(without_effects=tuple(name for name in effects if name not in names))
+    return ModelSelection(Split.of([_recording(k)]), effects, known)
+
+
 @pytest.fixture(scope="module")
 def searched() -> tuple[StepwiseSelector, Selected, list[str]]:
     """The selection with steps left out from the start, and what it showed on the way."""
-    effects = {name: effect for name, effect in catalogue().items() if name in KNOWN}
-    models = ModelSelection(Split.of([_recording()]), effects)
+    models = _models(KNOWN)
     policy = SelectionPolicy(far=0.5, hopeless=0.0)
     shown: list[str] = []
     selector = StepwiseSelector(
@@ -66,21 +74,19 @@ def searched() -> tuple[StepwiseSelector, Selected, list[str]]:
 
 @pytest.mark.parametrize(("k", "unloaded"), [(1.0, True), (-1.0, True), (0.8, False)])
 def test_k_is_held_at_one_where_the_data_do_not_ask_for_another(k: float, unloaded: bool) -> None:
-    effects = {name: catalogue()[name] for name in KNOWN[1:]}
-    models = ModelSelection(Split.of([_recording(k)]), effects)
+    models = _models(KNOWN[1:], k)
     policy = SelectionPolicy(ordinary=(*KNOWN[2:], "torque_saturation"))
     visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG, policy))
     assert BackwardSearch(models, visited, SearchEffort(), silent).search_unloaded() is unloaded
     if unloaded:
         best = visited.best()
-        assert set(best.effects) == set(effects)
+        assert set(best.effects) == set(KNOWN[1:])
         assert best.fit.problem.values(best.fit.outcome.point)["k"] == k
 
 
 def test_the_linear_model_with_k_held_is_no_answer() -> None:
     """It may predict the validation data best, but no step leads to it."""
-    effects = {"gravity_load": catalogue()["gravity_load"]}
-    models = ModelSelection(Split.of([_recording()]), effects)
+    models = _models(["gravity_load"])
     visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG))
     linear, held = models.linear(), models.unloaded()
     assert held is not None
@@ -95,9 +101,9 @@ def _without_error(judged: Judged) -> Judged:
 
 @pytest.mark.parametrize("ordinary", [True, False])
 def test_an_effect_is_exchanged_for_an_ordinary_one_that_contains_it(ordinary: bool) -> None:
-    effects = {name: catalogue()[name] for name in ("torque_saturation", "current_limit")}
-    models = ModelSelection(Split.of([_recording()]), effects)
-    policy = SelectionPolicy(ordinary=tuple(effects) if ordinary else ())
+    names = ("torque_saturation", "current_limit")
+    models = _models(names)
+    policy = SelectionPolicy(ordinary=names if ordinary else ())
     visited = Visited(models, AcceptanceCriterion(FLOOR_DEG, 0.5 * FLOOR_DEG, policy))
     models.extended(models.linear(), "torque_saturation")
     BeamSearch(models, visited, SearchEffort(fitted=0), silent).search()
