@@ -7,6 +7,7 @@ waits, so that a test of a time-out takes no time.
 from __future__ import annotations
 
 import select
+import threading
 import time
 from typing import Protocol
 
@@ -19,6 +20,9 @@ class Clock(Protocol):
 
     def wait(self, until_s: float, fd: int | None = None) -> bool:
         """Wait until a time, or until ``fd`` can be read; True in the second case."""
+
+    def wait_for(self, event: threading.Event, until_s: float) -> bool:
+        """Wait until a time, or until another thread has set ``event``; True in the second case."""
 
 
 class HostClock:
@@ -35,6 +39,10 @@ class HostClock:
             time.sleep(left)
             return False
         return bool(select.select([fd], [], [], left)[0])
+
+    def wait_for(self, event: threading.Event, until_s: float) -> bool:
+        """Wait until a time, or until another thread has set ``event``; True in the second case."""
+        return event.wait(max(0.0, until_s - time.monotonic()))
 
 
 HOST = HostClock()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from io import FileIO
@@ -62,6 +62,9 @@ class Recorder:
     for whose tables some space is held free meanwhile. Presentation times are the camera's stamps,
     counted from the first one, to the microsecond. A frame whose stamp does not lie after the one
     before is left out: a camera that repeats its last picture sends such.
+
+    ``begun`` is set when the first frame is on disk, ``ended`` when no further one will be; both
+    where a fault has come before, which ``fault`` then names.
     """
 
     def __init__(self, camera: Camera, folder: Path) -> None:
@@ -73,16 +76,12 @@ class Recorder:
         self._until_s = float("inf")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
-        self.watch: Callable[[CapturedFrame], None] | None = None
+        self.begun = threading.Event()
+        self.ended = threading.Event()
 
     def start(self) -> None:
-        """Begin; ``frames`` says when the first one is on disk."""
+        """Begin."""
         self._thread.start()
-
-    @property
-    def running(self) -> bool:
-        """Whether it still records."""
-        return self._thread.is_alive()
 
     @property
     def ending(self) -> bool:
@@ -93,11 +92,6 @@ class Recorder:
     def fault(self) -> str | None:
         """Why the recording ended early, as soon as it did."""
         return self._fault
-
-    @property
-    def frames(self) -> int:
-        """Frames on disk so far."""
-        return len(self._rows)
 
     def stop_after(self, host_s: float) -> None:
         """End with what the camera takes up to ``host_s`` on the host's clock.
@@ -138,6 +132,9 @@ class Recorder:
             )
         except Exception as error:  # a thread has no one to raise it to
             self._fault = f"{self._camera.name}: {type(error).__name__}: {error}"
+        finally:
+            self.begun.set()
+            self.ended.set()
 
     def _record(self) -> None:
         stream = self._camera.stream
@@ -170,9 +167,9 @@ class Recorder:
                 writer.write(ticks, _coded(frame, stream, encoder))
                 self._rows.append((float(frame.number), frame.stamp_s, frame.arrival_s))
                 last = ticks
-            if self.watch is not None:
-                self.watch(frame)
+                self.begun.set()
             if self._stop.is_set() or frame.stamp_s + delay_s > self._until_s:
+                self.ended.set()  # before the camera is left, which may take a while
                 return
 
 

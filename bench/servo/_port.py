@@ -55,6 +55,7 @@ class Port:
         self.name = name
         self.clock = clock
         self.byte_s = BITS / baud
+        self._free_s = 0.0
         flags = os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC
         try:
             self._fd = os.open(path, flags)
@@ -89,15 +90,21 @@ class Port:
             fcntl.ioctl(self._fd, _TIOCSSERIAL, bytes(serial))
 
     def write(self, data: bytes) -> float:
-        """Hand bytes to the port; return the time at which the last one is over the wire."""
-        start = self.clock.now()
+        """Hand over bytes when those before are over the wire; the time at which the last one is.
+
+        Handed over earlier, they would wait in the system's queue for a time that nobody notes.
+        """
+        if self.clock.now() < self._free_s:
+            self.clock.wait(self._free_s, self._fd)
+        start = max(self.clock.now(), self._free_s)
         try:
             written = os.write(self._fd, data)
         except OSError as error:
             raise self._lost(error) from error
         if written < len(data):
             raise LinkLost(f"{self.name}: the port takes no more bytes; check the cable")
-        return start + len(data) * self.byte_s
+        self._free_s = start + len(data) * self.byte_s
+        return self._free_s
 
     def read(self, until_s: float) -> bytes:
         """What has come by ``until_s``; nothing where nothing has."""

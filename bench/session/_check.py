@@ -58,14 +58,14 @@ class MeasuredRate:
 
 def measure_camera(camera: Camera, frames: int = _FRAMES, clock: Clock = HOST) -> MeasuredRate:
     """Measure rate and jitter over some frames; InputError where fewer than ten come."""
-    return _rate(camera, _some(camera, frames, clock))
+    return _rate(camera, some_frames(camera, frames, clock))
 
 
 def check_camera(
     camera: Camera, limits: CheckLimits = LIMITS, *, frames: int = _FRAMES, clock: Clock = HOST
 ) -> list[Line]:
     """Look through a camera for a second or two; time passes by ``clock``."""
-    taken = _some(camera, frames, clock)
+    taken = some_frames(camera, frames, clock)
     images = [picture_of(one, camera.stream) for one in taken[:: max(frames // _PICTURES, 1)]]
     rate = _rate(camera, taken)
     return [*judge_rate(rate, camera.stream.exposure_s, limits), *judge_pictures(images, limits)]
@@ -196,10 +196,6 @@ def serial_ports(devices: Path = Path("/dev")) -> list[str]:
     lasting = sorted(str(port) for port in (devices / "serial" / "by-id").glob("*"))
     plain = [str(port) for kind in ("ttyUSB*", "ttyACM*") for port in sorted(devices.glob(kind))]
     return lasting or plain
-
-
-def _some(camera: Camera, count: int, clock: Clock) -> list[CapturedFrame]:
-    return some_frames(camera, count, lambda seconds: clock.wait(clock.now() + seconds))
 
 
 def _rate(camera: Camera, frames: Sequence[CapturedFrame]) -> MeasuredRate:

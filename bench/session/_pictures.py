@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from contextlib import closing
 from io import BytesIO
@@ -12,42 +11,56 @@ from itertools import islice
 import numpy as np
 
 from servosight.bench.camera import Camera, CapturedFrame, Stream
+from servosight.bench.host_clock import Clock
 from servosight.models.core import Image, InputError
 
 _POLL_S = 0.02
 
-Pause = Callable[[float], object]
-"""Lets some time pass [s], and keeps alive what must be kept alive."""
+_LEAVE_S = 5.0
 
 
-def some_frames(camera: Camera, count: int, pause: Pause, least: int = 10) -> list[CapturedFrame]:
+def some_frames(
+    camera: Camera,
+    count: int,
+    clock: Clock,
+    poll: Callable[[], object] = lambda: None,
+    *,
+    least: int = 10,
+) -> list[CapturedFrame]:
     """The next ``count`` frames; InputError where fewer than ``least`` come.
 
-    A thread reads them while ``pause`` passes the time: the clock may be one that stands still
-    otherwise, and a servo may have a watchdog.
+    A thread reads them while time passes by ``clock``; ``poll`` keeps alive what has a watchdog.
     """
     taken: list[CapturedFrame] = []
     failed: list[BaseException] = []
-    stop = threading.Event()
+    begun, ended, stop = threading.Event(), threading.Event(), threading.Event()
 
     def take() -> None:
         try:
             with closing(camera.frames()) as frames:
                 for frame in islice(frames, count):
                     taken.append(frame)
+                    begun.set()
                     if stop.is_set():
                         return
+                ended.set()  # before the camera is left, which may take a while
         except BaseException as error:  # raised again by the one who asked
             failed.append(error)
+        finally:
+            begun.set()
+            ended.set()
 
     thread = threading.Thread(target=take, name="camera", daemon=True)
     thread.start()
     try:
-        while thread.is_alive():
-            pause(_POLL_S)
-            time.sleep(1e-4)
+        while not clock.wait_for(begun, clock.now() + _POLL_S):
+            poll()
+        while not ended.is_set():
+            poll()
+            clock.wait(clock.now() + _POLL_S)
     finally:
         stop.set()
+    thread.join(_LEAVE_S)
     if failed:
         raise failed[0]
     if len(taken) < least:

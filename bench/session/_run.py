@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -148,11 +147,11 @@ class _Stage:
 
     def last_frame(self) -> Footage:
         """Wait for what the camera took up to the end of the run; it may come late."""
-        until = time.monotonic() + _LATE_S
-        while self._recorder.running and self._recorder.ending and time.monotonic() < until:
-            self._clock.wait(self._clock.now() + _POLL_S)
-            time.sleep(1e-3)
-        return self._recorder.finish()
+        clock, recorder = self._clock, self._recorder
+        until = clock.now() + _LATE_S
+        while recorder.ending and not recorder.ended.is_set() and clock.now() < until:
+            clock.wait(clock.now() + _POLL_S)
+        return recorder.finish()
 
     def _of_board(self, begun_s: float) -> LightPattern | None:
         """The light of a board that plays the command and the code by one clock of its own."""
@@ -179,12 +178,11 @@ class _Stage:
         clock, recorder = self._clock, self._recorder
         recorder.start()
         until = clock.now() + _START_S
-        while recorder.frames == 0 and recorder.fault is None and clock.now() < until:
-            self._poll()
-            time.sleep(1e-3)  # the clock may be one that passes only while somebody waits on it
+        while not clock.wait_for(recorder.begun, clock.now() + _POLL_S) and clock.now() < until:
+            self._servo.read()
         if recorder.fault is not None:
             raise InputError(recorder.fault)
-        if recorder.frames == 0:
+        if not recorder.begun.is_set():
             raise InputError(f"no frame came within {_START_S:g} s; check the camera")
 
 

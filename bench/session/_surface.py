@@ -91,16 +91,14 @@ def judge_surface(
 
 def _look(servo: SupervisedServo, camera: Camera, goal_deg: float) -> Image:
     """The picture at a goal, after a rest in which the camera's latency passes."""
+    clock = servo.clock
     servo.move_to(goal_deg)
-
-    def pause(seconds: float) -> None:
+    until_s = clock.now() + _REST_S
+    while clock.now() < until_s:
         servo.read()  # its watchdog would take a long silence for a fault
-        servo.clock.wait(servo.clock.now() + seconds)
-
-    until_s = servo.clock.now() + _REST_S
-    while servo.clock.now() < until_s:
-        pause(_POLL_S)
-    return picture_of(some_frames(camera, _FRAMES, pause, 1)[-1], camera.stream)
+        clock.wait(clock.now() + _POLL_S)
+    frames = some_frames(camera, _FRAMES, clock, servo.read, least=1)
+    return picture_of(frames[-1], camera.stream)
 
 
 def _blocks(image: Image) -> Array:

@@ -5,6 +5,7 @@ A ``Wire`` is the terminal with a ``StandIn`` at its far end and ``Faults`` in b
 What moves is a ``Plant``, which the caller hands in.
 """
 
+from servosight.bench.wire._audience import Audience as Audience
 from servosight.bench.wire._board import BoardStandIn as BoardStandIn
 from servosight.bench.wire._clock import VirtualClock as VirtualClock
 from servosight.bench.wire._clock import serving as serving

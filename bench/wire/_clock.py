@@ -13,6 +13,7 @@ import numpy as np
 from servosight.bench.host_clock import HOST
 
 _OFTEN_S = 1e-3
+_PATIENCE_S = 5.0
 
 
 class Pumped(Protocol):
@@ -52,6 +53,16 @@ class VirtualClock:
             if self._time_s >= until_s:
                 return False
             self._time_s = max(self._time_s, min(due, until_s))
+
+    def wait_for(self, event: threading.Event, until_s: float) -> bool:
+        """Wait for another thread, whose work takes no time by this clock.
+
+        Where the event is not there after five seconds of real time, it may need this clock's time
+        to pass, which it then does until ``until_s``.
+        """
+        if not event.wait(_PATIENCE_S):
+            self.wait(until_s)
+        return event.is_set()
 
 
 @contextmanager

@@ -76,9 +76,10 @@ class Wire:
         if self.far >= 0 and now_s >= self._start_s + self._faults.unplugged_s:
             self.close()
         if self.far >= 0:
-            with contextlib.suppress(BlockingIOError):
-                data = os.read(self.far, _CHUNK)
-                self._there.append((now_s + len(data) * _BITS / self.servo.baud, data))
+            data = self._written()
+            if data:
+                free_s = max(now_s, self._there[-1][0] if self._there else 0.0)
+                self._there.append((free_s + len(data) * _BITS / self.servo.baud, data))
         while self._there and self._there[0][0] <= now_s:
             self._deliver(*self._there.pop(0))
         while self._back and self._back[0][0] <= now_s:
@@ -97,6 +98,14 @@ class Wire:
         self.far = self._near = -1
         self._there.clear()
         self._back.clear()
+
+    def _written(self) -> bytes:
+        """All that was written at the near end since the last call."""
+        data = b""
+        with contextlib.suppress(BlockingIOError):
+            while chunk := os.read(self.far, _CHUNK):
+                data += chunk
+        return data
 
     def _deliver(self, at_s: float, data: bytes) -> None:
         """Give bytes to the servo, and put its answers on the wire."""

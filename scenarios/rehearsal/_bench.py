@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
+from servosight.bench.camera import Camera as OpenCamera
+from servosight.bench.camera import Given, open_camera
 from servosight.bench.host_clock import HOST
 from servosight.bench.wire import (
     BoardStandIn,
@@ -113,13 +115,17 @@ class VirtualBench:
     film: VirtualCamera
     stand_in: StandIn
 
+    def open_camera(self, given: Given) -> OpenCamera:
+        """The camera at its address; time stands still while what reads it is busy with a frame."""
+        return self.film.audience.attended(open_camera(self.camera, given, self.clock.now))
+
 
 @contextmanager
 def virtual_bench(rehearsal: Rehearsal) -> Iterator[VirtualBench]:
     """Stand a servo and a camera on the wire for the body of a ``with``.
 
-    Time passes while somebody waits on ``clock``, and waits for the pictures to be drawn: a
-    rehearsal takes as long as the computer needs.
+    Time passes while somebody waits on ``clock``, and waits for the pictures to be drawn and read:
+    a rehearsal takes as long as the computer needs, and is the same each time.
     """
     pumped: list[Any] = []
     clock = VirtualClock(pumped)
@@ -166,6 +172,7 @@ def _devices(
         with MjpegServer(film.film) as server:
             yield wire, film, light, server.address
     finally:
+        film.audience.end()
         wire.close()
 
 

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from queue import Queue
 from typing import Annotated, Protocol
 
 import numpy as np
 
 from servosight.bench.timing import LightPattern
-from servosight.bench.wire import BoardStandIn, ServedFrame, StandIn
+from servosight.bench.wire import Audience, BoardStandIn, ServedFrame, StandIn
 from servosight.models.core import Array, Camera, lit_share, share, within
 from servosight.sim.film import LiveFilm, VideoSettings
 from servosight.sim.live import LiveTwin
 
-_PATIENCE_S = 5.0
 _LONGEST_S = 600.0
 
 
@@ -101,10 +98,10 @@ class VirtualLight:
 
 
 class VirtualCamera:
-    """Films the twin frame by frame while time passes (``pump``), for all who watch (``film``).
+    """Films the twin frame by frame while time passes (``pump``), for its ``audience``.
 
     A frame is drawn when it is due for delivery, and only if someone watches. Whoever lets time
-    pass waits until the frame is on the network: so a computer that cannot draw in real time only
+    pass waits until the audience has the frame: so a computer that cannot draw in real time only
     takes longer, and no frame is late by the clock of the rehearsal.
     """
 
@@ -124,7 +121,7 @@ class VirtualCamera:
         self._random = np.random.default_rng([seed, 77])
         self._number = 1
         self._late_s = self._draw_late_s()
-        self._watching: list[Queue[ServedFrame]] = []
+        self.audience = Audience()
 
     def start(self, start_s: float) -> None:
         """Begin; ``start_s`` is the host's time at which the twin's own time is 0."""
@@ -134,27 +131,15 @@ class VirtualCamera:
         """Deliver the frames that are due by now; the time of the next delivery."""
         while (due_s := self._delivery_s()) <= now_s:
             lost = self._random.random() < self._faults.dropped
-            if self._watching and not lost:
-                frame = self._frame(self._number)
-                for queue in list(self._watching):
-                    self._hand_over(queue, frame)
+            if self.audience.there and not lost:
+                self.audience.show(self._frame(self._number))
             self._number += 1
             self._late_s = self._draw_late_s()
         return due_s
 
     def film(self) -> Iterator[ServedFrame]:
         """The frames for one who watches: the last one at once, then each as it is delivered."""
-        queue: Queue[ServedFrame] = Queue()
-        last = self._frame(self._number - 1)
-        self._watching.append(queue)
-        try:
-            yield last
-            while True:
-                frame = queue.get()
-                yield frame
-                queue.task_done()
-        finally:
-            self._leave(queue)
+        return self.audience.stream(lambda: self._frame(self._number - 1))
 
     def begin_s(self, number: int) -> float:
         """Start of a frame's exposure on the host's clock: what the bench has to find."""
@@ -182,16 +167,3 @@ class VirtualCamera:
 
         data = self._film.jpeg(number, begin_s - start_s, self._twin.between, lit)
         return ServedFrame(number=number, stamp_s=self.stamp_s(number), data=data)
-
-    def _hand_over(self, queue: Queue[ServedFrame], frame: ServedFrame) -> None:
-        """Put a frame on the network; one who does not read for five seconds is given up."""
-        queue.put(frame)
-        until_s = time.monotonic() + _PATIENCE_S
-        while queue.unfinished_tasks and queue in self._watching:
-            if time.monotonic() > until_s:
-                self._leave(queue)
-            time.sleep(2e-4)
-
-    def _leave(self, queue: Queue[ServedFrame]) -> None:
-        if queue in self._watching:
-            self._watching.remove(queue)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import tomli_w
 
-from servosight.bench.camera import Given, open_camera
+from servosight.bench.camera import Given
 from servosight.bench.safety import Limits
 from servosight.bench.servo import open_servo
 from servosight.bench.session import RUN_FILES, check_servo, run, run_words
@@ -28,7 +28,7 @@ def rehearse(
     with virtual_bench(rehearsal) as bench:
         given = Given(exposure_s=rehearsal.camera.exposure_s, meaning="exposure_start")
         servo = open_servo(bench.servo, Limits(low_deg=-30.0, high_deg=30.0), bench.clock)
-        camera = open_camera(bench.camera, given, bench.clock.now)
+        camera = bench.open_camera(given)
         lines = [f"{line.what}: {line.words}" for line in check_servo(servo)]
         try:
             done = run(

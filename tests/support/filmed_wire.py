@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from queue import Queue
 
 import cv2
 import numpy as np
@@ -17,6 +15,7 @@ from servosight.bench.light import BIT_S, PERIOD_BITS, pattern
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo, open_servo
 from servosight.bench.wire import (
+    Audience,
     BoardStandIn,
     Faults,
     MjpegServer,
@@ -68,7 +67,7 @@ class LightCamera:
         self._number = 1
         self._late_s = 0.0
         self._start_s: float | None = None
-        self._queue: Queue[ServedFrame | None] | None = None
+        self.audience = Audience()
 
     def begin(self) -> float:
         assert self.clock is not None
@@ -85,12 +84,11 @@ class LightCamera:
         while (due_s := self._due_s()) <= now_s:
             seen_s = now_s - self._start_s
             faults, lost = self._faults, self._random.random() < self._faults.lost
-            if self._queue is not None and seen_s < min(faults.freezes_s, faults.ends_s):
+            if self.audience.there and seen_s < min(faults.freezes_s, faults.ends_s):
                 if not lost:
-                    self._queue.put(self._frame(self._number))
-                    self._wait()
-            elif self._queue is not None and seen_s >= faults.ends_s:
-                self._queue.put(None)
+                    self.audience.show(self._frame(self._number))
+            elif seen_s >= faults.ends_s:
+                self.audience.end()
             self._number += 1
             self._late_s = self._faults.late_s * float(self._random.random())
         return due_s
@@ -99,21 +97,7 @@ class LightCamera:
         return self._begin_s(self._number) + EXPOSURE_S + 0.02 + self._late_s
 
     def film(self) -> Iterator[ServedFrame]:
-        self._queue = queue = Queue()
-        try:
-            yield self._frame(self._number - 1)
-            while (frame := queue.get()) is not None:
-                yield frame
-                queue.task_done()
-        finally:
-            if self._queue is queue:  # nobody reads it any more
-                self._queue = None
-
-    def _wait(self) -> None:
-        queue, until_s = self._queue, time.monotonic() + 2.0
-        while queue is not None and queue.unfinished_tasks and time.monotonic() < until_s:
-            time.sleep(1e-4)
-            queue = self._queue
+        return self.audience.stream(lambda: self._frame(self._number - 1))
 
     def _begin_s(self, number: int) -> float:
         return (self._start_s or 0.0) + (number - 1) / RATE_HZ / (1.0 + self._faults.drift)
@@ -186,9 +170,10 @@ def filmed_wire(
         with MjpegServer(film.film) as server:
             film.pump(clock.now())
             servo = open_servo(f"{kind}:{wire.path}?{KEYS[kind]}{keys}", limits, clock)
-            camera = open_camera(server.address, given, clock.now)
+            camera = film.audience.attended(open_camera(server.address, given, clock.now))
             yield FilmedWire(servo=servo, camera=camera, far=far, film=film, clock=clock)
             servo.driver.close()
             camera.close()
     finally:
+        film.audience.end()
         wire.close()

@@ -15,7 +15,6 @@ from support.servo import actuator
 
 from servosight.app.commands.bench import _devices
 from servosight.app.main import main
-from servosight.bench.camera import open_camera
 from servosight.bench.host_clock import HostClock
 from servosight.models.core import Camera, Recording
 from servosight.models.excitation import Excitation, standard
@@ -38,7 +37,8 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[VirtualBench]:
         clock = bench.clock
         monkeypatch.setattr(HostClock, "now", lambda self: clock.now())
         monkeypatch.setattr(HostClock, "wait", lambda self, until, fd=None: clock.wait(until, fd))
-        opened = lambda address, given: open_camera(address, given, clock.now)  # noqa: E731
+        monkeypatch.setattr(HostClock, "wait_for", lambda self, *until: clock.wait_for(*until))
+        opened = lambda address, given: bench.open_camera(given)  # noqa: E731
         monkeypatch.setattr(_devices, "open_camera", opened)
         yield bench
         assert not bench.stand_in.torque

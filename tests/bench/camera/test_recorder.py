@@ -54,10 +54,7 @@ def film(
 def ended(recorder: Recorder, until_s: float) -> Footage:
     """Wait for the recorder to end by itself; it has five seconds."""
     recorder.stop_after(until_s)
-    deadline_s = time.monotonic() + 5.0
-    while recorder.running and time.monotonic() < deadline_s:
-        time.sleep(0.01)
-    assert not recorder.running
+    assert recorder.ended.wait(5.0)
     return recorder.finish()
 
 
