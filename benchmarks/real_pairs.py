@@ -42,6 +42,10 @@ def alone(servo: str, trajectory: str, gain: int) -> RunResult:
             for name, one in last.parameters.items()
             if isinstance(one, Estimate) and name != "bias"
         },
+        "shown_from": {
+            one.effect: [f"{one.effect}.{one.parameter}", one.value, one.below]
+            for one in found.detectable
+        },
     }
 
 

@@ -24,14 +24,15 @@ _PAGE = """# Real servos: the same answer twice
 Written by `python benchmarks/real_pairs.py` from logs in the folder `SERVOSIGHT_DATA`. Each log of
 six seconds is diagnosed by itself (`diagnose --auto`). `equivalents` are the sets of effects whose
 models err no more, as far as the scatter of the errors from second to second tells; behind each
-effect stands the share of ten parts of the data that name it.
+effect stands the share of ten parts of the data that name it. Two runs agree where each names what
+the other names, but for effects of a size that it could not have shown (`detectable`).
 
 | servo and gain | run | named | equivalents | error over floor |
 | --- | --- | --- | --- | --- |
 {rows}
 
-| servo and gain | same names | one set allowed by both | effects named by both | T differs by |
-| --- | --- | --- | --- | --- |
+| servo and gain | same names | agree | a set that both allow | named by both | T differs by |
+| --- | --- | --- | --- | --- | --- |
 {verdicts}
 """
 
@@ -44,6 +45,26 @@ def consistent(first: RunResult, second: RunResult) -> bool:
     return bool(allowed[0] & allowed[1])
 
 
+def agree(first: RunResult, second: RunResult) -> bool:
+    """True where neither run names an effect that the other could have shown and does not name."""
+    return not _denied(first, second) and not _denied(second, first)
+
+
+def _denied(names: RunResult, other: RunResult) -> list[str]:
+    """The effects that one run names, and the other, which would have shown them, does not."""
+    missing = (name for name in names["named"] if name not in other["named"])
+    return [name for name in missing if _would_show(other["shown_from"][name], names)]
+
+
+def _would_show(limit: tuple[str, float | None, bool], names: RunResult) -> bool:
+    """True where the size of an effect is beyond that from which on a run shows it."""
+    parameter, value, below = limit
+    if value is None:
+        return False
+    size = names["parameters"][parameter][0]
+    return bool(abs(size) <= abs(value) if below else abs(size) >= abs(value))
+
+
 def _row(servo: str, run: str, one: RunResult) -> str:
     shares = one["stability"]
     named = ", ".join(f"{name} {shares.get(name, 0.0):.1f}" for name in one["named"]) or "nothing"
@@ -52,16 +73,11 @@ def _row(servo: str, run: str, one: RunResult) -> str:
 
 
 def _verdict(servo: str, first: RunResult, second: RunResult) -> str:
-    same = set(first["named"]) == set(second["named"])
-    common = ", ".join(sorted(set(first["named"]) & set(second["named"]))) or "none"
-    return (
-        f"| {servo} | {_word(same)} | {_word(consistent(first, second))} | {common} | "
-        f"{_apart(first, second)} |"
-    )
-
-
-def _word(yes: bool) -> str:
-    return "yes" if yes else "no"
+    named = set(first["named"]), set(second["named"])
+    answers = named[0] == named[1], agree(first, second), consistent(first, second)
+    words = " | ".join("yes" if answer else "no" for answer in answers)
+    common = ", ".join(sorted(named[0] & named[1])) or "none"
+    return f"| {servo} | {words} | {common} | {_apart(first, second)} |"
 
 
 def _apart(first: RunResult, second: RunResult) -> str:

@@ -9,8 +9,6 @@ tells apart: Hansen, Lunde and Nason, Econometrica 79 (2011) 453).
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, Judged
@@ -23,8 +21,6 @@ FEWEST_BLOCKS = 4
 """Fewer blocks have no scatter to compare with: then no models are said to be alike."""
 MOST = 4
 """So many are told, the cheapest."""
-WEIGHT = "gravity_load"
-"""Stands in for k in one run at one gain: both change the angle that is reached."""
 
 
 def equivalents(
@@ -35,16 +31,14 @@ def equivalents(
     Their price, with the error on all fitted and validation samples, is at most that of one effect
     above the price of ``last``: few seconds of validation decide by chance. None where ``last``
     explains the data: then the noise decides. A set that has all of ``last`` and more, or effects
-    that contain them, is no other answer, unless it does without another k: the effects of
-    ``last`` and a weight, with k held at 1, are tried as well.
+    that contain them, is no other answer, unless it does without another k.
     """
     if not last.effects or criterion.explained(last.score):
         return ()
-    _with_weight(models, last)
-    most = _price(criterion, last) + criterion.policy.effect_price
+    most = criterion.overall_price(last.score) + criterion.policy.effect_price
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
-        price = _price(criterion, trial)
+        price = criterion.overall_price(trial.score)
         special = {simple for own in trial.effects for simple in models.catalogue[own].contains}
         more = {*trial.effects, *special} >= set(last.effects)
         other = trial.effects and not (more and trial.held == last.held)
@@ -54,19 +48,6 @@ def equivalents(
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     least = [one for one in near if not any(set(other) < set(one) for other in near)]
     return tuple(sorted(least, key=lambda effects: near[effects])[:MOST])
-
-
-def _price(criterion: AcceptanceCriterion, trial: Trial) -> float:
-    error_deg = float(np.sqrt(trial.score.mean_square_deg2))
-    return criterion.price(replace(trial.score, validation_rmse_deg=error_deg))
-
-
-def _with_weight(models: ModelSelection, last: Trial) -> None:
-    """Fit what explains a k other than 1: the same effects and a weight, with k held at 1."""
-    linear = models.unloaded()
-    known = WEIGHT in models.catalogue and WEIGHT in models.candidates(last)
-    if linear is not None and known and models.at_one_gain and "k" not in last.held:
-        models.together(linear, (*last.effects, WEIGHT))
 
 
 def _differ(first: Trial, second: Trial) -> bool:

@@ -147,14 +147,18 @@ def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
 
 
 def rivals(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> list[Trial]:
-    """Models that compete: ``last``, it without each of its effects, and the best others tried."""
+    """Models that compete: ``last``, it without each of its effects, and the best others tried.
+
+    In all of them the same parameters are held as in ``last``, also in the linear one.
+    """
     known = models.known
+    linear = models.linear_like(last)
     smaller = [_without(models, last, name) for name in known.removable(last.effects)]
     others = criterion.ranked(
         [one for one in models.alike(last) if len(one.effects) <= len(last.effects) + 1],
         lambda one: one.score,
     )
-    allowed = [one for one in (models.linear(), *smaller, *others) if known.allows(one.effects)]
+    allowed = [one for one in (linear, *smaller, *others) if known.allows(one.effects)]
     pool = {last.effects: last}
     for one in allowed:
         if len(pool) <= len(smaller) + 1 + RIVALS:

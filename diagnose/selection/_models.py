@@ -100,6 +100,10 @@ class ModelSelection:
         point = self.linear().fit.outcome.point
         return self._linear({**self.known.fixed, "k": float(np.copysign(1.0, point[0]))})
 
+    def linear_like(self, trial: Trial) -> Trial:
+        """The linear model with the same parameters held as in ``trial``."""
+        return self._linear(trial.fit.problem.held)
+
     @property
     def at_one_gain(self) -> bool:
         """True where all fitted recordings were made with the same gain of the loop.
@@ -199,9 +203,9 @@ class ModelSelection:
         problem = self.problem((*base.effects, *names), base.fit.problem.held)
         return self.judge(fit_together(problem, base.fit))
 
-    def released(self, trial: Trial) -> Trial:
-        """A model with nothing held but what the user holds, fitted from where ``trial`` is."""
-        problem = self.problem(trial.effects)
+    def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:
+        """A model with other parameters ``held``, by default those of the user, from ``trial``."""
+        problem = self.problem(trial.effects, held)
         return self.judge(polish(problem, [np.clip(trial.fit.outcome.point, *problem.bounds)]))
 
     def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:

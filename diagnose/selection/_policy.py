@@ -43,9 +43,10 @@ class SelectionPolicy:
 
     Beyond ``far`` times the floor other sets of effects are searched, too, and the one of the
     lowest price is taken each of whose effects is accepted: the logarithm of the validation
-    rmse, ``effect_price`` an effect, ``rare_price`` one that is not in ``ordinary``, and
-    ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
-    floor, these sets are searched before any step. Neither with fewer than ``fewest`` samples.
+    rmse, ``effect_price`` an effect or a fitted k, ``rare_price`` an effect that is not in
+    ``ordinary``, and ``parameter_price`` a parameter. Where the best single effect leaves
+    ``hopeless`` times the floor, these sets are searched before any step. Neither with fewer than
+    ``fewest`` samples.
     """
 
     min_gain: float = 0.05
@@ -77,7 +78,8 @@ class Score:
 
     ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
     ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
-    ``parameters`` counts the physical ones. ``at_bounds`` are effects with a parameter that rests
+    ``parameters`` counts the physical ones, ``gain_fitted`` says whether k is one of them.
+    ``at_bounds`` are effects with a parameter that rests
     on a bound of its range.
     """
 
@@ -89,6 +91,7 @@ class Score:
     validation_rmse_deg: float
     validation_samples: int
     at_bounds: tuple[str, ...] = ()
+    gain_fitted: bool = True
 
 
 @dataclass(frozen=True)
@@ -228,13 +231,20 @@ class AcceptanceCriterion:
     def price(self, score: Score) -> float:
         """What a model costs among many: log validation rmse [deg], its effects and parameters.
 
-        Below the floor no error is better than another.
+        A fitted k costs what an effect does. Below the floor no error is better than another.
         """
-        error_deg = max(score.validation_rmse_deg, self.floor_deg, 1e-300)
+        return self._price(score, score.validation_rmse_deg)
+
+    def overall_price(self, score: Score) -> float:
+        """The same with the error of all fitted and validation samples."""
+        return self._price(score, float(np.sqrt(score.mean_square_deg2)))
+
+    def _price(self, score: Score, error_deg: float) -> float:
         ordinary = sum(name in self.policy.ordinary for name in score.effects)
-        effects = self.policy.effect_price * ordinary
+        effects = self.policy.effect_price * (ordinary + score.gain_fitted)
         effects += self.policy.rare_price * (len(score.effects) - ordinary)
-        return float(np.log(error_deg)) + effects + self.policy.parameter_price * score.parameters
+        size = float(np.log(max(error_deg, self.floor_deg, 1e-300)))
+        return size + effects + self.policy.parameter_price * score.parameters
 
     def wants_search(self, score: Score) -> bool:
         """True where the step by step path has ended far from the floor."""

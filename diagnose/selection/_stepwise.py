@@ -13,7 +13,7 @@ from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection._trial import Trial
-from servosight.diagnose.selection.search import BestSoFar, Visited, searched_widely
+from servosight.diagnose.selection.search import BestSoFar, Visited, searched_widely, simplified
 from servosight.models.core import StageProgress, silent
 
 
@@ -67,6 +67,7 @@ class StepwiseSelector:
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
+        steps = simplified(steps, Visited(self.models, self.criterion))
         begun = Step(self.models.first())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 

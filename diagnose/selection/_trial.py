@@ -61,6 +61,7 @@ class Trial:
             validation_rmse_deg=rms(validation),
             validation_samples=sum(errors.size for errors in validation),
             at_bounds=_at_bounds(self.fit),
+            gain_fitted="k" not in self.fit.problem.held,
         )
 
 

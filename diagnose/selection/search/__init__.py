@@ -2,6 +2,10 @@
 
 from servosight.diagnose.selection.search._backward import BackwardSearch as BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch as BeamSearch
+from servosight.diagnose.selection.search._preferred import (
+    fewest_assumptions as fewest_assumptions,
+)
+from servosight.diagnose.selection.search._preferred import simplified as simplified
 from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
 from servosight.diagnose.selection.search._visited import Visited as Visited
 from servosight.diagnose.selection.search._wide import searched_widely as searched_widely

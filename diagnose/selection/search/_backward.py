@@ -54,7 +54,7 @@ class BackwardSearch:
         self.reduce(self.rich(self.models.together(linear, begun), others))
         held = [one for one in self.visited.ranked() if one.held == linear.held]
         best = self.models.finished(held[0])
-        released = self.models.released(best)
+        released = self.models.refitted(best)
         better = criterion.earns(best.score, self.models.first().score, 1)
         return better and not criterion.frees(released.score, best.score)
 

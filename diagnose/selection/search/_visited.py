@@ -46,12 +46,18 @@ class Visited:
             if first is None:
                 return begun
             if not first.fit.out_of_budget:
-                earned = all(self._earned(first, name) for name in self.removable(first))
-                if earned and (first.key == begun.key or self._frees(first)):
+                if self.is_accepted(first):
                     return first
                 refused.add(first.key)
             elif not self._finished(first):
                 refused.add(first.key)
+
+    def is_accepted(self, trial: Trial) -> bool:
+        """True for a fit that came to its end and needs each of its effects, and k where fitted."""
+        if trial.fit.out_of_budget:
+            return False
+        earned = all(self._earned(trial, name) for name in self.removable(trial))
+        return earned and (trial.effects == self.models.first().effects or self._frees(trial))
 
     def _finished(self, trial: Trial) -> bool:
         """True where the fit of ``trial`` comes to an end; that is what is visited from then on."""

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
+from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._backward import BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch
 from servosight.diagnose.selection.search._visited import Visited
@@ -28,7 +29,16 @@ def searched_widely(
     BeamSearch(visited.models, visited, effort, progress).search()
     best = visited.best()
     cheaper = visited.price(best) < visited.price(last)
-    if not cheaper or not set(first.effects) <= set(best.effects):
+    return steps_to(steps, visited, best) if cheaper else list(steps)
+
+
+def steps_to(steps: Sequence[Step], visited: Visited, best: Trial) -> list[Step]:
+    """The first step and those to ``best``; ``steps`` where they end there, or no path leads there.
+
+    A model that lacks effects of the first one cannot be reached by adding some.
+    """
+    first, last = steps[0].trial, steps[-1].trial
+    if best is last or not set(first.effects) <= set(best.effects):
         return list(steps)
     path = visited.path(first, best)
     return [steps[0], *itertools.starmap(step_to, zip(path[1:], path, strict=False))]

@@ -53,9 +53,6 @@ def test_a_model_whose_errors_scatter_about_the_same_size_is_told() -> None:
     )
     told = equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
     assert told == (("backlash",),)
-    with_weight = {"coulomb_friction", "gravity_load"}
-    held = [one.held for one in models.trials.values() if set(one.effects) == with_weight]
-    assert held == [("k",)]  # what could stand in for another k was tried
 
 
 @pytest.mark.parametrize("share", [0.97, 1.03])

@@ -16,7 +16,7 @@ from servosight.diagnose.evidence import (
     stable_steps,
     winner,
 )
-from servosight.diagnose.evidence._stability import shares
+from servosight.diagnose.evidence._stability import rivals, shares
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result._stability_words import stability_words, uncertain_words
 from servosight.diagnose.selection import (
@@ -102,6 +102,18 @@ def test_a_larger_model_does_not_win_for_want_of_what_it_contains() -> None:
     assert named(right, score(error_deg=0.5), large) == ("backlash",)
     same_size = score("gravity_load", "backlash", error_deg=0.1)
     assert named(same_size, score(error_deg=0.5), large) == ("gravity_load", "cogging")
+
+
+def test_only_models_with_the_same_parameters_held_compete() -> None:
+    """Beside a model with k held at 1, a linear one with another k has an assumption more."""
+    effects = {"gravity_load": catalogue()["gravity_load"]}
+    models = ModelSelection(Split.of([judged().recording]), effects)
+    linear, unloaded = models.linear(), models.unloaded()
+    assert unloaded is not None
+    last = models.together(unloaded, ("gravity_load",))
+    assert rivals(models, CRITERION, last) == [last, unloaded]
+    free = models.extended(linear, "gravity_load")
+    assert rivals(models, CRITERION, free) == [free, linear]
 
 
 def test_the_chosen_model_keeps_its_place_on_a_tie() -> None:

@@ -63,7 +63,7 @@ def test_a_user_who_holds_k_is_asked_for_no_other(twin: Any) -> None:
     both = Split.of([one, replace(one, relative_gain=2.0)], (), ())
     assert models.at_one_gain
     assert not models.with_split(both).at_one_gain  # two gains tell k from load and friction
-    assert models.released(unloaded).score.parameters == unloaded.score.parameters + 1
+    assert models.refitted(unloaded).score.parameters == unloaded.score.parameters + 1
 
 
 def test_what_is_ruled_out_is_no_candidate(twin: Any) -> None:

@@ -1,0 +1,99 @@
+"""Of models that err about as much, where none explains the data, the one of fewest assumptions.
+
+There no noise decides between two models but where the misfit of each happens to fall, and the few
+seconds of validation that chose one of them choose another in the next run of the same servo. So
+the error of all fitted and validation samples counts, and between models of about one price an
+order in which no data take part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._steps import Step
+from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection.search._visited import Visited
+from servosight.diagnose.selection.search._wide import steps_to
+
+WEIGHT = "gravity_load"
+FRICTIONS = ("load_dependent_friction", "coulomb_friction")
+"""What the gears of a servo have at the least, beside the weight of its arm."""
+
+
+def simplified(steps: Sequence[Step], visited: Visited) -> list[Step]:
+    """The steps, or those that lead to the preferred model in the place of the last one."""
+    return steps_to(steps, visited, preferred(visited, steps[-1].trial))
+
+
+def preferred(visited: Visited, last: Trial) -> Trial:
+    """The model in the place of ``last``: fewest assumptions among the cheapest of all tried.
+
+    ``last`` stays where it explains the data, has no effects, or was chosen by recordings of their
+    own.
+    """
+    models, criterion = visited.models, visited.criterion
+    if not last.effects or models.split.carried or criterion.explained(last.score):
+        return last
+    if models.explained_whole(last, criterion):
+        return last
+    _fit_unloaded(visited, last)
+    best = fewest_assumptions(
+        visited.ranked(),
+        last,
+        criterion,
+        lambda trial: visited.is_accepted(models.finished(trial)),
+    )
+    return last if best.key == last.key else models.trials[best.key]
+
+
+def fewest_assumptions(
+    tried: Sequence[Trial],
+    last: Trial,
+    criterion: AcceptanceCriterion,
+    is_accepted: Callable[[Trial], bool],
+) -> Trial:
+    """Of ``last`` and what was ``tried`` with no more assumptions, the one that is preferred.
+
+    Its price is at most that of one effect above the least of those that are accepted. An
+    assumption is an effect, or a k other than 1: that is what a loop with its sensor on the output
+    has but for load and friction. Of as many assumptions those without another k come first, then
+    the cheapest.
+    """
+
+    def price(trial: Trial) -> float:
+        return criterion.overall_price(trial.score)
+
+    def assumptions(trial: Trial) -> int:
+        return len(trial.effects) + trial.score.gain_fitted
+
+    def order(trial: Trial) -> tuple[int, bool, float]:
+        return assumptions(trial), trial.score.gain_fitted, price(trial)
+
+    def first(ordered: Sequence[Trial]) -> Trial:
+        return next((one for one in ordered if one.key == last.key or is_accepted(one)), last)
+
+    simple = [one for one in tried if one.effects and assumptions(one) <= assumptions(last)]
+    least = first(sorted((one for one in simple if price(one) <= price(last)), key=price))
+    most = price(least) + criterion.policy.effect_price
+    return first(sorted((one for one in simple if price(one) <= most), key=order))
+
+
+def _fit_unloaded(visited: Visited, last: Trial) -> None:
+    """Fit with k held at 1 what may stand in for ``last``, unless that is known.
+
+    The same effects, these and a weight, and a weight with each ordinary kind of friction.
+    """
+    models = visited.models
+    linear = models.unloaded()
+    if linear is None or not models.at_one_gain:
+        return
+    held = linear.fit.problem.held
+    if last.score.gain_fitted:
+        models.refitted(last, held)
+    able = {*models.candidates(linear), *last.effects}
+    for further in (last.effects, *((friction,) for friction in FRICTIONS)):
+        names = {WEIGHT, *models.known.first, *further}
+        effects = tuple(name for name in models.catalogue if name in names)
+        if names <= able and (effects, linear.held) not in models.trials:
+            models.together(linear, effects)
