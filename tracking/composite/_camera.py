@@ -11,7 +11,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 
-_POINTS, _FAINTEST, _APART_PX = 400, 5e-4, 8
+_POINTS, _FAINTEST, _APART_PX = 200, 5e-4, 8
 _LEAST_FOUND = 12
 _GATE_PX = 1.0
 _WINDOW = (21, 21)

@@ -10,14 +10,21 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, motion_between
-from servosight.tracking.composite._model import CompositeModel, PoseFit, cover_in, pivot_step
-from servosight.tracking.composite._part import Gains, TurningPart
+from servosight.tracking.composite._model import (
+    CompositeModel,
+    PoseFit,
+    cover_in,
+    covers_in,
+    pivot_step,
+)
+from servosight.tracking.composite._part import Gains, TurningPart, diverse
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._steady import SteadySample, evenly
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
+_PICTURES = 32
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
@@ -48,7 +55,8 @@ class PartMeter:
         rough = found.part
         rough_scale = found.scale
         pivot = np.array(found.pivot_px)
-        angles = np.array([_searched(rough, rough_scale, p)[0] for p in steady.pictures])
+        pictures = steady.pictures[diverse(steady.pictures, _PICTURES)]
+        angles = np.array([_searched(rough, rough_scale, p)[0] for p in pictures])
         good = np.ones(len(angles), bool)
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
@@ -58,14 +66,15 @@ class PartMeter:
             view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
             shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
-            model = CompositeModel.of(steady.pictures[good], angles[good], place, shape, view)
-            angles, good, step, doubt_px = _refitted(model, steady.pictures, angles)
+            model = CompositeModel.of(pictures[good], angles[good], place, shape, view)
+            angles, good, step, doubt_px = _refitted(model, pictures, angles)
             if number and np.hypot(*step) < _ENOUGH_PX:
                 break
             pivot = pivot + step
         swept = np.zeros(steady.content.shape, np.uint8)
-        for angle in angles[good][:: max(1, int(good.sum()) // 24)]:
-            swept |= cover_in(view, shape > 0.5, float(angle), swept.shape).astype(np.uint8)
+        some = angles[good][:: max(1, int(good.sum()) // 24)].tolist()
+        for cover in covers_in(view, shape > 0.5, some, swept.shape):
+            swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
         features = np.asarray(255 * clear, np.uint8)
         return cls(steady, model, view, shape, rough, rough_scale, features, doubt_px)
@@ -104,7 +113,7 @@ class PartMeter:
         before: float | None = None
         for frame in frames:
             inside = first <= frame.index <= last
-            fit = self._fit(small(frame.image), before) if inside else None
+            fit = self._fit(small(frame.image, self.steady.scale), before) if inside else None
             before = fit.angle_rad if fit is not None else None
             yield frame, fit
 

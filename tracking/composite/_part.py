@@ -120,6 +120,11 @@ class Change:
         return cls(usual, (away**2 * moved).sum((1, 2)), moved, noise)
 
     @property
+    def telling(self) -> Mask:
+        """The pictures in which enough changes to tell anything; (n,)."""
+        return np.asarray(self.energy > 0.1 * np.median(self.energy))
+
+    @property
     def least_step(self) -> float:
         """The smallest difference of grey levels that counts as change."""
         return _SIGMAS * self.noise + _LEAST_STEP
@@ -149,21 +154,29 @@ def pivot_scores(
 ) -> Array:
     """Share of the change that a turn of each reference about each of the pivots (m, 2) explains;
     (m, references)."""
-    telling = change.energy > 0.1 * np.median(change.energy)
     scores = np.zeros((len(pivots), len(references)))
     for place, pivot in enumerate(pivots):
         view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
         seen = np.stack([view.of(picture) for picture in pictures])
         gains = Gains.of(view, seen, view.of(change.usual))
-        for column, one in enumerate(references):
-            cover = np.nan_to_num(view.of(one.cover))
-            best = gains.by(view.of(one.picture), cover).max(1)
-            # The raster's weight is the area, so that gains are those of pixels.
-            share = best * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
-            if one.number is not None:
-                share[one.number] = 0.0
-            scores[place, column] = np.clip(share[telling], 0.0, 1.0).mean()
+        scores[place] = [_explained_by(one, view, gains, change) for one in references]
     return scores
+
+
+def _explained_by(one: Reference, view: PolarView, gains: Gains, change: Change) -> float:
+    """Mean share of the pictures' change that a turn of the reference explains."""
+    best = gains.by(view.of(one.picture), np.nan_to_num(view.of(one.cover))).max(1)
+    share = _share(best, view, change)
+    if one.number is not None:
+        share[one.number] = 0.0
+    return float(share[change.telling].mean())
+
+
+def _share(gain: Array, view: PolarView, change: Change) -> Array:
+    """Gains (pictures,) as shares of the pictures' change, 0 to 1."""
+    # The raster's weight is the area, so that gains are those of pixels.
+    share = gain * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
+    return np.asarray(np.clip(share, 0.0, 1.0))
 
 
 def learnt(
@@ -180,17 +193,15 @@ def learnt(
     view = PolarView.around(pivot_px, reach_px)
     seen = np.stack([view.of(picture) for picture in pictures])
     behind = view.of(change.usual)
-    start = references[0]
-    if len(references) > 1:
-        scores = pivot_scores(pictures, change, np.array([pivot_px]), reach_px, references)[0]
-        start = references[int(np.argmax(scores))]
+    gains = Gains.of(view, seen, behind)
+    start = max(references, key=lambda one: _explained_by(one, view, gains, change))
     part, cover = view.of(start.picture), np.nan_to_num(view.of(start.cover))
     angles = view.angles()
     for _ in range(_ROUNDS):
-        gains = Gains.of(view, seen, behind).by(part, cover)
-        found = angles[np.argmax(gains, axis=1)]
+        gain = gains.by(part, cover)
+        found = angles[np.argmax(gain, axis=1)]
         turns = np.round(found / view.step_rad).astype(int)
-        good = gains.max(1) > 0.0
+        good = gain.max(1) > 0.0
         if good.sum() < 5:
             return None
         back = np.stack(
@@ -208,11 +219,10 @@ def learnt(
         cover = _shape(own, against, change.noise, view)
         if not cover.any():
             return None
-    gains = Gains.of(view, seen, behind).by(part, cover)
-    share = gains.max(1) * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
-    telling = change.energy > 0.1 * np.median(change.energy)
-    explained = float(np.clip(share[telling], 0.0, 1.0).mean())
-    return TurningPart(view, angles[np.argmax(gains, axis=1)], behind, part, cover, explained)
+        gains = Gains.of(view, seen, behind)
+    gain = gains.by(part, cover)
+    explained = float(_share(gain.max(1), view, change)[change.telling].mean())
+    return TurningPart(view, angles[np.argmax(gain, axis=1)], behind, part, cover, explained)
 
 
 def _shape(own: Single, against: Single, noise: float, view: PolarView) -> Single:

@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.composite._hint import Hint
-from servosight.tracking.composite._model import CompositeModel, cover_in, pivot_step
+from servosight.tracking.composite._model import CompositeModel, cover_in, covers_in, pivot_step
 from servosight.tracking.composite._part import (
     Change,
     Gains,
@@ -21,8 +21,8 @@ from servosight.tracking.composite._part import (
     references_of,
 )
 
-_COARSE_PX, _MIDDLE_PX = 160, 240  # the longer side
-_STEP_PX, _BLUR_PX = 6.0, 2.5
+_ROUGH_PX, _COARSE_PX, _MIDDLE_PX = 80, 160, 240  # the longer side
+_STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
 _FINE_PX = 2.0
 _REACH, _FAR = 0.45, 0.62  # of the longer side: how far a part reaches, at first and at last
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
@@ -62,7 +62,7 @@ def find_parts(pictures: Single, hint: Hint | None = None) -> list[FoundPart]:
         away = _beside(seen, found[0])
         share = float(Change.of(away).energy.sum() / max(Change.of(seen).energy.sum(), 1.0))
         if share > _LEFT_SHARE:
-            others = _parts(away, None)
+            others = _parts(away, None, 1)
             found += [replace(one, explained=share * one.explained) for one in others]
     return _distinct(
         sorted(found, key=lambda one: -one.explained), _APART * max(pictures.shape[1:])
@@ -92,8 +92,8 @@ def _as_found(part: TurningPart, scale: float) -> FoundPart:
     return FoundPart((float(x), float(y)), scale, part, part.explained)
 
 
-def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
-    """The parts that turn in chosen pictures."""
+def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list[FoundPart]:
+    """The parts that turn in chosen pictures; the pivots of the best ``refined`` are corrected."""
     middle, scale = _scaled(pictures, _MIDDLE_PX)
     change = Change.of(middle)
     if not change.moved.any():
@@ -109,8 +109,8 @@ def _parts(pictures: Single, hint: Hint | None) -> list[FoundPart]:
         if part is not None:
             rough.append(part)
     found = []
-    for part in sorted(rough, key=lambda one: -one.explained)[:_REFINED]:
-        better = _converged(middle, change, part, references)
+    for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
+        better = _converged(middle, change, part, references) if rank < refined else part
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
@@ -146,8 +146,8 @@ def _beside(pictures: Single, found: FoundPart) -> Single:
     height, width = pictures.shape[1:]
     size = (max(1, round(found.scale * height)), max(1, round(found.scale * width)))
     swept = np.zeros(size, np.uint8)
-    for angle in part.angle_rad:
-        swept |= cover_in(part.view, part.cover > 0.5, float(angle), size).astype(np.uint8)
+    for cover in covers_in(part.view, part.cover > 0.5, part.angle_rad.tolist(), size):
+        swept |= cover.astype(np.uint8)
     swept = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
     whole = cv2.resize(swept, (width, height), interpolation=cv2.INTER_NEAREST) > 0
     return np.where(whole, np.median(pictures, axis=0).astype(np.float32), pictures)
@@ -194,9 +194,12 @@ def _pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> li
     about = cv2.dilate(active, np.ones((41, 41), np.uint8))
     grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
     reach = _REACH * max(height, width)
-    soft = near and replace(near, picture=_blurred(near.picture))
-    references = _references(blurred, smooth, soft)
-    scores = pivot_scores(blurred, smooth, grid, reach, references).max(1)
+    rough, half = _scaled(blurred, _ROUGH_PX)  # nothing finer is left
+    soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
+    fewer_cells = Change.of(rough)
+    references = _references(rough, fewer_cells, soft)
+    places = (grid + 0.5) * half - 0.5
+    scores = pivot_scores(rough, fewer_cells, places, half * reach, references).max(1)
     best = _apart(grid, scores, _TRIED, _APART * max(height, width))
     sharp = Change.of(coarse[fewer])
     references = _references(coarse[fewer], sharp, near)

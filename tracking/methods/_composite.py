@@ -42,6 +42,7 @@ from servosight.tracking.uncertainty import gaps
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, frame_at, frames
 
+_LONG_SIDE_PX, _CHECKED_PX = 960, 480
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
@@ -57,7 +58,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     With hints, of the part that these point at. ``TrackRefused`` where there is none, or the frames
     do not confirm it.
     """
-    sample = FrameSample(_as_it_is)
+    sample = FrameSample(_as_it_is, _LONG_SIDE_PX)
     stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
     steady = SteadySample.of(sample)
     if len(steady.pictures) < _LEAST_FRAMES:
@@ -68,7 +69,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         )
     hint = _hint(film, options, steady, stamps_s)
     parts = find_parts(steady.pictures, hint)
-    meter = _settled(steady, _chosen(film, options, steady, parts, stamps_s), hint)
+    meter = _chosen(film, options, steady, parts, stamps_s, hint)
     first, last = int(steady.index[0]), int(steady.index[-1])
     if last + 2 * sample.stride > film.header.count:  # the sample's stride ends before the file
         last = film.header.count
@@ -86,6 +87,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         _track(film, options, meter, np.array(stamps), fits, notes), candidates=candidates
     )
     seen = replace(sample, index=steady.index.tolist(), pictures=list(steady.pictures))
+    seen = seen.smaller(_CHECKED_PX)
     line = _full(meter.outline(_first(fits)), steady.scale)
     shown = outline_at(track, float(track.angle_deg[steady.reference_index]))
     draw = partial(_drawn, film, steady, stamps_s, [SeenPart(track.pivot_px, shown)])
@@ -109,17 +111,19 @@ def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Arr
     if options.at_s is not None:
         frame = frame_at(film.path, options.at_s).image
     index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
-    return Hint.of(steady, small(frame), index, options.pivot, box)
+    return Hint.of(steady, small(frame, steady.scale), index, options.pivot, box)
 
 
 def _chosen(
     film: Film, options: TrackOptions, steady: SteadySample, parts: list[FoundPart],
-    stamps_s: Array,
-) -> FoundPart:  # fmt: skip
+    stamps_s: Array, hint: Hint | None,
+) -> PartMeter:  # fmt: skip
     """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
     least = _LEAST_POINTED if options.pointed else TRUST.least_explained
-    if len(parts) >= options.pick and parts[options.pick - 1].explained >= least:
-        return parts[options.pick - 1]
+    if len(parts) >= options.pick and parts[options.pick - 1].explained >= _LEAST_POINTED:
+        part, meter = _settled(steady, parts[options.pick - 1], hint)
+        if part.explained >= least:
+            return meter
     if options.pick > 1:
         why = (
             f"--pick is {options.pick}, and {len(parts)} parts that may turn are found; expected "
@@ -139,8 +143,10 @@ def _chosen(
     raise TrackRefused(f"{film.path}: {why}.", _drawn(film, steady, stamps_s, seen))
 
 
-def _settled(steady: SteadySample, part: FoundPart, hint: Hint | None) -> PartMeter:
-    """The part's meter, learnt anew where its pivot turns out to be elsewhere."""
+def _settled(
+    steady: SteadySample, part: FoundPart, hint: Hint | None
+) -> tuple[FoundPart, PartMeter]:
+    """The part and its meter, learnt anew where its pivot turns out to be elsewhere."""
     meter = PartMeter.of(steady, part)
     for _ in range(_ANEW):
         # A pixel of the pictures in which the part was found.
@@ -150,7 +156,7 @@ def _settled(steady: SteadySample, part: FoundPart, hint: Hint | None) -> PartMe
         if better is None:
             break
         part, meter = better, PartMeter.of(steady, better)
-    return meter
+    return part, meter
 
 
 def _drawn(film: Film, steady: SteadySample, stamps_s: Array, parts: Sequence[SeenPart]) -> Image:

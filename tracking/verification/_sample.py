@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import cv2
@@ -13,7 +13,6 @@ from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.video import Frame
 
 _COUNT = 48
-_LONG_SIDE_PX = 480
 _SMOOTH_PX = 1.0
 
 
@@ -22,11 +21,12 @@ class FrameSample:
     """At most 96 and, in a long video, at least 48 of its frames, evenly spread, the first one
     first.
 
-    ``prepare`` is applied to a frame's picture first. ``scale`` is the size of a kept
-    picture over that of the video's.
+    ``prepare`` is applied to a frame's picture first. The longer side of a kept picture is at most
+    ``long_side_px``, ``scale`` its size over that of the video's.
     """
 
     prepare: Callable[[Image], Image]
+    long_side_px: int = 480
     index: list[int] = field(default_factory=list)
     pictures: list[Single] = field(default_factory=list)
     scale: float = 1.0
@@ -40,12 +40,23 @@ class FrameSample:
             yield frame
 
     def _keep(self, frame: Frame) -> None:
-        self.scale = small_scale(frame.image.shape)
+        self.scale = min(1.0, self.long_side_px / max(frame.image.shape))
         self.index.append(frame.index)
-        self.pictures.append(small(self.prepare(frame.image)))
+        self.pictures.append(small(self.prepare(frame.image), self.scale))
         if len(self.index) >= 2 * _COUNT:
             self.index, self.pictures = self.index[::2], self.pictures[::2]
             self.stride *= 2
+
+    def smaller(self, long_side_px: int) -> FrameSample:
+        """The same frames with pictures of at most this longer side."""
+        factor = long_side_px / max(self.pictures[0].shape)
+        if factor >= 1.0:
+            return self
+        pictures: list[Any] = [
+            cv2.resize(one, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+            for one in self.pictures
+        ]
+        return replace(self, pictures=pictures, scale=factor * self.scale)
 
     def chosen(self, kept: Mask) -> tuple[Array, list[Single]]:
         """Numbers and pictures of the sampled frames that ``kept`` (frames,) marks, at most 48."""
@@ -54,14 +65,8 @@ class FrameSample:
         return np.array([self.index[row] for row in rows], int), [self.pictures[r] for r in rows]
 
 
-def small_scale(shape: tuple[int, ...]) -> float:
-    """The factor that brings a picture's longer side to at most 480 px."""
-    return min(1.0, _LONG_SIDE_PX / max(shape))
-
-
-def small(image: Image) -> Single:
-    """A picture at ``small_scale``, smoothed by a Gaussian of 1 px."""
-    scale = small_scale(image.shape)
+def small(image: Image, scale: float) -> Single:
+    """A picture ``scale`` times as large, smoothed by a Gaussian of 1 px."""
     resized: Any = image.astype(np.float32)
     if scale < 1.0:
         resized = cv2.resize(resized, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

@@ -46,19 +46,24 @@ class PolarView:
 
     def of(self, picture: Single, angle_rad: float = 0.0, nearest: bool = False) -> Single:
         """A picture on the raster turned by an angle; NaN outside the picture. (rows, columns)"""
-        phi = angle_rad + self.step_rad * np.arange(self.columns)
-        x = self.pivot_px[0] + self.radius_px[:, None] * np.cos(phi)
-        y = self.pivot_px[1] - self.radius_px[:, None] * np.sin(phi)
+        x, y = self._places(angle_rad) if angle_rad else self._unturned
         how = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
         seen = cv2.remap(
-            picture,
-            x.astype(np.float32),
-            y.astype(np.float32),
-            how,
-            borderMode=cv2.BORDER_CONSTANT,
-            borderValue=float("nan"),
+            picture, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=float("nan")
         )
         return np.asarray(seen, np.float32)
+
+    @cached_property
+    def _unturned(self) -> tuple[Single, Single]:
+        return self._places(0.0)
+
+    def _places(self, angle_rad: float) -> tuple[Single, Single]:
+        """Column and row of a picture's pixel for each cell of the raster; (rows, columns) each."""
+        phi = angle_rad + self.step_rad * np.arange(self.columns)
+        radius = self.radius_px.astype(np.float32)[:, None]
+        x = np.float32(self.pivot_px[0]) + radius * np.cos(phi).astype(np.float32)
+        y = np.float32(self.pivot_px[1]) - radius * np.sin(phi).astype(np.float32)
+        return x, y
 
     def angles(self) -> Array:
         """The angles [rad] (columns,) of ``gains``, from -pi."""

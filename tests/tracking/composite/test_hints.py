@@ -70,7 +70,7 @@ def test_each_hint_alone_finds_the_shorter_bar(steady: SteadySample, given: str)
     """A click is 2 px off; the search alone places the pivot within the 2 px of its grid."""
     pivot = (PIVOTS[1, 0] + 2.0, PIVOTS[1, 1] - 1.0) if given == "pivot" else None
     box = pointed_box(TrackOptions(tip=tip(1)), SIZE[::-1]) if given == "tip" else None
-    hint = Hint.of(steady, small(pictures()[AT]), AT, pivot, box)
+    hint = Hint.of(steady, small(pictures()[AT], steady.scale), AT, pivot, box)
     found = find_parts(steady.pictures, hint)
     assert np.hypot(*np.subtract(found[0].pivot_px, PIVOTS[1])) < 2.0
 
