@@ -18,5 +18,3 @@ from servosight.bench.session._surface import SurfaceLimits as SurfaceLimits
 from servosight.bench.session._surface import check_surface as check_surface
 from servosight.bench.session._surface import judge_surface as judge_surface
 from servosight.bench.session._write import RUN_FILES as RUN_FILES
-from servosight.bench.session._write import SIGN as SIGN
-from servosight.bench.session._write import Clocked as Clocked

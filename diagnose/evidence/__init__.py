@@ -6,8 +6,6 @@ from servosight.diagnose.evidence._determined import undetermined as undetermine
 from servosight.diagnose.evidence._equivalents import equivalents as equivalents
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
-from servosight.diagnose.evidence._inclusion import Inclusion as Inclusion
-from servosight.diagnose.evidence._inclusion import include as include
 from servosight.diagnose.evidence._partial import Unexplained as Unexplained
 from servosight.diagnose.evidence._partial import partial as partial
 from servosight.diagnose.evidence._partial import taken as taken

@@ -16,7 +16,6 @@ from servosight.models.base._files import plain_name as plain_name
 from servosight.models.base._files import read_bytes as read_bytes
 from servosight.models.base._files import read_settings as read_settings
 from servosight.models.base._files import read_text as read_text
-from servosight.models.base._files import shown as shown
 from servosight.models.base._json import json_text as json_text
 from servosight.models.base._json import plain as plain
 from servosight.models.base._json import read_json as read_json

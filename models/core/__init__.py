@@ -21,7 +21,6 @@ from servosight.models.base import new_file as new_file
 from servosight.models.base import new_folder as new_folder
 from servosight.models.base import plain as plain
 from servosight.models.base import plain_name as plain_name
-from servosight.models.base import read_bytes as read_bytes
 from servosight.models.base import read_json as read_json
 from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text
@@ -29,9 +28,6 @@ from servosight.models.base import read_typed as read_typed
 from servosight.models.base import require as require
 from servosight.models.base import share as share
 from servosight.models.base import silent as silent
-from servosight.models.base import sweep as sweep
-from servosight.models.base import typed as typed
-from servosight.models.base import unwritable as unwritable
 from servosight.models.base import validated as validated
 from servosight.models.base import validated_value as validated_value
 from servosight.models.base import within as within
@@ -48,8 +44,6 @@ from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._display import Rows as Rows
 from servosight.models.core._display import frame as frame
-from servosight.models.core._display import html_table as html_table
-from servosight.models.core._display import parameter_rows as parameter_rows
 from servosight.models.core._light import lit_share as lit_share
 from servosight.models.core._parameter import CORE as CORE
 from servosight.models.core._parameter import FIXED as FIXED

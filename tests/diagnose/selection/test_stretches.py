@@ -61,6 +61,47 @@ def test_what_is_rare_is_covered() -> None:
     assert "`servosight identify`" in note
 
 
+@pytest.mark.parametrize(("at_s", "first_s"), [(3.0, 0.0), (50.0, 48.0)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_one_swing_is_covered_to_either_side(at_s: float, first_s: float, sign: float) -> None:
+    """In the first stretch as in another."""
+    time_s = np.arange(0.0, 97.0, 0.02)
+    swing = 15.0 - 15.0 * np.cos(2.0 * np.pi * (time_s - at_s) / 8.0)
+    angle = np.sin(time_s) + sign * np.where((time_s > at_s) & (time_s < at_s + 8.0), swing, 0.0)
+    assert stretches([Recording("a", time_s, angle, time_s, angle)], 2_000)[0] == [
+        ((first_s, first_s + 13.0),)
+    ]
+
+
+def test_few_reversals_count_as_much_as_many_angles() -> None:
+    """A stretch of small zigzags at the usual speed, among sweeps that cover every angle."""
+    time_s = np.arange(0.0, 121.0, 0.01)
+    zigzag = (time_s >= 61.0) & (time_s < 73.0)
+    upward = np.where(
+        zigzag, (time_s - 61.0) % 1.2 < np.where(time_s < 67.0, 0.66, 0.54), time_s % 6.0 < 3.0
+    )
+    angle = 0.04 * np.cumsum(np.where(upward, 1.0, -1.0))
+    angle -= angle.mean()
+    found, _ = stretches([Recording("a", time_s, angle, time_s, angle)], 2_000)
+    assert found == [((60.0, 73.0),)]
+
+
+@pytest.mark.parametrize(("duration_s", "whole"), [(24.9, True), (25.1, False)])
+def test_a_recording_of_one_stretch_stays_whole(duration_s: float, whole: bool) -> None:
+    """One second of lead and twelve that are scored; a second stretch begins behind these."""
+    time_s = np.arange(0.0, duration_s, 0.01)
+    found, _ = stretches([Recording("a", time_s, np.sin(time_s), time_s, np.sin(time_s))], 300)
+    assert (found == [()]) is whole
+
+
+def test_a_stretch_keeps_the_uncertainty_of_its_samples() -> None:
+    time_s = np.arange(0.0, 20.0, 1.0 / 64.0)
+    run = Recording("run", time_s, time_s, time_s, time_s, sigma_deg=0.01 + time_s)
+    (part,) = cut(replace(run, shared_deg=0.02 + time_s), ((4.0, 8.0),))
+    np.testing.assert_array_equal(part.sigma_deg, 0.01 + part.time_s)
+    np.testing.assert_array_equal(part.shared_deg, 0.02 + part.time_s)
+
+
 @pytest.mark.parametrize(("scale", "offset_deg", "later_s"), [(1e3, 0, 0), (1, 50, 0), (1, 0, 512)])
 def test_units_and_zeros_choose_nothing(scale: float, offset_deg: float, later_s: float) -> None:
     """The same stretches in millidegrees, from another zero of the angle, on another clock."""
