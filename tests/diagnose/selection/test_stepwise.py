@@ -1,0 +1,225 @@
+"""The steps of a selection, on tables of invented models: which are taken, tried and shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from support.invented_models import InventedModels
+
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    SearchEffort,
+    Selected,
+    SelectionPolicy,
+    StepwiseSelector,
+)
+
+POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d", "g"))
+FLOOR_DEG = 0.1
+EFFORT = SearchEffort()
+
+
+def selected(
+    errors: Mapping[str, float],
+    effort: SearchEffort = EFFORT,
+    policy: SelectionPolicy = POLICY,
+    **models: Any,
+) -> tuple[list[str], Selected, InventedModels]:
+    """The effects after each step, the selection, and the models that it asked."""
+    invented = InventedModels(errors, **models)
+    criterion = AcceptanceCriterion(FLOOR_DEG, 0.0, policy)
+    found = StepwiseSelector(invented, criterion, effort=effort).select()  # type: ignore[arg-type]
+    return ["".join(step.trial.effects) for step in found.steps], found, invented
+
+
+def test_the_one_effect_that_explains_is_added() -> None:
+    steps, found, models = selected({"": 0.28, "a": 0.25, "b": 0.1, "c": 0.2})
+    assert steps == ["", "b"]
+    assert (found.steps[1].added, found.steps[1].removed) == ("b", None)
+    assert ["".join(one.effects) for one in found.singles] == ["b", "c", "a"]
+    assert not found.cut_short
+    assert not any("+" in done and not done.startswith("sketch +") for done in models.done)
+
+
+def test_nothing_is_added_that_earns_nothing() -> None:
+    assert selected({"": 0.28, "a": 0.27, "b": 0.275})[0] == [""]
+    assert selected({"": 0.105, "a": 0.09})[0] == [""], "the floor is reached before"
+
+
+def test_effects_are_added_in_the_order_of_what_they_gain() -> None:
+    steps, found, _ = selected({"": 0.29, "a": 0.25, "b": 0.2, "ab": 0.1})
+    assert steps == ["", "b", "ab"]
+    assert [step.added for step in found.steps] == [None, "b", "a"]
+
+
+def test_two_that_gain_only_together_are_added_as_a_pair() -> None:
+    steps, found, _ = selected({"": 0.29, "a": 0.288, "b": 0.289, "c": 0.289, "ab": 0.1})
+    assert steps == ["", "a", "ab"]
+    assert [step.added for step in found.steps] == [None, "a", "b"]
+
+
+@pytest.mark.parametrize(("alone", "first"), [(0.2, "c"), (0.29, "a")])
+def test_a_pair_is_for_where_no_single_effect_earns_its_place(alone: float, first: str) -> None:
+    errors = {"": 0.295, "a": 0.294, "b": 0.294, "c": alone, "ab": 0.19, "abc": 0.1}
+    assert selected(errors)[0][1] == first
+
+
+def test_a_pair_is_held_against_the_steps_that_end_above_the_floor() -> None:
+    """The one effect that earns its place alone is the wrong one."""
+    errors = {"": 0.295, "a": 0.294, "b": 0.294, "c": 0.2, "ab": 0.1}
+    assert selected(errors)[0] == ["", "a", "ab"]
+
+
+def test_half_of_what_is_fitted_is_what_promised_most() -> None:
+    """The other half is what did best when it was sketched."""
+    errors = {"": 0.29, "a": 0.285, "b": 0.28, "c": 0.27}
+    effort = replace(EFFORT, fitted=2, pairs=0, partners=0)
+    _, _, models = selected(errors, effort, promised={"a": 1.0, "b": 0.5})
+    assert models.done.index("fit a") < models.done.index("fit c")
+    assert "judge b" in models.done
+
+
+def test_an_effect_and_its_special_case_are_no_pair() -> None:
+    errors = {"": 0.29, "a": 0.288, "g": 0.288, "ag": 0.1}
+    steps, _, models = selected(errors, contains={"g": "a"})
+    assert steps == [""]
+    assert "sketch a+g" not in models.done
+    assert "sketch g+a" not in models.done
+
+
+def test_an_effect_that_later_ones_make_needless_is_removed() -> None:
+    errors = {"": 0.29, "c": 0.2, "a": 0.25, "b": 0.25, "ac": 0.15, "ab": 0.102, "abc": 0.1}
+    steps, found, _ = selected(errors, replace(EFFORT, swapped=0))
+    assert steps == ["", "c", "ac", "abc", "ab"]
+    assert (found.steps[-1].added, found.steps[-1].removed) == (None, "c")
+
+
+def test_an_effect_is_swapped_for_one_that_does_better_beside_the_others() -> None:
+    errors = {"": 0.29, "c": 0.2, "a": 0.25, "b": 0.25, "ac": 0.15, "ab": 0.102, "abc": 0.1}
+    steps, found, _ = selected(errors)
+    assert steps == ["", "c", "ac", "ab"]
+    assert (found.steps[-1].added, found.steps[-1].removed) == ("b", "c")
+
+
+def test_a_special_case_that_does_as_well_takes_the_place_of_the_whole() -> None:
+    errors = {"": 0.29, "g": 0.15, "a": 0.28, "b": 0.27, "bg": 0.1, "ab": 0.1}
+    steps, found, _ = selected(errors, contains={"g": "a"})
+    assert steps == ["", "g", "bg", "ab"]
+    assert (found.steps[-1].added, found.steps[-1].removed) == ("a", "g")
+    kept = selected(errors, contains={"g": "a"}, known=PriorKnowledge(without_effects=("a",)))[0]
+    assert kept == ["", "g", "bg"], "what the user rules out takes no place"
+
+
+def test_an_effect_at_the_bound_of_its_range_is_passed_over() -> None:
+    errors = {"": 0.28, "a": 0.1, "b": 0.11}
+    assert selected(errors, at_bounds="a")[0] == ["", "b"]
+
+
+@pytest.mark.parametrize(("most", "expected"), [(1, [""]), (2, ["", "a"]), (3, ["", "a", "ab"])])
+def test_the_steps_end_at_their_most(most: int, expected: list[str]) -> None:
+    errors = {"": 0.29, "a": 0.22, "b": 0.27, "c": 0.27, "ab": 0.15, "abc": 0.1}
+    no_pairs = replace(EFFORT, pairs=0, partners=0)
+    assert selected(errors, no_pairs, replace(POLICY, max_steps=most))[0] == expected
+
+
+def test_a_selection_that_has_used_up_its_simulations_ends_with_a_step() -> None:
+    errors = {"": 0.29, "a": 0.22, "b": 0.27, "ab": 0.15, "c": 0.28, "abc": 0.1}
+    steps, found, models = selected(errors, replace(EFFORT, simulations=1))
+    assert found.cut_short
+    assert steps == ["", "a"]
+    assert models.work.simulations < selected(errors)[2].work.simulations
+
+
+def test_an_effect_that_the_user_began_with_is_removed_where_it_gains_nothing() -> None:
+    begun = PriorKnowledge(start_effects=("a",))
+    assert selected({"": 0.1, "a": 0.1, "b": 0.1}, known=begun)[0] == ["a", ""]
+    replaced = {"": 0.28, "a": 0.28, "b": 0.1}
+    assert selected(replaced, known=begun)[0] == ["a", "ab", "b"]
+    needed = {"": 0.28, "a": 0.1, "b": 0.2}
+    assert selected(needed, known=begun)[0] == ["a"]
+    required = PriorKnowledge(with_effects=("a",))
+    assert selected({"": 0.1, "a": 0.1, "b": 0.1}, known=required)[0] == ["a"]
+
+
+def test_what_is_ruled_out_is_not_tried() -> None:
+    known = PriorKnowledge(without_effects=("b",))
+    steps, _, models = selected({"": 0.28, "a": 0.25, "b": 0.1}, known=known)
+    assert all("b" not in step for step in steps)
+    assert "sketch +b" not in models.done
+
+
+def test_a_model_that_validation_samples_explain_ends_the_search() -> None:
+    """Fitted without them it fails there for want of data only: nothing wider is tried."""
+    errors = {"": 0.9, "a": 0.5, "b": 0.8}
+    _, _, open_ = selected(errors)
+    steps, _, closed = selected(errors, explained_with_validation=["a"])
+    assert steps == ["", "a"]
+    assert len(closed.done) < len(open_.done)
+
+
+def test_far_from_the_floor_sets_are_found_to_which_no_step_leads() -> None:
+    """Three effects of which no one, nor two, gain anything."""
+    errors = {"": 3.0, "a": 2.99, "b": 2.99, "c": 2.99, "d": 2.95, "abc": 0.1}
+    steps, found, _ = selected(errors)
+    assert steps[-1] == "abc"
+    assert [len(step) for step in steps] == [0, 1, 2, 3]
+    assert all(step.removed is None for step in found.steps)
+    near = {name: 0.1 * error for name, error in errors.items() if name != "abc"} | {"abc": 0.1}
+    assert selected(near)[0] == [""], "within three times the floor nothing wider is searched"
+
+
+def test_only_so_many_are_fitted_as_the_effort_says() -> None:
+    errors = {"": 0.29} | {name: 0.28 - 0.01 * i for i, name in enumerate("abcdefgh")}
+    _, found, models = selected(errors, replace(EFFORT, fitted=2, leaders=1, pairs=0, partners=0))
+    assert [done for done in models.done if done.startswith("fit")][:2] == ["fit h", "fit g"]
+    assert sum(done.startswith("judge") for done in models.done) == 6
+    assert len(found.singles) == 8
+
+
+def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
+    shown: list[tuple[str, int, int | None]] = []
+    models = InventedModels({"": 0.28, "a": 0.1, "b": 0.2})
+    criterion = AcceptanceCriterion(FLOOR_DEG, 0.0, POLICY)
+    StepwiseSelector(
+        models,  # type: ignore[arg-type]
+        criterion,
+        lambda stage, done, total=None: shown.append((stage, done, total)),
+    ).select()
+    best = "; best so far: the linear model, 0.28 deg"
+    assert shown[:4] == [
+        (f"first effect: trying a{best}", 0, 2),
+        (f"first effect: trying b{best}", 1, 2),
+        (f"first effect: fitting a{best}", 0, 2),
+        ("first effect: fitting b; best so far: a, 0.1 deg", 1, 2),
+    ]
+    assert shown[4] == ("first effect: tried all; best so far: a, 0.1 deg", 2, 2)
+
+
+@pytest.mark.parametrize(("made", "whole", "half"), [(59, False, False), (60, False, True)])
+def test_the_simulations_are_so_many_of_each_recording(made: int, whole: bool, half: bool) -> None:
+    models = InventedModels({"": 1.0}, recordings=(None, None))
+    models.work.simulations = made
+    effort = SearchEffort(simulations=60)
+    assert effort.is_spent(models) is whole  # type: ignore[arg-type]
+    assert effort.is_spent(models, effort.steps_share) is half  # type: ignore[arg-type]
+    models.work.simulations = 120
+    assert effort.is_spent(models)  # type: ignore[arg-type]
+
+
+def test_the_effort_is_that_of_the_documents() -> None:
+    assert SearchEffort() == SearchEffort(
+        sketched=2,
+        fitted=6,
+        leaders=3,
+        swapped=3,
+        partners=3,
+        pairs=12,
+        finalists=6,
+        beam=2,
+        simulations=60_000,
+        steps_share=0.5,
+    )

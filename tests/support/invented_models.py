@@ -1,0 +1,166 @@
+"""Models that are not fitted: their errors come from a table, for tests of the selection's steps.
+
+A set of effects has the smallest error that the table gives for any part of it, so that effects
+which the table does not name change nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+
+from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, Score
+from servosight.diagnose.selection._screen import Screen
+from servosight.identify.problem import Work
+
+SAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class InventedFit:
+    """What a selection asks of a fit: itself as its problem, and its cost."""
+
+    effects: tuple[str, ...]
+    cost: float
+    held: tuple[str, ...] = ()
+    out_of_budget: bool = False
+
+    @property
+    def problem(self) -> InventedFit:
+        return self
+
+    @property
+    def outcome(self) -> InventedFit:
+        return self
+
+
+@dataclass(frozen=True)
+class InventedTrial:
+    """What a selection asks of a trial."""
+
+    fit: InventedFit
+    score: Score
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        return self.fit.effects
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        return self.fit.held
+
+    @property
+    def key(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return self.effects, self.held
+
+
+@dataclass(frozen=True)
+class InventedModels:
+    """In place of ``ModelSelection``: ``errors`` [deg] by the effects' letters, "" for the linear.
+
+    ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
+    first order where that is not what they gain; ``done`` is told of every fit in order.
+    """
+
+    errors: Mapping[str, float]
+    contains: Mapping[str, str] = field(default_factory=dict)
+    known: PriorKnowledge = field(default_factory=PriorKnowledge)
+    promised: Mapping[str, float] = field(default_factory=dict)
+    explained_with_validation: Sequence[str] = ()
+    at_bounds: Sequence[str] = ()
+    trials: dict[object, InventedTrial] = field(default_factory=dict)
+    done: list[str] = field(default_factory=list)
+    work: Work = field(default_factory=Work)
+    recordings: tuple[None, ...] = (None,)
+    at_one_gain: bool = True
+    split: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(carried=()))
+
+    @property
+    def catalogue(self) -> dict[str, SimpleNamespace]:
+        names = sorted(set("".join(self.errors)))
+        return {n: SimpleNamespace(id=n, contains=tuple(self.contains.get(n, ""))) for n in names}
+
+    def error_deg(self, effects: Sequence[str]) -> float:
+        return min(error for part, error in self.errors.items() if set(part) <= set(effects))
+
+    def fitted(self, effects: Sequence[str], how: str) -> InventedTrial:
+        """A trial of these effects, counted and kept."""
+        self.work.simulations += 1
+        self.done.append(f"{how} {''.join(sorted(effects))}".strip())
+        trial = self._trial(effects)
+        self.trials[trial.key] = trial
+        return trial
+
+    def first(self) -> InventedTrial:
+        key = (tuple(sorted(self.known.first)), ())
+        return self.trials.get(key) or self.fitted(self.known.first, "first")
+
+    def unloaded(self) -> None:
+        """No model with k held."""
+
+    def candidates(self, base: InventedTrial) -> list[str]:
+        gone = {*base.effects, *"".join(self.contains.get(own, "") for own in base.effects)}
+        return [n for n, e in self.catalogue.items() if n not in gone and self.known.may_add(e)]
+
+    def with_effect(self, base: InventedTrial, name: str) -> InventedFit:
+        kept = [own for own in base.effects if own not in self.contains.get(name, "")]
+        return self._trial([*kept, name]).fit
+
+    def sketched(self, base: InventedTrial, name: str) -> InventedTrial:
+        self.done.append(f"sketch {''.join(base.effects)}+{name}")
+        return self._trial(self.with_effect(base, name).effects)
+
+    def extended(
+        self, base: InventedTrial, name: str, sketch: InventedTrial | None = None
+    ) -> InventedTrial:
+        return self.fitted(self.with_effect(base, name).effects, "fit")
+
+    def judge(self, fit: InventedFit) -> InventedTrial:
+        return self.fitted(fit.effects, "judge")
+
+    def finished(self, trial: InventedTrial) -> InventedTrial:
+        return trial
+
+    def searched(self, base: InventedTrial, trial: InventedTrial, name: str) -> InventedTrial:
+        return self.fitted(trial.effects, "search")
+
+    def without(self, base: InventedTrial, name: str) -> InventedTrial:
+        return self._trial([own for own in base.effects if own != name])
+
+    def reduced(self, base: InventedTrial, without: str, budget: int = 0) -> InventedTrial:
+        return self.fitted(self.without(base, without).effects, "reduce")
+
+    def swapped(self, base: InventedTrial, name: str, other: str) -> InventedTrial:
+        return self.extended(self.without(base, name), other)
+
+    def explained_whole(self, trial: InventedTrial, criterion: AcceptanceCriterion) -> bool:
+        return "".join(trial.effects) in self.explained_with_validation
+
+    def screen(self, base: InventedTrial) -> Screen:
+        """What each candidate, and each two of them, would take off the squared error."""
+        names = tuple(self.candidates(base))
+        gains = [[self._gain(base, one, other) for other in names] for one in names]
+        pairs = np.array(gains).reshape(len(names), len(names))
+        return Screen(names, np.diag(pairs), pairs)
+
+    def _gain(self, base: InventedTrial, *names: str) -> float:
+        gained = base.fit.cost**2 - self.error_deg([*base.effects, *names]) ** 2
+        return max([gained, *(self.promised[one] for one in names if one in self.promised)])
+
+    def _trial(self, effects: Sequence[str]) -> InventedTrial:
+        ordered = tuple(sorted(set(effects)))
+        error = self.error_deg(ordered)
+        score = Score(
+            effects=ordered,
+            parameters=3 + len(ordered),
+            samples=SAMPLES,
+            mean_square_deg2=error**2,
+            train_rmse_deg=error,
+            validation_rmse_deg=error,
+            validation_samples=SAMPLES,
+            at_bounds=tuple(name for name in ordered if name in self.at_bounds),
+        )
+        return InventedTrial(InventedFit(ordered, error), score)
