@@ -32,13 +32,19 @@ class Stimulus:
     weights: Array
     horn: bool = False
 
+    def __post_init__(self) -> None:
+        # The kernel is compiled anew, half a minute long, for every other layout in memory.
+        for name in ("time_s", "command_deg", "samples_s"):
+            values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
+            object.__setattr__(self, name, values)
+
     @classmethod
     def of(cls, recording: Recording) -> Stimulus:
         """What a recording asks of the plant."""
         samples, weights = exposure_nodes(recording.time_s, recording.exposure_s)
         return cls(
-            np.ascontiguousarray(recording.command_time_s, dtype=np.float64),
-            np.ascontiguousarray(recording.command_deg, dtype=np.float64),
+            recording.command_time_s,
+            recording.command_deg,
             recording.hold == "linear",
             samples,
             weights,

@@ -137,6 +137,22 @@ def test_a_linear_servo_is_exact_where_samples_lie_further_apart_than_the_step()
     np.testing.assert_allclose(plant.simulate(row, few), fine, rtol=0.0, atol=1e-8)
 
 
+def test_columns_of_a_table_are_not_compiled_for_anew() -> None:
+    """Strided, of whole numbers or read-only: the kernel knows one layout in memory."""
+    plant = Plant.of(catalogue())
+    row = np.array(plant.layout.neutral_row())
+    table = np.column_stack([STIMULUS.time_s, STIMULUS.command_deg.astype(np.float32)])
+    table.flags.writeable = False
+    given = replace(
+        STIMULUS, time_s=table[:, 0], command_deg=table[:, 1], samples_s=np.arange(1, 3)
+    )
+    plant.simulate(row, STIMULUS)
+    known = plant.run.signatures  # type: ignore[attr-defined]
+    assert plant.simulate(row, given).shape == (2,)
+    plant.shaped_command(row, given)
+    assert plant.run.signatures == known  # type: ignore[attr-defined]
+
+
 def test_friction_that_reads_nothing_of_the_motion_gives_what_the_general_scheme_gives() -> None:
     """Coulomb's law as the catalogue has it, stepped exactly, and as one that reads the speed."""
     simple = Plant.of(catalogue())
