@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose import Diagnosis, diagnose, predictions
+from servosight.diagnose import Diagnosis, PriorKnowledge, diagnose, predictions
 from servosight.diagnose.residuals import TEST, rms
 from servosight.diagnose.selection import cut, stretches
 from servosight.identify.problem import Problem
@@ -18,7 +18,8 @@ from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
 
-FEW = {"backlash": catalogue()["backlash"]}
+ALONE = PriorKnowledge(without_effects=tuple(set(catalogue()) - {"backlash"}))
+"""Only backlash to choose from; the kernel is that of the whole catalogue, compiled before."""
 DURATION_S = 92.0
 ROWS = 10_000
 POINT = [1.0, np.log(0.02), np.log(0.7), 0.6, 0.5]
@@ -163,7 +164,7 @@ def test_a_stretch_is_simulated_as_within_the_whole(log: Recording) -> None:
 def test_a_diagnosis_of_long_recordings(log: Recording, tmp_path: Path) -> None:
     """Times stay those of the log, one recording stays one, and its models are drawn again."""
     given = [log, replace(log, name="other")]
-    found = diagnose(given[:1], test=given[1:], catalogue=FEW, most_rows=ROWS)
+    found = diagnose(given[:1], test=given[1:], prior=ALONE, most_rows=ROWS)
     starts = [warning.split(" to try")[0] for warning in found.warnings]
     assert starts == ["log: too long", "other: too long"]
     assert [(use.name, use.role) for use in found.recordings] == [
@@ -182,7 +183,7 @@ def test_a_diagnosis_of_long_recordings(log: Recording, tmp_path: Path) -> None:
     found.save(tmp_path / "diagnosis.json")
     back = Diagnosis.load(tmp_path / "diagnosis.json")
     assert back == found
-    judged = predictions(back, given, 0, catalogue=FEW)
+    judged = predictions(back, given, 0, catalogue=catalogue())
     assert rms([one.errors_of(TEST) for one in judged]) == pytest.approx(
         found.ladder[0].held_out_rmse_deg, rel=1e-9
     )

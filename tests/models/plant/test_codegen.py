@@ -143,13 +143,10 @@ def test_columns_of_a_table_are_not_compiled_for_anew() -> None:
     row = np.array(plant.layout.neutral_row())
     table = np.column_stack([STIMULUS.time_s, STIMULUS.command_deg.astype(np.float32)])
     table.flags.writeable = False
-    given = replace(
-        STIMULUS, time_s=table[:, 0], command_deg=table[:, 1], samples_s=np.arange(1, 3)
-    )
+    given = Stimulus(*table.T, False, np.arange(1, 3), np.ones(1))
     plant.simulate(row, STIMULUS)
     known = plant.run.signatures  # type: ignore[attr-defined]
     assert plant.simulate(row, given).shape == (2,)
-    plant.shaped_command(row, given)
     assert plant.run.signatures == known  # type: ignore[attr-defined]
 
 
