@@ -22,6 +22,10 @@ MAX_SUBFRAMES = 4000
 """Most sub-frames of an exposure: more show a surface that turns round several times in it."""
 
 _STILL_PX = 1e-6
+_FROZEN_PX = 1e-3
+"""Largest motion within an exposure that one sub-frame shows: its blur changes a sharp edge by less
+than 1e-4 grey levels, which is below the rounding of single precision."""
+
 _ROLLING_STEPS = 12  # at least, while a rolling shutter reads a moving picture
 _SHORTEST_EXPOSURE_S = 1e-7
 
@@ -83,7 +87,7 @@ def plan(
     settings: VideoSettings | None = None,
     seed: int = 0,
 ) -> Iterator[FramePlan]:
-    """The sub-frames of each exposure: one where nothing moves, else one per ``SUBFRAME_PX``.
+    """The sub-frames of each exposure: one for a still picture, else one per ``SUBFRAME_PX``.
 
     Under a global shutter a sub-frame shows the mean angle of its share of the exposure, not the
     angle at its middle, so the mean over sub-frames is the mean over the exposure exactly. Under a
@@ -115,7 +119,7 @@ def plan(
             time_s = np.array([start + 0.5 * length])
             surface, weights = trajectory.angle_at(time_s), np.ones((1, camera.height))
         elif camera.readout_s == 0.0:
-            count = max(needed, 2)
+            count = 1 if travel_px < _FROZEN_PX else max(needed, 2)
             step = length / count
             time_s = start + step * (np.arange(count) + 0.5)
             surface = trajectory.mean_angle(time_s, step)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition._hints import POINT, check_pivot
 from servosight.tracking.acquisition._rigid import centre_of, motions_of
-from servosight.tracking.core import Box
+from servosight.tracking.core import Box, Features
 from servosight.tracking.fit import PolarGrid
 from servosight.tracking.surface import (
     Surface,
@@ -36,11 +36,13 @@ def acquire(
     images: Sequence[Image],
     pivot_px: tuple[float, float] | None = None,
     template: Box | None = None,
+    features: Features | None = None,
 ) -> Surface:
     """Learn the surface and its pivot from a sample of a video's frames, the first one first.
 
     ``pivot_px`` is fixed where given; ``template`` (x, y, width, height) is the part of the first
-    one where the surface is looked for. Raises ``InputError`` where nothing turns.
+    one where the surface is looked for; ``features`` are the pictures', where others ask for them
+    as well. Raises ``InputError`` where nothing turns.
     """
     if pivot_px is not None and template is not None:
         angles, mask, grid = _from_pointing(images, pivot_px, template)
@@ -56,7 +58,7 @@ def acquire(
         rough, exact = learn([images[int(i)] for i in chosen], angles[chosen], mask, grid, True)
         angles[chosen] = exact
     else:
-        motions = motions_of(video, images, template)
+        motions = motions_of(video, images, template, features or Features())
         reference = motions[0].frame
         angles = np.full(len(images), np.nan)
         for motion in motions:
@@ -115,13 +117,12 @@ def _completed(images: Sequence[Image], angles_rad: Array, surface: Surface) -> 
 
     Features give no angle for a frame in which the surface is as in the reference frame.
     """
-    model = surface.blurred(0.0)
     pixels = surface.few_pixels(images[0].shape)
     known = angles_rad[np.isfinite(angles_rad)]
     reach = max(1.3 * float(np.abs(known).max()), _SEARCH_RAD / 4) if known.size else _SEARCH_RAD
     completed = angles_rad.copy()
     for number in np.flatnonzero(np.isnan(angles_rad)):
-        angle, score = search(model, pixels, images[int(number)], 0.0, reach)
+        angle, score = search(surface, pixels, images[int(number)], 0.0, reach)
         if score > _LEAST_SCORE:
             completed[number] = angle
     return completed

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ import numpy as np
 
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition._hints import POINT
-from servosight.tracking.core import Box, matched
+from servosight.tracking.core import Box, Features, Index
 
 _MOVED_PX = 1.5
 _LEAST_FEATURES = 8
 _LEAST_FRAMES = 4
-_STRIDE = 3
+_MOST_FRAMES = 16  # the same frames from which the view is found
 
 
 @dataclass(frozen=True)
@@ -31,17 +30,14 @@ class Rigid:
     points_px: Array  # (features, 2) on the reference
 
 
-def motions_of(video: Path, images: Sequence[Image], template: Box | None) -> list[Rigid]:
+def motions_of(
+    video: Path, images: Sequence[Image], template: Box | None, features: Features
+) -> list[Rigid]:
     """Rigid motions of the largest moving group of features, the reference frame's own first."""
-    finder = cv2.SIFT.create(1500, contrastThreshold=0.02)
-
-    # Features take long: every third frame first, all frames if these are not enough.
-    @cache
-    def features(frame: int) -> Any:  # cv2's own hints deny that nothing found is None
-        return finder.detectAndCompute(images[frame], None)
-
-    for stride in (_STRIDE, 1):
-        best, moved_px = _largest_group(features, range(0, len(images), stride), template)
+    # Features take long: some frames first, all frames if these are not enough.
+    for stride in (-(-len(images) // _MOST_FRAMES), 1):
+        chosen = range(0, len(images), stride)
+        best, moved_px = _largest_group(features, images, chosen, template)
         if len(best) > _LEAST_FRAMES:
             return best
     why = (
@@ -56,7 +52,7 @@ def motions_of(video: Path, images: Sequence[Image], template: Box | None) -> li
 
 
 def _largest_group(
-    features: Callable[[int], Any], chosen: Sequence[int], template: Box | None
+    features: Features, images: Sequence[Image], chosen: Sequence[int], template: Box | None
 ) -> tuple[list[Rigid], float]:
     """The most rigid motions against one reference; and how far features moved [px]."""
     references = (0,) if template is not None else (0, len(chosen) // 2, len(chosen) // 3)
@@ -67,7 +63,7 @@ def _largest_group(
         for frame in chosen:
             if frame == reference:
                 continue
-            before, after = _pairs(features(reference), features(frame), template)
+            before, after = _pairs(features.matched(images[reference], images[frame]), template)
             if len(before) == 0:
                 continue
             away = np.hypot(*(after - before).T)
@@ -85,9 +81,9 @@ def _largest_group(
     return best, moved_px
 
 
-def _pairs(first: tuple[Any, Any], second: tuple[Any, Any], box: Box | None) -> tuple[Array, Array]:
+def _pairs(match: tuple[Index, Array, Array], box: Box | None) -> tuple[Array, Array]:
     """Matched features as (n, 2) positions in either frame, those that begin in the box."""
-    _, before, after = matched(first, second)
+    _, before, after = match
     if box is not None:
         x, y, width, height = box
         low, high = np.array([x, y]), np.array([x + width - 1, y + height - 1])

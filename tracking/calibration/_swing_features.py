@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import Index, matched
+from servosight.tracking.core import Features, Index
 
-_FEATURES = 1500
 _MOVED_PX = 1.5
 _LEAST_MATCHES = 15
 LEAST_FRAMES = 4
@@ -30,11 +28,8 @@ class Tracks:
     shape: tuple[int, ...]
 
 
-def feature_tracks(images: Sequence[Image]) -> Tracks | None:
+def feature_tracks(images: Sequence[Image], features: Features) -> Tracks | None:
     """Features of one frame matched in the others, where they moved together; None: too few."""
-    # Without the precise upscaling OpenCV places all features a quarter of a pixel off.
-    finder = cv2.SIFT.create(_FEATURES, contrastThreshold=0.02, enable_precise_upscale=True)
-    found = [finder.detectAndCompute(image, None) for image in images]
     best: list[tuple[int, Index, Array]] = []
     home = 0
     for reference in sorted({0, len(images) // 2, len(images) // 3}):
@@ -42,24 +37,23 @@ def feature_tracks(images: Sequence[Image]) -> Tracks | None:
             (frame, *pair)
             for frame in range(len(images))
             if frame != reference
-            and (pair := _moved_together(found[reference], found[frame])) is not None
+            and (pair := _moved_together(features, images[reference], images[frame])) is not None
         ]
         if len(seen) > len(best):
             best, home = seen, reference
     if len(best) < LEAST_FRAMES:
         return None
     points = np.unique(np.concatenate([point for _, point, _ in best]))
-    keys = np.array([keypoint.pt for keypoint in found[home][0]], np.float64)
-    best.append((home, points, keys[points]))
+    best.append((home, points, features.points_px(images[home])[points]))
     best.sort(key=lambda seen: seen[0])
     frames = np.concatenate([np.full(point.size, n) for n, (_, point, _) in enumerate(best)])
     point = np.searchsorted(points, np.concatenate([point for _, point, _ in best]))
     return Tracks(np.vstack([xy for _, _, xy in best]), point, frames, images[0].shape)
 
 
-def _moved_together(first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Index, Array] | None:
+def _moved_together(features: Features, first: Image, second: Image) -> tuple[Index, Array] | None:
     """Features of the first frame that moved as one plane, and where they are in the second."""
-    index, before, after = matched(first, second)
+    index, before, after = features.matched(first, second)
     moving = np.hypot(*(after - before).T) > _MOVED_PX
     if moving.sum() < _LEAST_MATCHES:
         return None

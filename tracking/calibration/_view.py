@@ -15,7 +15,7 @@ import numpy as np
 from servosight.models.core import Array, Image
 from servosight.tracking.calibration._swing import Swing, calibrate_swing
 from servosight.tracking.calibration._swing_features import feature_tracks
-from servosight.tracking.core import CameraGeometry, MotionPlane, like_picture
+from servosight.tracking.core import CameraGeometry, Features, MotionPlane, like_picture
 
 _MOST_FRAMES = 16
 # Features have a common error that depends on the view and that their own scatter does not show: on
@@ -55,12 +55,16 @@ class CameraView:
 
 
 def view_of(
-    images: Sequence[Image], camera: CameraGeometry | None = None, predicted: bool = False
+    images: Sequence[Image],
+    camera: CameraGeometry | None = None,
+    predicted: bool = False,
+    features: Features | None = None,
 ) -> CameraView:
     """The view from frames spread over the motion, the first frame first.
 
     ``predicted`` says that the codec predicts pictures from earlier ones: an error of a feature
-    then lasts for frames, and a tilt that moves features by less is not believed.
+    then lasts for frames, and a tilt that moves features by less is not believed. ``features`` are
+    the pictures', where others ask for them as well.
     """
     lens = camera.lens if camera is not None else None
     if camera is not None and camera.onto is not None:
@@ -68,7 +72,7 @@ def view_of(
         plane = MotionPlane(like_picture(camera.onto, middle), lens)
         return CameraView(plane, None, "view as calibrated", calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
-    tracks = feature_tracks(images[::stride])
+    tracks = feature_tracks(images[::stride], features or Features())
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
     flat = MotionPlane(lens=lens)
     if swing is None:

@@ -1,4 +1,4 @@
-"""Matching features of two pictures."""
+"""Features of pictures and their matches, each found once."""
 
 from __future__ import annotations
 
@@ -8,18 +8,47 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, Image
 
 Index = NDArray[np.intp]
+Match = tuple[Index, Array, Array]
 
+_FEATURES = 1500
 _RATIO = 0.75  # of distances to the nearest and the next (Lowe 2004)
 
 
-def matched(first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Index, Array, Array]:
-    """Which features of the first are found in the second, (n,), and where in either, (n, 2) [px].
+class Features:
+    """SIFT features of a video's pictures, which several steps ask for; kept with the pictures."""
 
-    Each is what OpenCV's ``detectAndCompute`` returns.
-    """
+    def __init__(self) -> None:
+        # Without the precise upscaling OpenCV places all features a quarter of a pixel off.
+        self._finder = cv2.SIFT.create(
+            _FEATURES, contrastThreshold=0.02, enable_precise_upscale=True
+        )
+        self._found: dict[int, tuple[Image, Any, Any]] = {}
+        self._matches: dict[tuple[int, int], Match] = {}
+
+    def points_px(self, image: Image) -> Array:
+        """Where the features of a picture are, x and y; (n, 2)."""
+        points = [keypoint.pt for keypoint in self._of(image)[0]]
+        return np.array(points, np.float64).reshape(-1, 2)
+
+    def matched(self, first: Image, second: Image) -> Match:
+        """Which features of the first are found in the second, (n,), and where in either, (n, 2)
+        [px]."""
+        pair = id(first), id(second)  # no other picture's as long as these are kept
+        if pair not in self._matches:
+            self._matches[pair] = _matched(self._of(first), self._of(second))
+        return self._matches[pair]
+
+    def _of(self, image: Image) -> tuple[Any, Any]:
+        if id(image) not in self._found:
+            self._found[id(image)] = image, *self._finder.detectAndCompute(image, None)
+        return self._found[id(image)][1:]
+
+
+def _matched(first: tuple[Any, Any], second: tuple[Any, Any]) -> Match:
+    """Matches of keypoints and descriptors, which are None where nothing is found."""
     if any(one[1] is None or len(one[1]) < 2 for one in (first, second)):
         return np.empty(0, np.intp), np.empty((0, 2)), np.empty((0, 2))
     pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first[1], second[1], k=2)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Single
-from servosight.tracking.fit._kernels import GATE, gate_of, judged, median_residual, normal, weights
+from servosight.tracking.fit._kernels import gate_of, judged, median_residual, normal, weights
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
 
@@ -79,7 +79,8 @@ def correlation(a: Single, b: Single) -> float:
 class _Step:
     """One weighted least-squares step: pixels, equations and solution.
 
-    ``rows`` (3 or more, pixels) are the changes with gain, offset and motion, ``used`` and
+    ``rows`` (3 or more, pixels) are the changes with gain, offset and motion, ``noise`` [grey
+    levels] is what the step leaves of a pixel of weight 1, by its linear model. ``used`` and
     ``inside`` count the pixels that passed the gate and those not at either end of the range.
     """
 
@@ -90,6 +91,7 @@ class _Step:
     matrix: Array
     inverse: Array
     solution: Array
+    noise: float
     used: int
     inside: int
 
@@ -130,13 +132,16 @@ def gauss_newton(
         if solved is None:
             return None
         step = solved
+        assumed = gain
         gain, offset, turned = (float(v) for v in step.solution[:3])
+        # The slopes were those of the assumed gain.
+        turned *= float(np.clip(assumed / max(gain, 1e-3), 0.5, 2.0))
         angle_rad += turned
         if abs(angle_rad - start) > _FARTHEST_RAD:
             return None
         # Steps shrink by about the same factor: stop where the next one is negligible.
         shrink = min(abs(turned) / before, 1.0) if iteration > 1 else _SHRINK
-        sigma = np.sqrt(step.inverse[2, 2]) * gate / GATE
+        sigma = np.sqrt(step.inverse[2, 2]) * step.noise
         # The first step is biased where something covers a part.
         clear = iteration > 1 or step.used > _CLEAR * step.inside
         if iteration >= least and clear and abs(turned) * shrink < max(exact * sigma, 1e-7):
@@ -155,12 +160,14 @@ def _step(sample: Sample, seen: NDArray[np.uint8], motion: Single, light: Single
     weight, used, inside = weights(seen, value, light)
     if used < _LEAST_PIXELS:
         return None
-    matrix, right = normal(seen, rows, weight)
+    matrix, right, power = normal(seen, rows, weight)
     try:
         inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
         return None
-    return _Step(sample, seen, rows, weight, matrix, inverse, inverse @ right, used, inside)
+    solution = inverse @ right
+    noise = float(np.sqrt(max(power - right @ solution, 0.0) / used))
+    return _Step(sample, seen, rows, weight, matrix, inverse, solution, noise, used, inside)
 
 
 def _fit(angle_rad: float, step: _Step) -> AngleFit:

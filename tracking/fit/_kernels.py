@@ -48,9 +48,13 @@ def weights(seen, value, light):  # type: ignore[no-untyped-def]
 
 @_kernel
 def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
-    """Normal matrix and right side of weighed pixels; ``rows`` (unknowns, pixels)."""
+    """Normal matrix, right side and sum of squares of weighed pixels; ``rows`` (unknowns,
+    pixels)."""
     count = len(rows)
     normal, right = np.empty((count, count)), np.empty(count)
+    power = 0.0
+    for i in range(seen.size):
+        power += np.float64(weight[i]) * seen[i] * seen[i]
     for a in range(count):
         weighed = rows[a] * weight
         total = 0.0
@@ -62,7 +66,7 @@ def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
             for i in range(seen.size):
                 total += np.float64(weighed[i]) * rows[b, i]
             normal[a, b] = normal[b, a] = total
-    return normal, right
+    return normal, right, power
 
 
 @_kernel

@@ -186,7 +186,7 @@ class _Problem:
             sheet = layers[:, :, side] * self.preconditioner
             sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
             waves = fft.dct(sheet, axis=0, norm="ortho") * self.wave_preconditioner
-            sheet = fft.idct(waves, axis=0, norm="ortho").astype(np.float32)
+            sheet = fft.idct(waves, axis=0, norm="ortho")
             sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
             layers[:, :, side] = sheet * self.preconditioner / np.float32(size)
         layers *= self.free
@@ -200,7 +200,8 @@ def _wave_preconditioner(columns: int, finest: NDArray[np.floating]) -> Single:
     Both are equal where a second difference squared is ``finest`` (rows,); (columns, rows).
     """
     cos = np.cos(np.pi * np.arange(columns) / columns)[:, None]
-    return np.asarray(1.0 / (((4.0 + 2.0 * cos) / 6.0) ** 2 + (2.0 - 2.0 * cos) ** 2 / finest))
+    power = ((4.0 + 2.0 * cos) / 6.0) ** 2 + (2.0 - 2.0 * cos) ** 2 / finest
+    return np.asarray(1.0 / power, np.float32)
 
 
 def _second_difference(layers: Single) -> Single:

@@ -21,7 +21,7 @@ from servosight.tracking.acquisition import (
     without,
 )
 from servosight.tracking.calibration import CameraView, rectifier, view_of
-from servosight.tracking.core import STILL, Box, Shutters, Track, TrackOptions, turned
+from servosight.tracking.core import STILL, Box, Features, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.methods._verified import refused_with_picture, verify
@@ -117,13 +117,13 @@ def track_frames(
 
 def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
     """The moving part, its pivot and its plane, from slow frames of a stabilised video."""
-    images, beside = film.images, options.beside
+    images, beside, features = film.images, options.beside, Features()
     shape = images[0].shape
     box = pointed_box(options, shape)
     if options.at_s is not None and box is not None:
         images = [film.frame_at(options.at_s).image, *images]
     if beside is None:
-        view = view_of(images, options.camera, film.predicted)
+        view = view_of(images, options.camera, film.predicted, features)
     else:
         view = same_view(beside, options.camera)
         images = images if box is not None else without(images, beside)
@@ -133,7 +133,7 @@ def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
         x, y = view.plane.of_picture(np.array([pivot]))[0]
         pivot = float(x), float(y)
     flat = [rectified(image) for image in images]
-    surface = acquire(film.path, flat, pivot, box)
+    surface = acquire(film.path, flat, pivot, box, features)
     surface = replace(surface, grid=replace(surface.grid, plane=view.plane))
     estimator = SurfaceEstimator.of(surface, shape)
     first = len(images) - len(film.images)  # after the frame pointed at

@@ -64,4 +64,4 @@ class SurfaceEstimator:
 
     def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""
-        return search(self.surface.blurred(0.0), self.thin, picture, centre_rad, half_rad)[0]
+        return search(self.surface, self.thin, picture, centre_rad, half_rad)[0]

@@ -62,6 +62,13 @@ class Surface:
         return Pixels.about(self.grid, shape, every)
 
     @cached_property
+    def cells(self) -> Single:
+        """Its grey levels at the lattice's own points; (columns, rows)."""
+        kernel = np.array([1.0, 4.0, 1.0]) / 6.0  # the cubic B-spline at whole numbers
+        along = ndimage.correlate1d(self.coefficients, kernel, axis=0, mode="mirror")
+        return np.asarray(ndimage.correlate1d(along, kernel, axis=1, mode="mirror"))
+
+    @cached_property
     def _areas_px(self) -> Array:
         """Pixels covered by the cells that lie more than 0, 1, 2... half columns inside."""
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
-from scipy.interpolate import make_interp_spline
 
 from servosight.models.core import Array
 from servosight.tracking.core import Exposure
@@ -29,6 +28,8 @@ def at_middle_row(
 
     That sigma is the difference from a spline of higher order, as far as it exceeds the noise.
     """
+    from scipy.interpolate import make_interp_spline  # slow to load, and seldom needed
+
     places = [n for n, fit in enumerate(fits) if fit is not None]
     known = [fit for fit in fits if fit is not None]
     found = [exposures[n] for n in places]
@@ -66,6 +67,8 @@ def _noise(late: Array) -> tuple[Array, Array]:
 
     And that of its difference from a spline of order seven. From the response to one node.
     """
+    from scipy.interpolate import make_interp_spline
+
     nodes = np.arange(2.0 * _FAR + 1.0)
     fifth, seventh = (make_interp_spline(nodes, 1.0 * (nodes == _FAR), n) for n in (5, 7))
     near = late[:, None] + nodes[_FAR // 2 : -(_FAR // 2)]

@@ -37,7 +37,7 @@ def test_a_tilt_must_exceed_what_a_codec_does(
     found = swing(gain_px / ARM_PX)
     points = np.array([[48.0 + ARM_PX, 32.0]] * 8)
     tracks = Tracks(points, np.zeros(8, np.intp), np.arange(8), (64, 96))
-    monkeypatch.setattr(_view, "feature_tracks", lambda images: tracks)
+    monkeypatch.setattr(_view, "feature_tracks", lambda images, features: tracks)
     monkeypatch.setattr(_view, "calibrate_swing", lambda tracks, lens: found)
     view = _view.view_of(IMAGES, predicted=predicted)
     assert view.found is used
