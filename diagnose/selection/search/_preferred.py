@@ -19,6 +19,8 @@ from servosight.diagnose.selection.search._wide import steps_to
 WEIGHT = "gravity_load"
 FRICTIONS = ("load_dependent_friction", "coulomb_friction")
 """What the gears of a servo have at the least, beside the weight of its arm."""
+UNLOADED = 3
+"""So many of the cheapest models are fitted with k held at 1 as well."""
 
 
 def simplified(steps: Sequence[Step], visited: Visited) -> list[Step]:
@@ -37,6 +39,7 @@ def preferred(visited: Visited, last: Trial) -> Trial:
         return last
     if models.explained_whole(last, criterion):
         return last
+    _fit_ordinary(visited, last)
     _fit_unloaded(visited, last)
     best = fewest_assumptions(
         visited.ranked(),
@@ -64,36 +67,49 @@ def fewest_assumptions(
     def price(trial: Trial) -> float:
         return criterion.overall_price(trial.score)
 
-    def assumptions(trial: Trial) -> int:
-        return len(trial.effects) + trial.score.gain_fitted
-
     def order(trial: Trial) -> tuple[int, bool, float]:
-        return assumptions(trial), trial.score.gain_fitted, price(trial)
+        return _assumptions(trial), trial.score.gain_fitted, price(trial)
 
     def first(ordered: Sequence[Trial]) -> Trial:
         return next((one for one in ordered if one.key == last.key or is_accepted(one)), last)
 
-    simple = [one for one in tried if one.effects and assumptions(one) <= assumptions(last)]
+    simple = [one for one in tried if one.effects and _assumptions(one) <= _assumptions(last)]
     least = first(sorted((one for one in simple if price(one) <= price(last)), key=price))
     most = price(least) + criterion.policy.effect_price
     return first(sorted((one for one in simple if price(one) <= most), key=order))
 
 
-def _fit_unloaded(visited: Visited, last: Trial) -> None:
-    """Fit with k held at 1 what may stand in for ``last``, unless that is known.
+def _assumptions(trial: Trial) -> int:
+    return len(trial.effects) + trial.score.gain_fitted
 
-    The same effects, these and a weight, and a weight with each ordinary kind of friction.
+
+def _fit_ordinary(visited: Visited, last: Trial) -> None:
+    """Fit with k held at 1 the effects of ``last`` and a weight, and a weight with each friction.
+
+    Where such a model was fitted before it is left as it is.
     """
     models = visited.models
     linear = models.unloaded()
     if linear is None or not models.at_one_gain:
         return
-    held = linear.fit.problem.held
-    if last.score.gain_fitted:
-        models.refitted(last, held)
     able = {*models.candidates(linear), *last.effects}
     for further in (last.effects, *((friction,) for friction in FRICTIONS)):
         names = {WEIGHT, *models.known.first, *further}
         effects = tuple(name for name in models.catalogue if name in names)
         if names <= able and (effects, linear.held) not in models.trials:
             models.together(linear, effects)
+
+
+def _fit_unloaded(visited: Visited, last: Trial) -> None:
+    """Fit the cheapest models in which k is fitted with k held at 1, from where they are.
+
+    Of those that then have no more assumptions than ``last``.
+    """
+    models, criterion = visited.models, visited.criterion
+    linear = models.unloaded()
+    if linear is None:
+        return
+    free = [one for one in visited.ranked() if one.effects and one.score.gain_fitted]
+    able = [one for one in free if len(one.effects) <= _assumptions(last)]
+    for trial in sorted(able, key=lambda one: criterion.overall_price(one.score))[:UNLOADED]:
+        models.refitted(trial, linear.fit.problem.held)

@@ -17,9 +17,15 @@ from servosight.diagnose.selection import (
     Selected,
     SelectionPolicy,
     Split,
+    Step,
     StepwiseSelector,
 )
-from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
+from servosight.diagnose.selection.search import (
+    BackwardSearch,
+    BeamSearch,
+    Visited,
+    simplified,
+)
 from servosight.identify.problem import Work
 from servosight.models.core import Recording, silent
 from servosight.models.effects import catalogue
@@ -82,6 +88,17 @@ def test_k_is_held_at_one_where_the_data_do_not_ask_for_another(k: float, unload
         best = visited.best()
         assert set(best.effects) == set(KNOWN[1:])
         assert best.fit.problem.values(best.fit.outcome.point)["k"] == k
+
+
+def test_a_k_that_the_data_do_not_ask_for_is_held_in_the_answer() -> None:
+    """The noise counts as unexplained here."""
+    models = _models(KNOWN[1:])
+    visited = Visited(models, AcceptanceCriterion(0.1 * FLOOR_DEG, 0.05 * FLOOR_DEG))
+    linear = models.linear()
+    steps = [Step(linear), Step(models.together(linear, KNOWN[1:]))]
+    last = simplified(steps, visited)[-1].trial
+    assert set(last.effects) == set(KNOWN[1:])
+    assert last.held == ("k",)
 
 
 def test_the_linear_model_with_k_held_is_no_answer() -> None:
