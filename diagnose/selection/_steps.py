@@ -23,7 +23,8 @@ class SearchEffort:
     ``beam`` cheapest models of all are extended.
 
     No further model is tried after ``simulations`` of each fitted recording. The steps end after
-    the share ``steps_share`` of these, so that some are left for the search behind them.
+    the share ``steps_share`` of these, the search behind them after ``search_share``, so that some
+    are left for what may stand in for its answer.
     """
 
     sketched: int = 2
@@ -36,11 +37,12 @@ class SearchEffort:
     beam: int = 2
     simulations: int = 60_000
     steps_share: float = 0.5
+    search_share: float = 0.9
 
-    def is_spent(self, models: ModelSelection, share: float = 1.0) -> bool:
-        """True where a ``share`` of the simulations has been made."""
-        most = share * self.simulations * len(models.recordings)
-        return models.work.simulations >= most
+    def is_spent(self, models: ModelSelection, share: float | None = None) -> bool:
+        """True where a ``share`` of the simulations has been made, by default the search's."""
+        share = self.search_share if share is None else share
+        return models.work.simulations >= share * self.simulations * len(models.recordings)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ class StepwiseSelector:
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
-        steps = simplified(steps, Visited(self.models, self.criterion))
+        steps = simplified(steps, Visited(self.models, self.criterion), self.effort)
         begun = Step(self.models.first())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 

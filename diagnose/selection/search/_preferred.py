@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from servosight.diagnose.selection._policy import AcceptanceCriterion
-from servosight.diagnose.selection._steps import Step
+from servosight.diagnose.selection._steps import SearchEffort, Step
 from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.search._wide import steps_to
@@ -23,12 +23,12 @@ UNLOADED = 3
 """So many of the cheapest models are fitted with k held at 1 as well."""
 
 
-def simplified(steps: Sequence[Step], visited: Visited) -> list[Step]:
+def simplified(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -> list[Step]:
     """The steps, or those that lead to the preferred model in the place of the last one."""
-    return steps_to(steps, visited, preferred(visited, steps[-1].trial))
+    return steps_to(steps, visited, preferred(visited, steps[-1].trial, effort))
 
 
-def preferred(visited: Visited, last: Trial) -> Trial:
+def preferred(visited: Visited, last: Trial, effort: SearchEffort) -> Trial:
     """The model in the place of ``last``: fewest assumptions among the cheapest of all tried.
 
     ``last`` stays where it explains the data, has no effects, or was chosen by recordings of their
@@ -39,8 +39,9 @@ def preferred(visited: Visited, last: Trial) -> Trial:
         return last
     if models.explained_whole(last, criterion):
         return last
-    _fit_ordinary(visited, last)
-    _fit_unloaded(visited, last)
+    if not effort.is_spent(models, 1.0):
+        _fit_ordinary(visited, last)
+        _fit_unloaded(visited, last)
     best = fewest_assumptions(
         visited.ranked(),
         last,
@@ -58,10 +59,10 @@ def fewest_assumptions(
 ) -> Trial:
     """Of ``last`` and what was ``tried`` with no more assumptions, the one that is preferred.
 
-    Its price is at most that of one effect above the least of those that are accepted. An
-    assumption is an effect, or a k other than 1: that is what a loop with its sensor on the output
-    has but for load and friction. Of as many assumptions those without another k come first, then
-    the cheapest.
+    Its price is at most that of one effect above the least of those that are accepted, and none of
+    these is the same with an effect more that would be accepted. An assumption is an effect, or a k
+    other than 1: that is what a loop with its sensor on the output has but for load and friction.
+    Of as many assumptions those without another k come first, then the cheapest.
     """
 
     def price(trial: Trial) -> float:
@@ -76,7 +77,16 @@ def fewest_assumptions(
     simple = [one for one in tried if one.effects and _assumptions(one) <= _assumptions(last)]
     least = first(sorted((one for one in simple if price(one) <= price(last)), key=price))
     most = price(least) + criterion.policy.effect_price
-    return first(sorted((one for one in simple if price(one) <= most), key=order))
+    near = [one for one in simple if price(one) <= most]
+    open_ = [one for one in near if not any(_supersedes(other, one, criterion) for other in near)]
+    return first(sorted(open_, key=order))
+
+
+def _supersedes(other: Trial, trial: Trial, criterion: AcceptanceCriterion) -> bool:
+    """True where ``other`` is ``trial`` with one effect more, which is accepted beside the rest."""
+    larger = set(other.effects) > set(trial.effects) and other.held == trial.held
+    one_more = larger and len(other.effects) == len(trial.effects) + 1
+    return one_more and criterion.earns(other.score, trial.score, 1)
 
 
 def _assumptions(trial: Trial) -> int:

@@ -61,3 +61,13 @@ def test_no_model_is_told_that_does_not_need_all_its_effects() -> None:
     last = trial("coulomb_friction", FREE, 0.40)
     other = trial("coulomb_friction gravity_load", HELD, 0.30)
     assert fewest_assumptions([last, other], last, CRITERION, lambda one: one is last) is last
+
+
+def test_no_effect_is_left_out_that_would_be_accepted() -> None:
+    """On the fitted samples it changes little, on those that validate much."""
+    last = trial("coulomb_friction gravity_load", FREE, 0.40, unseen=0.5)
+    held = trial("coulomb_friction gravity_load", HELD, 0.40, unseen=0.5)
+    fewer = trial("gravity_load", HELD, 0.41, unseen=0.9)
+    price = CRITERION.overall_price
+    assert price(fewer.score) < price(held.score) + CRITERION.policy.effect_price
+    assert fewest_assumptions([last, held, fewer], last, CRITERION, lambda one: True) is held

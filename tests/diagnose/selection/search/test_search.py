@@ -96,7 +96,7 @@ def test_a_k_that_the_data_do_not_ask_for_is_held_in_the_answer() -> None:
     visited = Visited(models, AcceptanceCriterion(0.1 * FLOOR_DEG, 0.05 * FLOOR_DEG))
     linear = models.linear()
     steps = [Step(linear), Step(models.together(linear, KNOWN[1:]))]
-    last = simplified(steps, visited)[-1].trial
+    last = simplified(steps, visited, SearchEffort())[-1].trial
     assert set(last.effects) == set(KNOWN[1:])
     assert last.held == ("k",)
 
