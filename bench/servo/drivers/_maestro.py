@@ -10,7 +10,7 @@ from servosight.bench.host_clock import Clock
 from servosight.bench.safety import Limits
 from servosight.bench.servo._port import TRIES, Port, ask
 from servosight.bench.servo._protocol import Lamp, LinkLost, Reading, Sent, ServoFault
-from servosight.bench.servo._pulses import pulse_train
+from servosight.bench.servo._pulses import Shown, pulse_train
 from servosight.bench.servo.codecs import maestro as codec
 from servosight.models.core import InputError, within
 
@@ -57,14 +57,16 @@ class Maestro:
         """Open the port."""
         self.name = f"Maestro channel {settings.channel} on {path}"
         self._settings = settings
-        self._speed = self._last = self._shown = 0
+        self._speed = self._before = self._last = self._shown = 0
         self.lamp: Lamp | None = None
         if settings.light_channel is not None:
             self.lamp = OutputLamp(self, settings.light_channel)
         self._period_s = 1e-3 * settings.period_ms
-        self._cost_s = self._wrote_s = 0.0
+        self._cost_s = self._wrote_s = self._taken_s = 0.0
+        self._asked_s = -math.inf
         self._waits = False
         self._pulses: list[tuple[float, float]] = []
+        self._answers: list[Shown] = []
         self._clock = clock
         self._port = Port(path, settings.baud, clock, self.name)
         if settings.deg_per_us == 0.0:
@@ -100,11 +102,10 @@ class Maestro:
 
     def write(self, angle_deg: float) -> Sent:
         """Set the target, in quarter microseconds; the Maestro uses it from its next pulse on."""
-        self._last = round(codec.QUARTERS * self._width_us(angle_deg))
+        self._before, self._last = self._last, round(codec.QUARTERS * self._width_us(angle_deg))
         self._wrote_s = self._clock.now()
-        width_us = self._last / codec.QUARTERS
-        goal_deg = (width_us - self._settings.neutral_us) * self._settings.deg_per_us
-        return Sent(self._target(self._last), goal_deg)
+        self._taken_s = self._target(self._last)
+        return Sent(self._taken_s, self._angle_deg(self._last))
 
     def output(self, channel: int, high: bool) -> float:
         """Set a channel that is a digital output; the time at which the Maestro has the order."""
@@ -112,10 +113,7 @@ class Maestro:
         return self._send(codec.set_target(channel, target, self._settings.device))
 
     def follow(self, until_s: float) -> None:
-        """Ask for the pulse that is being sent until it is another one, or until a time."""
-        # An answer with the new pulse alone says that it began after the order, where it is known
-        # that the answer waits for the pulse.
-        before_s = self._wrote_s if self._waits else None
+        """Ask for the pulse that is being sent until it is the last goal's, or until a time."""
         # Rows come as evenly as pulses: without a shift of its own each time, the questions would
         # always leave the same gap about a pulse.
         shift = math.modf(_GOLDEN * len(self._pulses))[0]
@@ -125,13 +123,22 @@ class Maestro:
             position = self._position()
             answered_s = self._clock.now()
             self._cost_s = answered_s - asked_s
+            self._answers.append(Shown(asked_s, answered_s, self._angle_deg(position)))
             if position != self._shown:
-                self._shown = position
-                if before_s is not None:
-                    self._pulses.append((before_s, answered_s))
-                return
-            before_s = asked_s
+                self._note_pulse(position, answered_s)
+            self._shown, self._asked_s = position, asked_s
             self._clock.wait(answered_s + _POLL_S)
+
+    def _note_pulse(self, position: int, answered_s: float) -> None:
+        """A pulse began since the last question, before this answer; the order says more."""
+        low, high = self._asked_s, answered_s
+        if self._waits and self._last != self._before:
+            if position == self._last:
+                low = max(low, self._wrote_s)
+            elif position == self._before:
+                high = min(high, self._taken_s)
+        if high - low < 0.5 * self._period_s:
+            self._pulses.append((low, high))
 
     def _look_for_pulses(self) -> None:
         """See whether answers wait for the next pulse: change the target by its least step.
@@ -149,10 +156,10 @@ class Maestro:
 
     def taken(self, sent: list[Sent]) -> tuple[list[Sent], float]:
         """Goals at the pulses that were seen; half a period later where none were."""
-        train = pulse_train(self._pulses, self._period_s)
-        self._pulses.clear()
+        train, answers = pulse_train(self._pulses, self._period_s), self._answers
+        self._pulses, self._answers = [], []
         if train is not None:
-            return train.taken(sent), train.sigma_s
+            return train.taken(sent, answers)
         late = [Sent(one.time_s + 0.5 * self._period_s, one.angle_deg) for one in sent]
         return late, self._period_s / math.sqrt(12.0)
 
@@ -184,6 +191,11 @@ class Maestro:
 
     def _width_us(self, angle_deg: float) -> float:
         return self._settings.neutral_us + angle_deg / self._settings.deg_per_us
+
+    def _angle_deg(self, quarters: int) -> float:
+        """The angle of a pulse; of equal pulses exactly the same."""
+        width_us = quarters / codec.QUARTERS
+        return (width_us - self._settings.neutral_us) * self._settings.deg_per_us
 
     def _target(self, quarters: int) -> float:
         return self._send(codec.set_target(self._settings.channel, quarters, self._settings.device))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from support.wires import STAND_INS, STEP_DEG, rig
@@ -72,6 +74,27 @@ def test_the_log_is_what_the_servo_was_told_and_when(kind: str) -> None:
         assert angle_deg == pytest.approx(has, abs=1e-9)
         changed = at[np.argmin(np.abs(at - time_s))]
         assert abs(changed - time_s) <= slack_s or goal[at <= time_s][-1] == pytest.approx(has)
+
+
+@pytest.mark.parametrize("shift_s", [0.0, 0.010, 0.011, 0.012, 0.013])
+def test_rows_as_even_as_pulses_get_the_pulse_that_had_them(shift_s: float) -> None:
+    """At the last four shifts rows and pulses coincide, and their order changes within the run."""
+    far = MaestroStandIn(LinearPlant(), crc=True, period_s=0.020006)
+    with rig("maestro", far=far) as on:
+        log = CommandLog()
+        with released(on.servo):
+            on.servo.move_to(float(SINE[0]))
+            on.clock.wait(on.clock.now() + shift_s)
+            play(on.servo, TIME, SINE, log)
+    at, goal = (np.array([getattr(one, key) for one in far.told]) for key in ("time_s", "goal_deg"))
+    error_s = []
+    for before, one in itertools.pairwise(log.sent):
+        if one.angle_deg != before.angle_deg:
+            apart_s = one.time_s - at[np.abs(goal - one.angle_deg) < 1e-6]
+            error_s.append(apart_s[np.argmin(np.abs(apart_s))])
+    assert len(error_s) > 0.8 * TIME.size
+    assert np.abs(error_s).max() < 1e-3  # a wrong pulse is 20 ms
+    assert abs(np.mean(error_s)) < np.sqrt(3.0) * log.sigma_s < 2e-3  # within the room
 
 
 def test_pulses_that_nobody_could_time_are_half_a_period_late_and_uncertain() -> None:

@@ -82,8 +82,6 @@ def test_the_recording_is_on_the_commands_clock(recorded: tuple[str, Path]) -> N
 @pytest.mark.slow
 def test_the_hidden_effect_is_named_and_the_servo_found(recorded: tuple[str, Path]) -> None:
     kind, recording = recorded
-    if kind == "maestro":
-        pytest.skip("on a busy machine its pulses are dated up to a period late: not settled")
     truth = Rehearsal.drawn(SEEDS[kind], kind).truth()
     result = ss.diagnose([recording])
     assert list(result.effects) == truth["effects"]
