@@ -11,7 +11,8 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 
-_POINTS, _FAINTEST, _APART_PX = 200, 5e-4, 8
+_POINTS, _FAINTEST, _APART_PX = 1000, 5e-4, 8
+_CELLS, _OF_EACH = 9, 3  # cells along the longer side, and features of each
 _LEAST_FOUND = 12
 _GATE_PX = 1.0
 _WINDOW = (21, 21)
@@ -28,6 +29,7 @@ def motion_between(first: Image, second: Image, mask: Image | None = None) -> Ar
     points: Any = cv2.goodFeaturesToTrack(first, _POINTS, _FAINTEST, _APART_PX, mask=mask)
     if points is None or len(points) < _LEAST_FOUND:
         return None
+    points = spread(points, max(first.shape) / _CELLS)
     nothing = np.empty(0, np.float32)
     found, status, _ = cv2.calcOpticalFlowPyrLK(
         first, second, points, nothing, winSize=_WINDOW, maxLevel=_LEVELS
@@ -43,6 +45,20 @@ def motion_between(first: Image, second: Image, mask: Image | None = None) -> Ar
     if matrix is None or inlier.sum() < _LEAST_FOUND:
         return None
     return np.asarray(matrix, np.float64)
+
+
+def spread(points: Any, cell_px: float) -> Any:
+    """The first few of the points (n, 1, 2) in each cell of the picture, the best ones first.
+
+    A part with more texture than all that lies behind it would otherwise be taken for that.
+    """
+    cells = np.floor(points[:, 0] / cell_px).astype(int) @ np.array([1, 1000])
+    seen: dict[int, int] = {}
+    kept = np.zeros(len(points), bool)
+    for number, cell in enumerate(cells.tolist()):
+        kept[number] = seen.setdefault(cell, 0) < _OF_EACH
+        seen[cell] += 1
+    return points[kept]
 
 
 @dataclass(frozen=True)
@@ -66,7 +82,8 @@ class CameraPath:
             step = motion_between(pictures[number - 1], pictures[number])
             chain[number] = _joined(step if step is not None else _STILL, chain[number - 1])
         middle = 0.5 * np.array(pictures[0].shape[1::-1], np.float64)
-        place = chain[:, :, :2] @ middle + chain[:, :, 2] - middle
+        # The corner as well: a camera whose middle stays may turn.
+        place = np.hstack([chain[:, :, :2] @ p + chain[:, :, 2] - p for p in (middle, 0 * middle)])
         low, high = longest_rest(place, _REST_SHARE * max(pictures[0].shape))
         reference = (low + high) // 2
         onto = np.tile(_STILL, (count, 1, 1))
@@ -90,7 +107,8 @@ def aligned(picture: Single, onto: Array) -> tuple[Single, Mask]:
 
 
 def longest_rest(place_px: Array, reach_px: float) -> tuple[int, int]:
-    """First and last of the longest stretch of places (n, 2) within ``reach_px`` of its median."""
+    """First and last of the longest stretch of places (n, coordinates) within ``reach_px`` of its
+    median."""
     best = (0, 0)
     count = len(place_px)
     for low in range(0, count, max(1, count // 48)):

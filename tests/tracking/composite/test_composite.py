@@ -11,7 +11,7 @@ import pytest
 
 from servosight.models.core import Array, Image
 from servosight.tracking.composite import SteadySample, found_about
-from servosight.tracking.composite._camera import longest_rest, motion_between
+from servosight.tracking.composite._camera import longest_rest, motion_between, spread
 from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned, turning
 from servosight.tracking.methods._composite import composite
@@ -194,3 +194,26 @@ def test_a_pivot_that_is_off_shows_in_the_shifts() -> None:
     step, covariance = pivot_step(angles, shifts, np.tile(0.01 * np.eye(2), (20, 1, 1)))
     assert step == pytest.approx(true, abs=0.03)
     assert 0.0 < np.sqrt(np.trace(covariance)) < 1.0
+
+
+def test_features_are_spread_over_the_picture() -> None:
+    """A hundred good features on a part in one corner, one faint one elsewhere: three and one."""
+    near = np.tile([[[5.0, 5.0]]], (100, 1, 1))
+    kept = spread(np.concatenate([near, [[[95.0, 40.0]]]]), 10.0)
+    assert kept[:, 0].tolist() == [[5.0, 5.0]] * 3 + [[95.0, 40.0]]
+
+
+def test_a_textured_disc_that_turns_is_not_taken_for_the_camera() -> None:
+    """Truth: the camera stands still behind a disc whose texture is ten times that of the bench."""
+    rng = np.random.default_rng(3)
+    faint = 128.0 + 2.5 * cv2.GaussianBlur(rng.standard_normal((360, 480)), (0, 0), 2.0) * 8
+    strong = 128.0 + 25.0 * cv2.GaussianBlur(rng.standard_normal((360, 480)), (0, 0), 2.0) * 8
+    disc = cv2.circle(np.zeros((360, 480), np.uint8), (240, 180), 120, 1, -1) > 0
+    seen = []
+    for angle in (0.0, 8.0):
+        turn = cv2.getRotationMatrix2D((240.0, 180.0), angle, 1.0)
+        turned_disc = cv2.warpAffine(strong, turn, (480, 360))
+        seen.append(np.clip(np.where(disc, turned_disc, faint), 0, 255).astype(np.uint8))
+    motion = motion_between(seen[0], seen[1])
+    assert motion is not None
+    assert np.abs(motion - np.eye(2, 3)).max() < 0.05

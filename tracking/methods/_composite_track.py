@@ -1,0 +1,97 @@
+"""From a part's fits in all frames to a track: time stamps, flags, and sigma."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from servosight.models.core import Array
+from servosight.tracking.acquisition import POINT
+from servosight.tracking.composite import PartMeter, PoseFit
+from servosight.tracking.core import PICTURE, Box, Flag, Track, TrackOptions, TrackRefused
+from servosight.tracking.drawing import refusal_picture
+from servosight.tracking.uncertainty import gaps
+from servosight.tracking.video import Film
+
+_ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
+_ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
+_COVERED = 0.75
+_FAR_OFF = 5.0  # times the median: a hand before one side
+
+
+def track_of(
+    film: Film, options: TrackOptions, meter: PartMeter, stamps_s: Array,
+    fits: list[PoseFit | None],
+) -> Track:  # fmt: skip
+    """The track of frames with these presentation times (frames,) and fits."""
+    found = np.array([fit is not None for fit in fits])
+    known = np.flatnonzero(found)
+    if known.size == 0:
+        raise TrackRefused(
+            f"{film.path}: the part was found in none of {len(fits)} frames; expected it in most "
+            f"of them, {POINT}.",
+            refusal_picture(film.images),
+        )
+    angle = np.full(len(fits), np.nan)
+    angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
+    sigma = np.array([_sigma(fit, meter) if fit is not None else np.nan for fit in fits])
+    sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
+    spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
+    last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
+    middle_s = film.shutters.middle_s if film.shutters is not None else 0.0
+    time_s = film.times(stamps_s.tolist(), middle_s)
+    covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
+    flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
+    flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
+    scale = meter.steady.scale
+    outline = in_video(meter.outline(first_rad(fits)), scale)
+    x, y = in_video(meter.pivot_px, scale)
+    return Track(
+        video=film.path,
+        method=options.method,
+        time_s=time_s,
+        angle_deg=np.rad2deg(angle[last] - angle[known[0]]),
+        sigma_deg=np.rad2deg(np.where(found, sigma, spread)),
+        flags=flags,
+        pivot_px=(float(x), float(y)),
+        template_px=_box(outline, film.images[0].shape),
+        outline_px=outline,
+        plane=PICTURE,
+        notes=tuple(film.notes(stamps_s.tolist())),
+        shutters=film.shutters,
+    )
+
+
+def in_video(points: Array, scale: float) -> Array:
+    """Points of the small pictures in the video's own pixels."""
+    return np.asarray((points + 0.5) / scale - 0.5)
+
+
+def first_rad(fits: Sequence[PoseFit | None]) -> float:
+    """The angle in the first frame in which the part is found."""
+    return next((fit.angle_rad for fit in fits if fit is not None), 0.0)
+
+
+def _sigma(fit: PoseFit, meter: PartMeter) -> float:
+    """Sigma of an angle [rad]: of its residuals, and of what the camera's motion leaves."""
+    share = max(fit.kept, 0.2)
+    place_px = np.hypot(_ALIGNMENT_PX, meter.doubt_px)
+    return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
+
+
+def _apart(sides_rad: Sequence[float]) -> float:
+    """Error of an angle [rad] that differs from angle to angle, as of a shadow beside the part.
+
+    It shifts one side of the part, so that both sides give angles whose difference varies; the
+    error of the angle is half of that.
+    """
+    away = np.abs(np.array(sides_rad) - np.median(sides_rad))
+    limited = np.minimum(away, _FAR_OFF * np.median(away))
+    return 0.5 * float(np.sqrt(np.mean(limited**2)))
+
+
+def _box(outline: Array, shape: tuple[int, ...]) -> Box:
+    low = np.clip(np.floor(outline.min(0)), 0, np.array(shape[1::-1]) - 1).astype(int)
+    high = np.clip(np.ceil(outline.max(0)), low + 1, shape[1::-1]).astype(int)
+    return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
