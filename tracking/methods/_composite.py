@@ -39,7 +39,7 @@ from servosight.tracking.methods._verified import verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, frame_at, frames
 
-_LONG_SIDE_PX, _CHECKED_PX = 960, 480
+_LONG_SIDE_PX, _CHECKED_PX = 640, 480
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
