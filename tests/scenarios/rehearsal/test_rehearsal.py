@@ -23,8 +23,8 @@ pytestmark = pytest.mark.pty
 
 EXPOSURE_S = 0.003
 DURATION_S = 5.0
-SEEDS = {"board": 2, "dynamixel": 3, "feetech": 2, "maestro": 3}
-"""What is hidden: another gain to one side in two, a dead zone in the others."""
+SEEDS = {"board": 2, "dynamixel": 3, "feetech": 3, "maestro": 3}
+"""What is hidden: another gain to one side before the board, a dead zone in the others."""
 STEP_DEG = {"board": 0.045, "dynamixel": 360 / 4096, "feetech": 360 / 4096, "maestro": 0.0225}
 
 
