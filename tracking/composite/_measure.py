@@ -17,14 +17,13 @@ from servosight.tracking.composite._model import (
     covers_in,
     pivot_step,
 )
-from servosight.tracking.composite._part import Gains, TurningPart, diverse
+from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._steady import SteadySample, evenly
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
-_PICTURES = 32
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
@@ -55,7 +54,7 @@ class PartMeter:
         rough = found.part
         rough_scale = found.scale
         pivot = np.array(found.pivot_px)
-        pictures = steady.pictures[diverse(steady.pictures, _PICTURES)]
+        pictures = steady.pictures
         angles = np.array([_searched(rough, rough_scale, p)[0] for p in pictures])
         good = np.ones(len(angles), bool)
         first, rough_shape = _finer(rough, rough_scale, pivot)

@@ -39,7 +39,6 @@ from servosight.tracking.methods._verified import verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, frame_at, frames
 
-_LONG_SIDE_PX, _CHECKED_PX = 640, 480
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
@@ -77,7 +76,7 @@ class Footage:
     @classmethod
     def of(cls, film: Film, options: TrackOptions) -> Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
-        sample = FrameSample(_as_it_is, _LONG_SIDE_PX)
+        sample = FrameSample(_as_it_is)
         stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
         steady = SteadySample.of(sample)
         if len(steady.pictures) < _LEAST_FRAMES:
@@ -138,7 +137,7 @@ class Footage:
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
         verify(
             self.film, self.options, track, np.array(track.pivot_px), line,
-            seen.smaller(_CHECKED_PX), inside, draw,
+            seen, inside, draw,
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
@@ -46,17 +46,6 @@ class FrameSample:
         if len(self.index) >= 2 * _COUNT:
             self.index, self.pictures = self.index[::2], self.pictures[::2]
             self.stride *= 2
-
-    def smaller(self, long_side_px: int) -> FrameSample:
-        """The same frames with pictures of at most this longer side."""
-        factor = long_side_px / max(self.pictures[0].shape)
-        if factor >= 1.0:
-            return self
-        pictures: list[Any] = [
-            cv2.resize(one, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-            for one in self.pictures
-        ]
-        return replace(self, pictures=pictures, scale=factor * self.scale)
 
     def chosen(self, kept: Mask) -> tuple[Array, list[Single]]:
         """Numbers and pictures of the sampled frames that ``kept`` (frames,) marks, at most 48."""
