@@ -78,7 +78,8 @@ def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
         for i in range(picture.shape[1]):
             x, y = rays[j, i, 0], rays[j, i, 1]
             w = 1.0 / (matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2])
-            u = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) * w
-            v = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) * w
+            # Rounded before they are compared: what rounds to the last column has none beside it.
+            u = np.float32((matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) * w)
+            v = np.float32((matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) * w)
             if 0.0 <= u < columns - 1 and 0.0 <= v < rows - 1:
-                picture[j, i] = _mix(body, np.float32(u), np.float32(v), picture[j, i])
+                picture[j, i] = _mix(body, u, v, picture[j, i])

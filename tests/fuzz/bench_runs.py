@@ -46,8 +46,9 @@ TIME = np.arange(0.0, 1.5, 0.02)
 COMMAND = 20.0 * np.sin(2.0 * np.pi * 1.5 * TIME)
 STRANGERS = {"dynamixel": dynamixel.status(2), "feetech": feetech.status(2)}
 SORTS = ("noise", "stall", "unplug", "stranger", "late", "freeze", "end", "lost", "damage", "disk")
-LONGEST_S, LONGEST_REAL_S = 20.0, 15.0
-"""By the bench's clock: command, rests, ramps, 10 s for a first frame, releases. By the host's."""
+LONGEST_S, LONGEST_REAL_S = 50.0, 15.0
+"""By the bench's clock: command, rests, ramps, 10 s for a first frame, 30 s for the last ones of a
+camera that delivers late, releases. By the host's."""
 
 
 @dataclass(frozen=True, kw_only=True)
