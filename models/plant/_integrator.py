@@ -67,6 +67,25 @@ def recorded_piece(times, values, linear, row, t):
     return row, value, slope, times[row + 1] - t
 
 
+@njit
+def first_angle(p, on, rest):
+    """The motor's angle at the first instant [deg], for a surface seen at the initial angle p[4].
+
+    Within its play the surface says nothing of the motor, which then is where the command holds it,
+    at ``rest``, or as near to it as it can be without moving the surface.
+    """
+    memory = np.full(N_MEMORY + 1, rest)
+    free = output_chain(p, on, rest, memory)
+    memory[:] = p[4]
+    return p[4] + (free - output_chain(p, on, rest, memory))
+
+
+@njit
+def first_motion(p, friction, angle):
+    """Angle and speed, states and mode of a motor that begins at ``angle`` [deg]."""
+    return (angle, p[5]), start_states((*p[:4], angle, *p[5:])), first_mode(friction, p[5])
+
+
 # One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
 def _row(row_values, times, values, linear, samples, horn, steps, out):
@@ -89,7 +108,7 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
     step = steps[0]
     half, full = core_updates(own[0], own[1], step, acts[0])
     updates = (half, full, step)
-    motion = ((p[4], p[5]), start_states(p), first_mode(acts[2], p[5]))
+    motion = first_motion(p, acts[2], p[4])
 
     shift = latency(p, on)
     t = samples[0]
@@ -111,6 +130,8 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
             )
         span = (t, max(min(horizon, stop - t + step), 2.0 * TINY))
         line = (gain * value + bias, gain * slope)
+        if t == samples[0]:
+            motion = first_motion(p, acts[2], first_angle(p, on, line[0]))
         motion, updates, gone, n, budget = piece(
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
             budget + 1 if shaped else budget - 1,

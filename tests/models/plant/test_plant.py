@@ -104,6 +104,30 @@ def test_exposure_averages_the_angle(plant: Plant, gap: float) -> None:
     assert np.abs(seen - mean)[3:].max() < bound
 
 
+@pytest.mark.parametrize("rest_deg", [-0.99, 0.4, 0.99])
+def test_a_surface_that_rests_within_its_play_stays_until_it_is_pushed(
+    plant: Plant, rest_deg: float
+) -> None:
+    """The motor is where the command holds it, not where the surface is: from there it would swing
+    back beyond the other end of the play, and take the surface along."""
+    rows = np.array([0.0, 0.5])
+    samples = np.arange(0.0, 1.0, 0.002)
+    row = row_of(plant, backlash__gap=2.0, xi=0.2, initial_angle=rest_deg)
+    surface = plant.simulate(row, Stimulus(rows, np.array([0.0, 9.0]), False, samples, np.ones(1)))
+    np.testing.assert_allclose(surface[samples < 0.5], rest_deg, atol=1e-12)
+    assert surface[-1] > 5.0
+
+
+def test_a_surface_outside_the_play_is_pushed_from_the_first_instant(plant: Plant) -> None:
+    """The motor begins at the end of the play that the command pulls against."""
+    samples = np.arange(0.0, 0.6, 0.002)
+    still = Stimulus(np.zeros(1), np.zeros(1), False, samples, np.ones(1))
+    loose = row_of(plant, backlash__gap=2.0, xi=1.5, initial_angle=6.0)
+    tight = row_of(plant, xi=1.5, initial_angle=5.0)
+    pushed = plant.simulate(loose, still)
+    np.testing.assert_allclose(pushed, plant.simulate(tight, still) + 1.0, atol=1e-6)
+
+
 def test_a_negative_gain_mirrors(plant: Plant) -> None:
     times, command = np.array([0.0, 0.05, 0.1]), np.array([0.0, 20.0, -4.0])
     stimulus = Stimulus(times, command, False, np.arange(0.0, 0.2, 0.001), np.ones(1))
