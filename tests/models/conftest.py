@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -54,7 +54,11 @@ class Reference:
         count = math.ceil((samples_s[-1] - samples_s[0]) / DENSE_S)
         dense = np.linspace(samples_s[0], samples_s[-1], count)
         at = np.union1d(dense, samples_s)
-        surface = play(self._motion(knots, values, at), gap)
+        # The motor is as near to where it is held as it can be without moving the surface.
+        held = self.k * float(values[0]) + self.bias
+        begin = min(max(held, self.angle - 0.5 * gap), self.angle + 0.5 * gap)
+        motor = replace(self, angle=begin)._motion(knots, values, at)
+        surface = play(motor, gap, self.angle)
         return surface[np.searchsorted(at, samples_s)]
 
     def _line(
@@ -276,9 +280,8 @@ def wave(theta: float, effect: Mapping[str, float] | None) -> float:
     return effect["amplitude"] * math.sin(turn)
 
 
-def play(angle_deg: Array, gap: float) -> Array:
-    """The play operator of full width ``gap`` over a dense motion, from the middle of the gap."""
-    at = angle_deg[0]
+def play(angle_deg: Array, gap: float, at: float) -> Array:
+    """The play operator of full width ``gap`` over a dense motion, of a surface ``at`` an angle."""
     out = np.empty_like(angle_deg)
     for n, theta in enumerate(angle_deg):
         at = min(max(at, theta - 0.5 * gap), theta + 0.5 * gap)
