@@ -28,6 +28,7 @@ STAMPS = ("exposure_start", "frame_end", "arrival")
 KINDS = ("board", "dynamixel", "feetech", "maestro")
 
 
+# One long list of options: none depends on another.
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight bench``."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter

@@ -116,6 +116,7 @@ def predict(
     return actuator_of(model, known).predict(recording, catalogue=known)
 
 
+# Long by its keywords, each of which is documented and passed on by name.
 def diagnose(
     recordings: Sources,
     *,
