@@ -13,6 +13,7 @@ from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.video import Frame
 
 _COUNT = 48
+_LONG_SIDE_PX = 480
 _SMOOTH_PX = 1.0
 
 
@@ -22,11 +23,10 @@ class FrameSample:
     first.
 
     ``prepare`` is applied to a frame's picture first. The longer side of a kept picture is at most
-    ``long_side_px``, ``scale`` its size over that of the video's.
+    480 px, ``scale`` its size over that of the video's.
     """
 
     prepare: Callable[[Image], Image]
-    long_side_px: int = 480
     index: list[int] = field(default_factory=list)
     pictures: list[Single] = field(default_factory=list)
     scale: float = 1.0
@@ -40,7 +40,7 @@ class FrameSample:
             yield frame
 
     def _keep(self, frame: Frame) -> None:
-        self.scale = min(1.0, self.long_side_px / max(frame.image.shape))
+        self.scale = min(1.0, _LONG_SIDE_PX / max(frame.image.shape))
         self.index.append(frame.index)
         self.pictures.append(small(self.prepare(frame.image), self.scale))
         if len(self.index) >= 2 * _COUNT:
