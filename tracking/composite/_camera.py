@@ -18,13 +18,16 @@ _GATE_PX = 1.0
 _WINDOW = (21, 21)
 _LEVELS = 4
 _REST_SHARE = 0.04  # of the longer side: at rest the camera stays so near its usual place
+_WIDER = 1.3  # times the spread of its features: a background surrounds what moves before it
+_FEWER = 0.15  # of its features
 _STILL = np.eye(2, 3)
 
 
 def motion_between(first: Image, second: Image, mask: Image | None = None) -> Array | None:
-    """The similarity (2, 3) that takes most features of a picture to another; None if unknown.
+    """The similarity (2, 3) that takes the background of a picture to another; None if unknown.
 
-    ``mask`` is 0 where no features are wanted.
+    That of most features, or of the others where these have one too and surround them: a part
+    before a plain wall may have most. ``mask`` is 0 where no features are wanted.
     """
     points: Any = cv2.goodFeaturesToTrack(first, _POINTS, _FAINTEST, _APART_PX, mask=mask)
     if points is None or len(points) < _LEAST_FOUND:
@@ -35,16 +38,35 @@ def motion_between(first: Image, second: Image, mask: Image | None = None) -> Ar
         first, second, points, nothing, winSize=_WINDOW, maxLevel=_LEVELS
     )
     kept = status.ravel() > 0
-    if kept.sum() < _LEAST_FOUND:
+    before, after = points[kept][:, 0], found[kept][:, 0]
+    most = _similarity(before, after)
+    if most is None:
+        return None
+    motion, same = most
+    rest = _similarity(before[~same], after[~same])
+    if rest is not None and _surrounds(before[~same][rest[1]], before[same]):
+        return rest[0]
+    return motion
+
+
+def _similarity(before: Any, after: Any) -> tuple[Array, Mask] | None:
+    """The similarity (2, 3) of most features (n, 2), and which these are; None where few agree."""
+    if len(before) < _LEAST_FOUND:
         return None
     cv2.setRNGSeed(1)
     estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
-        points[kept], found[kept], method=cv2.RANSAC, ransacReprojThreshold=_GATE_PX
+        before, after, method=cv2.RANSAC, ransacReprojThreshold=_GATE_PX
     )
     matrix, inlier = estimate
     if matrix is None or inlier.sum() < _LEAST_FOUND:
         return None
-    return np.asarray(matrix, np.float64)
+    return np.asarray(matrix, np.float64), inlier.ravel() > 0
+
+
+def _surrounds(others: Any, most: Any) -> bool:
+    """Whether some features (n, 2) reach farther to all sides than those of the majority."""
+    wide = [float(np.sqrt(points.var(0).sum())) for points in (others, most)]
+    return len(others) > _FEWER * len(most) and wide[0] > _WIDER * wide[1]
 
 
 def spread(points: Any, cell_px: float) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import CameraPath, aligned
 from servosight.tracking.verification import FrameSample
+from servosight.tracking.video import roll_of
 
 _DARK, _BAR_SHARE, _BAR_EDGE_PX = 20, 0.9, 5
 
@@ -33,6 +34,12 @@ class SteadySample:
     every: Array
     onto: Array
     reference_index: int
+
+    @property
+    def roll_rad(self) -> Array:
+        """By how much each of the pictures had turned with the camera [rad], (n,)."""
+        rows = np.searchsorted(self.every, self.index)
+        return np.array([roll_of(motion) for motion in self.onto[rows]])
 
     @classmethod
     def of(cls, sample: FrameSample) -> SteadySample:

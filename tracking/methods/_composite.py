@@ -131,7 +131,10 @@ class Footage:
     ) -> Track:
         """The track with the sigma of its pivot, where the frames confirm it."""
         pictures = list(self.steady.pictures)
-        seen = replace(self.sample, index=self.steady.index.tolist(), pictures=pictures)
+        seen = replace(
+            self.sample, index=self.steady.index.tolist(), pictures=pictures,
+            roll_rad=self.steady.roll_rad.tolist(),
+        )  # fmt: skip
         line = in_video(meter.outline(first_rad(fits)), self.steady.scale)
         shown = outline_at(track, float(track.angle_deg[self.steady.reference_index]))
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])

@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 
 from servosight.models.core import FrameProgress
-from servosight.tracking.acquisition import check_hints
+from servosight.tracking.acquisition import POINT, check_hints
+from servosight.tracking.composite import TRUST
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.layers import LayerEstimator, layer_estimator
 from servosight.tracking.methods._composite import composite
@@ -20,13 +21,13 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     """Fit the angle to all pixels of the moving part, its outline and shadow included.
 
     Exposure and readout are found from the video where they are not given. Where no track is found
-    so that the frames confirm, ``composite`` is tried.
+    so that the frames confirm, or one whose angles are too uncertain, ``composite`` is tried.
     """
     if options.pick > 1:  # the candidates are those of ``composite``
         check_hints(film.path, options, film.images[0].shape)
         return composite(film, options, progress)
     try:
-        return track_frames(film, options, progress, prepare)
+        track = track_frames(film, options, progress, prepare)
     except TrackRefused as refused:
         if not _may_be_composite(options):
             raise
@@ -36,6 +37,30 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
             if again.measured:
                 raise
             raise TrackRefused(str(refused), again.picture) from again
+    sigma_deg = float(np.median(track.sigma_deg[track.found]))
+    if sigma_deg <= TRUST.largest_sigma_deg or not _may_be_composite(options):
+        return track
+    return _surer(track, sigma_deg, film, options, progress)
+
+
+def _surer(
+    track: Track, sigma_deg: float, film: Film, options: TrackOptions,
+    progress: FrameProgress | None,
+) -> Track:  # fmt: skip
+    """The track of ``composite`` in place of an uncertain one; that one where the user points at
+    the part and ``composite`` does not find it."""
+    try:
+        return composite(film, options, progress)
+    except TrackRefused as again:
+        if options.pointed:
+            return track
+        x, y = track.pivot_px
+        sentence = (
+            f"{film.path}: the part about {x:.0f},{y:.0f} is measured with a sigma of "
+            f"{sigma_deg:.2g} deg; expected {TRUST.largest_sigma_deg:g} deg at most, film it "
+            f"larger, sharper or with more light, {POINT}."
+        )
+        raise TrackRefused(sentence, again.picture, measured=True) from again
 
 
 def _may_be_composite(options: TrackOptions) -> bool:

@@ -41,7 +41,7 @@ def verify(
     ``draw`` makes the picture of a refusal; the part on the calm frames where None.
     """
     tried = np.ones(track.frames, bool) if usable is None else usable
-    chosen, pictures = sample.chosen(track.found)
+    chosen, pictures, rolls = sample.chosen(track.found)
     if len(chosen) < _LEAST_FRAMES:
         why: str | None = f"the part was found in only {track.found.mean():.0%} of the frames"
     else:
@@ -56,6 +56,7 @@ def verify(
             np.deg2rad(track.angle_deg[tried]),
             np.deg2rad(track.sigma_deg[tried]),
             track.found[tried],
+            rolls,
             _elsewhere(options, film, scene.usual.shape),
         )
         why = contradiction(evidence, options.pointed)

@@ -23,12 +23,14 @@ class FrameSample:
     first.
 
     ``prepare`` is applied to a frame's picture first. The longer side of a kept picture is at most
-    480 px, ``scale`` its size over that of the video's.
+    480 px, ``scale`` its size over that of the video's. ``roll_rad`` are the camera's own turns,
+    which were removed from the pictures.
     """
 
     prepare: Callable[[Image], Image]
     index: list[int] = field(default_factory=list)
     pictures: list[Single] = field(default_factory=list)
+    roll_rad: list[float] = field(default_factory=list)
     scale: float = 1.0
     stride: int = 1
 
@@ -43,15 +45,20 @@ class FrameSample:
         self.scale = min(1.0, _LONG_SIDE_PX / max(frame.image.shape))
         self.index.append(frame.index)
         self.pictures.append(small(self.prepare(frame.image), self.scale))
+        self.roll_rad.append(frame.roll_rad)
         if len(self.index) >= 2 * _COUNT:
             self.index, self.pictures = self.index[::2], self.pictures[::2]
+            self.roll_rad = self.roll_rad[::2]
             self.stride *= 2
 
-    def chosen(self, kept: Mask) -> tuple[Array, list[Single]]:
-        """Numbers and pictures of the sampled frames that ``kept`` (frames,) marks, at most 48."""
+    def chosen(self, kept: Mask) -> tuple[Array, list[Single], Array]:
+        """Numbers, pictures and the camera's turns of the sampled frames that ``kept`` (frames,)
+        marks, at most 48."""
         rows = [row for row, index in enumerate(self.index) if kept[index]]
         rows = rows[:: max(1, -(-len(rows) // _COUNT))]
-        return np.array([self.index[row] for row in rows], int), [self.pictures[r] for r in rows]
+        numbers = np.array([self.index[row] for row in rows], int)
+        rolls = np.array([self.roll_rad[row] for row in rows])
+        return numbers, [self.pictures[row] for row in rows], rolls
 
 
 def small(image: Image, scale: float) -> Single:

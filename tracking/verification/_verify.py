@@ -25,6 +25,9 @@ class VerificationLimits:
         least_pairs: share of the pairs of frames in which what changes between the two turns by the
             difference of their angles.
         least_found: share of the frames in which the part is found.
+        least_filmed: spread of the part's angles in the pictures as they were filmed, over that of
+            the track's. Where the camera was thought to turn with the part, it is the background
+            that turns in the stabilised pictures, and stands still in the filmed ones.
     """
 
     least_sigmas: float = 6.0
@@ -33,6 +36,7 @@ class VerificationLimits:
     least_agreement: float = 0.7
     least_pairs: float = 0.5
     least_found: float = 0.5
+    least_filmed: float = 0.5
 
 
 LIMITS = VerificationLimits()
@@ -54,6 +58,7 @@ class Evidence:
     agreement: float
     pairs: float
     found: float
+    filmed: float
 
 
 def evidence_of(
@@ -61,12 +66,13 @@ def evidence_of(
     angle_rad: Array,
     sigma_rad: Array,
     found: Mask,
+    roll_rad: Array,
     elsewhere: Mask | None = None,
 ) -> Evidence:
     """Weigh a track, whose angles, sigmas and marks of found frames are (frames,) each.
 
-    ``scene`` is the part as a sample of the frames shows it, ``elsewhere`` (height, width) marks
-    pixels of another moving part.
+    ``scene`` is the part as a sample of the frames shows it, ``roll_rad`` the camera's own turns in
+    these, ``elsewhere`` (height, width) marks pixels of another moving part.
     """
     spread = float(np.ptp(np.quantile(angle_rad[found], [0.01, 0.99]))) if found.any() else 0.0
     usual = max(float(np.median(sigma_rad[found])), 1e-12) if found.any() else 1.0
@@ -82,7 +88,14 @@ def evidence_of(
             scene.view, scene.frames, scene.angle_rad, scene.swept, _near(scene), _AS_GOOD
         ),
         found=float(found.mean()),
+        filmed=_filmed(scene.angle_rad, roll_rad),
     )
+
+
+def _filmed(angle_rad: Array, roll_rad: Array) -> float:
+    """Spread of a part's angles before the camera's turns were removed, over that after (n,)."""
+    spread = float(np.std(angle_rad))
+    return float(np.std(angle_rad + roll_rad)) / spread if spread > 0.0 else 1.0
 
 
 def _explained(scene: TurningScene) -> float:
@@ -136,6 +149,11 @@ def contradiction(
         return (
             "what changes from frame to frame turns by the difference of the angles in only "
             f"{evidence.pairs:.0%} of the pairs"
+        )
+    if evidence.filmed < limits.least_filmed:
+        return (
+            "what turns stands still in the pictures as they were filmed, so it is the background, "
+            "and the part was taken to turn with the camera"
         )
     if not pointed and evidence.share < limits.least_share:
         return f"the part found makes up only {evidence.share:.0%} of what moves in the picture"

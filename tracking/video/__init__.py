@@ -14,6 +14,9 @@ from servosight.tracking.video._stabilisation import (
 from servosight.tracking.video._stabilisation import (
     camera_motion_px as camera_motion_px,
 )
+from servosight.tracking.video._stabilisation import (
+    roll_of as roll_of,
+)
 from servosight.tracking.video._video import (
     Frame as Frame,
 )

@@ -182,8 +182,8 @@ class Film:
     def _still(self, frame: Frame) -> Frame:
         if self.stabiliser is None:
             return frame
-        image, sigma_px = self.stabiliser.aligned(frame.image)
-        return replace(frame, image=image, sigma_px=sigma_px)
+        still = self.stabiliser.aligned(frame.image)
+        return replace(frame, image=still.image, sigma_px=still.sigma_px, roll_rad=still.roll_rad)
 
 
 def open_film(video: Path, options: TrackOptions) -> Film:

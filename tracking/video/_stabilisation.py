@@ -23,6 +23,16 @@ _ALIKE_PX = (
 
 
 @dataclass(frozen=True)
+class Aligned:
+    """An image laid on another one: the sigma [px] of its place, and by how much it had turned
+    [rad], counter-clockwise as seen."""
+
+    image: Image
+    sigma_px: float
+    roll_rad: float
+
+
+@dataclass(frozen=True)
 class Stabiliser:
     """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2)."""
 
@@ -45,25 +55,31 @@ class Stabiliser:
         before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
         return np.asarray(before, np.float64), np.asarray(after, np.float64)
 
-    def aligned(self, image: Image) -> tuple[Image, float]:
-        """An image aligned with the picture by the shift and roll of most features; and the sigma
-        [px] of that. The image itself, and infinity, where they do not agree."""
+    def aligned(self, image: Image) -> Aligned:
+        """An image aligned with the picture by the shift and roll of most features. The image
+        itself, with infinite sigma, where they do not agree."""
         before, after = self.seen(image)
         if len(before) < _LEAST_FOUND:
-            return image, np.inf
+            return Aligned(image, np.inf, 0.0)
         cv2.setRNGSeed(1)
         estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
             before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
         )
         matrix, inlier = estimate
         if matrix is None or inlier.sum() < _LEAST_FOUND:
-            return image, np.inf
+            return Aligned(image, np.inf, 0.0)
         same = inlier.ravel() > 0
         left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
         flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
         size = (image.shape[1], image.shape[0])
         still = cv2.warpAffine(image, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(still, np.uint8), float(np.sqrt((left**2).sum() / same.sum() ** 2))
+        sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
+        return Aligned(np.asarray(still, np.uint8), sigma_px, roll_of(matrix))
+
+
+def roll_of(motion: Array) -> float:
+    """The turn of a similarity (2, 3) in pixels [rad], counter-clockwise as seen."""
+    return float(-np.arctan2(motion[1, 0], motion[0, 0]))
 
 
 def camera_motion_px(images: Sequence[Image]) -> float:

@@ -26,7 +26,8 @@ class Frame:
     """One decoded picture: its place in the file, presentation time [s], grey (height, width).
 
     ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed;
-    ``tag_deg`` by how much a tag of the file turned the picture counter-clockwise.
+    ``roll_rad`` by how much the picture had turned counter-clockwise with the camera before that;
+    ``tag_deg`` by how much a tag of the file turned it counter-clockwise.
     """
 
     index: int
@@ -34,6 +35,7 @@ class Frame:
     image: Image
     sigma_px: float = 0.0
     tag_deg: int = 0
+    roll_rad: float = 0.0
 
 
 def frames(video: Path) -> Iterator[Frame]:

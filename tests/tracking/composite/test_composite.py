@@ -203,12 +203,14 @@ def test_features_are_spread_over_the_picture() -> None:
     assert kept[:, 0].tolist() == [[5.0, 5.0]] * 3 + [[95.0, 40.0]]
 
 
-def test_a_textured_disc_that_turns_is_not_taken_for_the_camera() -> None:
-    """Truth: the camera stands still behind a disc whose texture is ten times that of the bench."""
+@pytest.mark.parametrize("radius_px", [120, 150])
+def test_a_textured_disc_that_turns_is_not_taken_for_the_camera(radius_px: int) -> None:
+    """Truth: the camera stands still behind a disc whose texture is ten times that of the bench,
+    and that fills a quarter or two fifths of the picture."""
     rng = np.random.default_rng(3)
     faint = 128.0 + 2.5 * cv2.GaussianBlur(rng.standard_normal((360, 480)), (0, 0), 2.0) * 8
     strong = 128.0 + 25.0 * cv2.GaussianBlur(rng.standard_normal((360, 480)), (0, 0), 2.0) * 8
-    disc = cv2.circle(np.zeros((360, 480), np.uint8), (240, 180), 120, 1, -1) > 0
+    disc = cv2.circle(np.zeros((360, 480), np.uint8), (240, 180), radius_px, 1, -1) > 0
     seen = []
     for angle in (0.0, 8.0):
         turn = cv2.getRotationMatrix2D((240.0, 180.0), angle, 1.0)

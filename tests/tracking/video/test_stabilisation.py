@@ -42,8 +42,9 @@ def test_a_picture_is_laid_on_the_first() -> None:
     first, moved = picture(0.0, 0.0, 1.0, 0.0), picture(3.0, -2.0, 0.9, 8.0)
     bench = Stabiliser.of(first)
     assert bench is not None
-    still, sigma_px = bench.aligned(moved)
-    before, after = bench.seen(still)
+    still = bench.aligned(moved)
+    before, after = bench.seen(still.image)
     left = np.median(after - before, axis=0)
-    assert sigma_px < 0.1
-    assert np.hypot(*left) < 4.0 * sigma_px
+    assert still.sigma_px < 0.1
+    assert np.hypot(*left) < 4.0 * still.sigma_px
+    assert abs(still.roll_rad) < 0.001

@@ -1,0 +1,58 @@
+"""A track that is too uncertain gives way to the second way of measuring, or is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.tracking.composite import TRUST
+from servosight.tracking.core import PICTURE, Track, TrackOptions, TrackRefused
+from servosight.tracking.methods import _refine
+
+Found = Track | TrackRefused
+ROUGH = Track(
+    video=Path("fin.mp4"),
+    method="refine",
+    time_s=np.arange(9) / 30.0,
+    angle_deg=np.linspace(0.0, 40.0, 9),
+    sigma_deg=np.full(9, 1.5 * TRUST.largest_sigma_deg),
+    flags=np.zeros(9, np.uint8),
+    pivot_px=(50.0, 40.0),
+    template_px=(10, 10, 20, 20),
+    outline_px=np.array([[10.0, 10.0], [30.0, 10.0], [30.0, 30.0]]),
+    plane=PICTURE,
+    notes=(),
+)
+SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
+REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+
+
+def refined(monkeypatch: pytest.MonkeyPatch, first: Track, second: Found, **given: Any) -> Track:
+    """What ``refine`` returns where both ways return these."""
+
+    def composite(*_: object) -> Track:
+        if isinstance(second, TrackRefused):
+            raise second
+        return second
+
+    monkeypatch.setattr(_refine, "track_frames", lambda *_: first)
+    monkeypatch.setattr(_refine, "composite", composite)
+    film: Any = type("Film", (), {"path": Path("fin.mp4")})()
+    return _refine.refine(film, TrackOptions(**given))
+
+
+def test_the_second_way_takes_the_place_of_a_rough_track(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert refined(monkeypatch, ROUGH, SURE) is SURE
+    assert refined(monkeypatch, SURE, ROUGH) is SURE
+
+
+def test_a_rough_track_is_returned_only_of_a_part_pointed_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert refined(monkeypatch, ROUGH, REFUSED, tip=(20.0, 20.0)) is ROUGH
+    with pytest.raises(TrackRefused, match=r"50,40 is measured with a sigma of 0\.38 deg"):
+        refined(monkeypatch, ROUGH, REFUSED)
