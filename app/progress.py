@@ -7,8 +7,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
+from typing import TYPE_CHECKING
 
-from servosight.models.base import StageProgress, silent
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 PACE = "frames/s"
 """A word with this ending gives the speed: it is the same stage at another speed."""
@@ -35,12 +37,23 @@ def quiet() -> bool:
     return _amount[0] is Amount.QUIET
 
 
+class Shown:
+    """What shows the stages of a work; this one shows nothing."""
+
+    def __call__(self, stage: str, done: int, total: int | None = None) -> None:
+        """The stage, what is done and, where it is known, of how much."""
+
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        """Leave the terminal to a question for the body of a ``with``."""
+        yield
+
+
 @contextmanager
-def progress(title: str) -> Iterator[StageProgress]:
+def progress(title: str) -> Iterator[Shown]:
     """Show on standard error how far the block is; silent where that is no terminal.
 
-    Gives a function that takes the stage, what is done and, where it is known, of how much. With
-    ``--verbose`` each stage is a line with the seconds that it took, on a terminal or not.
+    With ``--verbose`` each stage is a line with the seconds that it took, on a terminal or not.
     """
     if _amount[0] is Amount.VERBOSE:
         stages = _Stages(title)
@@ -49,13 +62,13 @@ def progress(title: str) -> Iterator[StageProgress]:
         finally:
             stages.end()
     elif quiet() or not sys.stderr.isatty():
-        yield silent
+        yield Shown()
     else:
         with _bar(title) as show:
             yield show
 
 
-class _Stages:
+class _Stages(Shown):
     """Prints each stage of a work as it ends, and the whole work behind them."""
 
     def __init__(self, title: str) -> None:
@@ -85,16 +98,31 @@ class _Stages:
         print(words, file=sys.stderr, flush=True)
 
 
+class _Bar(Shown):
+    """A bar that lives on the terminal's last line."""
+
+    def __init__(self, title: str, bar: Progress) -> None:
+        self._title, self._bar = title, bar
+        self._task = bar.add_task(title, total=None)
+
+    def __call__(self, stage: str, done: int, total: int | None = None) -> None:
+        words = f"{self._title}: {stage}"
+        self._bar.update(self._task, description=words, completed=done, total=total)
+
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        self._bar.stop()
+        try:
+            yield
+        finally:
+            self._bar.start()
+
+
 @contextmanager
-def _bar(title: str) -> Iterator[StageProgress]:
+def _bar(title: str) -> Iterator[Shown]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-
-        def report(stage: str, done: int, total: int | None = None) -> None:
-            bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
-
-        yield report
+        yield _Bar(title, bar)

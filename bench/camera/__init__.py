@@ -1,5 +1,6 @@
 """Cameras: one small protocol, the back ends behind it, and the recorder."""
 
+from servosight.bench.camera._found import FoundCamera as FoundCamera
 from servosight.bench.camera._jpeg import jpeg_size as jpeg_size
 from servosight.bench.camera._protocol import Camera as Camera
 from servosight.bench.camera._protocol import CameraLost as CameraLost

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from servosight.bench.camera._found import FoundCamera
 from servosight.bench.camera._genicam_features import Features, GenicamSettings, fault_words
 from servosight.bench.camera._protocol import (
     CameraLost,
@@ -198,8 +199,8 @@ def _gray(component: Any, name: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return np.array(lines[:, :width], dtype=np.uint8)
 
 
-def list_genicam() -> Iterator[str]:
-    """A line for each camera of the producers of ``GENICAM_GENTL64_PATH``; none without them."""
+def list_genicam() -> Iterator[FoundCamera]:
+    """Each camera of the producers of ``GENICAM_GENTL64_PATH``; none without them."""
     for file in _producers(""):
         try:
             harvester, faults = _harvester("genicam:", [file])
@@ -209,7 +210,10 @@ def list_genicam() -> Iterator[str]:
             harvester.update()
             for one in harvester.device_info_list:
                 told = one.property_dict
-                yield f"genicam:{file}?serial={told['serial_number']}  {told['display_name']}"
+                yield FoundCamera(
+                    device=f"genicam:{file}?serial={told['serial_number']}",
+                    name=str(told["display_name"]),
+                )
         with suppress(*faults):
             harvester.reset()
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from servosight.bench.camera._found import FoundCamera
 from servosight.bench.camera._protocol import (
     CameraLost,
     CapturedFrame,
@@ -185,14 +186,14 @@ class PicameraCamera:
         )
 
 
-def list_picamera2() -> Iterator[str]:
-    """A line for each camera of libcamera; none where picamera2 is not installed."""
+def list_picamera2() -> Iterator[FoundCamera]:
+    """Each camera of libcamera; none where picamera2 is not installed."""
     try:
         from picamera2 import Picamera2
     except ImportError:
         return
     for number, info in enumerate(Picamera2.global_camera_info()):
-        yield f"picamera2:{number}  {info.get('Model', 'camera')}"
+        yield FoundCamera(device=f"picamera2:{number}", name=str(info.get("Model", "camera")))
 
 
 def open_picamera2(address: str, given: Given, now: Now) -> PicameraCamera:

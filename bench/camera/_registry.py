@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from servosight.bench.camera._ffmpeg import open_ffmpeg
+from servosight.bench.camera._found import FoundCamera
 from servosight.bench.camera._genicam import list_genicam, open_genicam
 from servosight.bench.camera._http import open_http
 from servosight.bench.camera._picamera2 import list_picamera2, open_picamera2
@@ -36,6 +37,6 @@ def open_camera(address: str, given: Given | None = None, now: Now = time.monoto
     return BACK_ENDS.get(scheme, open_ffmpeg)(address, given or Given(), now)
 
 
-def list_cameras() -> list[str]:
-    """A line for each mode of each camera of this computer."""
+def list_cameras() -> list[FoundCamera]:
+    """Each mode of each camera of this computer."""
     return [*list_v4l2(), *list_picamera2(), *list_genicam()]

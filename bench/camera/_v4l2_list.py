@@ -7,33 +7,36 @@ from collections.abc import Iterator
 from typing import Any
 
 from servosight.bench.camera import _v4l2_api as api
+from servosight.bench.camera._found import FoundCamera
 from servosight.bench.camera._v4l2 import CODINGS
 
 
-def list_v4l2(system: api.System | None = None, paths: list[str] | None = None) -> Iterator[str]:
-    """A line for each mode of each camera of Video4Linux."""
+def list_v4l2(
+    system: api.System | None = None, paths: list[str] | None = None
+) -> Iterator[FoundCamera]:
+    """Each mode of each camera of Video4Linux."""
     kernel = system or api.LinuxSystem()
     for path in sorted(glob.glob("/dev/video*")) if paths is None else paths:
         try:
             fd = kernel.open(path)
         except OSError as error:
-            yield f"{path}: cannot be opened ({error.strerror})"
+            fault = f"cannot be opened ({error.strerror})"
+            yield FoundCamera(device=f"v4l2:{path}", name="", fault=fault)
             continue
         try:
             what = api.Capability()
             kernel.ioctl(fd, api.QUERYCAP, what)
             if api.captures(what):
                 name = what.card.decode("utf-8", "replace")
-                for mode in _modes(kernel, fd):
-                    yield f"v4l2:{path}  {name}  {mode}"
+                yield from _modes(kernel, fd, f"v4l2:{path}", name)
         except OSError:  # a device that is no camera
             continue
         finally:
             kernel.close(fd)
 
 
-def _modes(kernel: api.System, fd: int) -> Iterator[str]:
-    """Format, size and rates of each discrete mode that the recorder can use."""
+def _modes(kernel: api.System, fd: int, device: str, name: str) -> Iterator[FoundCamera]:
+    """Each discrete mode that the recorder can use."""
     for form in _each(kernel, fd, api.ENUM_FMT, api.FormatDescription, type=api.CAPTURE):
         code = int(form.pixelformat).to_bytes(4, "little").decode("ascii", "replace")
         if code not in CODINGS:
@@ -44,12 +47,18 @@ def _modes(kernel: api.System, fd: int) -> Iterator[str]:
                 continue
             sized = {**mode, "width": int(size.width), "height": int(size.height)}
             steps = _each(kernel, fd, api.ENUM_FRAMEINTERVALS, api.FrameInterval, **sized)
-            rates = [
-                f"{step.denominator / step.numerator:.4g}"
+            rates_hz = tuple(
+                step.denominator / step.numerator
                 for step in steps
                 if step.type == api.FRAME_DISCRETE and step.numerator
-            ]
-            yield f"{code} {size.width} x {size.height} at {', '.join(rates) or 'any'} frames/s"
+            )
+            yield FoundCamera(
+                device=device,
+                name=name,
+                coding=code,
+                size=(int(size.width), int(size.height)),
+                rates_hz=rates_hz,
+            )
 
 
 def _each(kernel: api.System, fd: int, number: int, kind: type[Any], **given: int) -> Iterator[Any]:

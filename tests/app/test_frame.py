@@ -252,6 +252,19 @@ def test_progress_is_shown_on_a_terminal_only(
     assert "1/2" in terminal.text
 
 
+def test_progress_leaves_the_terminal_to_a_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("work") as show:
+        show("step", 1, 2)
+        with show.hidden():
+            before = terminal.text
+            show("asked", 1, 2)
+            assert terminal.text == before
+        assert "work: asked" in terminal.text
+
+
 def test_python_runs_the_package() -> None:
     words = [sys.executable, "-m", "servosight", "--version"]
     done = subprocess.run(words, capture_output=True, text=True)

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from servosight.app.output import check_target, console, made
 from servosight.app.progress import progress
 from servosight.models.base import Kind
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from servosight.app.progress import Shown
+    from servosight.scenarios.trial import Zero
 
 WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
 
 def run(args: argparse.Namespace) -> None:
     """The whole experiment; asks before each further run, unless --yes is given."""
-    from servosight.app.commands.bench import _questions as questions
+    experiment(args)
+
+
+def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
+    """The whole experiment; ``zero`` where the slow run before it has been made and shown."""
     from servosight.app.commands.bench import wanted
 
     wanted(args, "output", "servo", "camera")
@@ -32,15 +43,6 @@ def run(args: argparse.Namespace) -> None:
     for name, kind in WRITTEN.items():
         check_target(args.output / name, kind, force=args.force)
 
-    def ask(question: str) -> bool:
-        out.print(f"To learn more: {question}")
-        if args.yes:
-            return True
-        try:
-            return questions.agree("Run it now? The servo moves.", default=False)
-        except questions.Ended:  # the user, or nobody there to ask
-            return False
-
     with opened_camera(args) as camera, opened_servo(args) as servo:
         lines = [*check_camera(camera), *check_servo(servo)]
         if all(line.good for line in lines):
@@ -55,13 +57,14 @@ def run(args: argparse.Namespace) -> None:
                 args.output,
                 duration_s=args.duration,
                 seed=args.seed,
-                zero=getattr(args, "zero", None),  # the wizard has asked about it already
-                ask=ask,
+                zero=zero,
+                ask=lambda question: _agreed(question, out, show, yes=args.yes),
                 progress=show,
                 force=args.force,
             )
-    for words in trial.zero.words:
-        out.print(words)
+    if zero is None:
+        for words in trial.zero.words:
+            out.print(words)
     for one in trial.runs:
         for words in run_words(one):
             out.print(words)
@@ -70,3 +73,17 @@ def run(args: argparse.Namespace) -> None:
     write_report(args.output / "report.html", trial.diagnosis, list(trial.recordings), **made(args))
     show_diagnosis(out, values)
     out.print(f"Open {args.output / 'report.html'} in a browser.")
+
+
+def _agreed(question: str, out: Console, show: Shown, *, yes: bool) -> bool:
+    """Ask leave for a further run; the progress shown makes room for it."""
+    from servosight.app.commands.bench import _questions as questions
+
+    with show.hidden():
+        out.print(f"To learn more: {question}")
+        if yes:
+            return True
+        try:
+            return questions.agree("Run it now? The servo moves.", default=False)
+        except questions.Ended:  # the user, or nobody there to ask
+            return False

@@ -18,8 +18,8 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     if args.camera is None:
         found = list_cameras()
-        for line in found:
-            out.print(line)
+        for one in found:
+            out.print(str(one))
         if not found:
             out.print(
                 "no camera of Video4Linux on this computer; name a stream or a file with --camera"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from servosight.models.base import InputError
 
 END = "q"
+T = TypeVar("T")
 
 
 class Ended(Exception):
@@ -69,10 +71,10 @@ def number(question: str, default: str, least: float, most: float, *, whole: boo
     return ask(question, default, refuse)
 
 
-def choose(question: str, choices: Sequence[str], other: str | None = None) -> str:
+def choose(question: str, choices: Sequence[T], other: str | None = None) -> T | str:
     """One of some choices by its number; with ``other``, also whatever else is typed.
 
-    ``other`` says what else can be typed.
+    A choice is shown as ``str`` has it; ``other`` says what else can be typed.
     """
     for count, choice in enumerate(choices, 1):
         print(f"  {count}  {choice}")

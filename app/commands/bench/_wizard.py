@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servosight.app.commands.bench import _questions as questions
 from servosight.models.base import InputError
+
+if TYPE_CHECKING:
+    from servosight.bench.camera import FoundCamera
 
 ARM = "arm"
 FOLDER = "bench-results"
@@ -38,7 +41,7 @@ _KEYS: dict[str, tuple[tuple[str, str, str, float, float], ...]] = {
 }
 _LIGHTS = {"dynamixel": ("led", "dtr", "rts"), "feetech": ("dtr", "rts")}
 _NONE = "none"
-_MODE = re.compile(r"(v4l2:\S+)  .*  (\w{4}) (\d+) x (\d+) at (.+) frames/s")
+_USUAL_HZ = 60.0
 
 
 def run(args: argparse.Namespace) -> None:
@@ -125,12 +128,16 @@ def _camera(args: argparse.Namespace) -> None:
     )
     while True:
         if args.camera is None:
-            found = questions.choose(
+            found = list_cameras()
+            for one in found:
+                if one.fault is not None:
+                    print(f"  {one}")
+            picked = questions.choose(
                 "Which camera and mode?",
-                list_cameras(),
+                [one for one in found if one.fault is None],
                 "an address such as http://HOST:8080/?action=stream",
             )
-            args.camera = _address(found)
+            args.camera = picked if isinstance(picked, str) else _short_exposed(picked)
         if "exposure=" not in args.camera and args.exposure is None:
             text = questions.number(
                 "What is its exposure, in seconds? Type 0 where it is not known.", "0", 0.0, 1.0
@@ -141,25 +148,15 @@ def _camera(args: argparse.Namespace) -> None:
         args.camera = args.exposure = None
 
 
-def _address(found: str) -> str:
-    """A line of the list, or what was typed, as an address with a short exposure."""
-    mode = _MODE.fullmatch(found)
-    first = found.split("  ")[0]
-    if mode is None and not first.startswith(("genicam:", "picamera2:")):
-        return first
-    rate = "60"
-    if mode is not None:
-        path, form, width, height, rates = mode.groups()
-        fastest = max((float(one) for one in rates.split(", ") if one != "any"), default=60.0)
-        rate = f"{fastest:g}"
-        first = f"{path}?format={form}&width={width}&height={height}&rate={rate}"
+def _short_exposed(camera: FoundCamera) -> str:
+    """The address of a camera of the list, with a short exposure."""
     exposure = questions.number(
         "Which exposure, in seconds? A quarter of the frame time or less keeps the picture sharp.",
-        f"{0.2 / float(rate):.4f}",
+        f"{0.2 / (camera.rate_hz or _USUAL_HZ):.4f}",
         1e-5,
         1.0,
     )
-    return f"{first}{'&' if '?' in first else '?'}exposure={exposure}"
+    return f"{camera.address}{'&' if '?' in camera.address else '?'}exposure={exposure}"
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -210,14 +207,12 @@ def _experiment(args: argparse.Namespace) -> None:
     args.output = folder / "zero"
     args.action = "zero"
     make_folder(folder)
-    while not _worked(_zero.run, args):
-        print("The servo moves again.")
+    zero = _moved(lambda: _zero.found(args))
     if not questions.agree("Is that how it is mounted, and shall the experiment begin?"):
         raise questions.Ended
     args.output, args.action = folder, "auto"
     print("\n6. The experiment: run, track, diagnose.")
-    while not _worked(_auto.run, args):
-        print("The servo moves again.")
+    _moved(lambda: _auto.experiment(args, zero))
     print(f"The same again, without questions: {_again(args)}")
 
 
@@ -226,11 +221,26 @@ def _worked(action: Callable[[argparse.Namespace], None], args: argparse.Namespa
     try:
         action(args)
     except InputError as error:
-        print(f"  {error}")
-        if not questions.agree("That did not work; try again?"):
-            raise questions.Ended from None
+        _complain(error)
         return False
     return True
+
+
+def _moved(action: Callable[[], questions.T]) -> questions.T:
+    """What an action that moves the servo has found, tried again as often as it is wanted."""
+    while True:
+        try:
+            return action()
+        except InputError as error:
+            _complain(error)
+            print("The servo moves again.")
+
+
+def _complain(error: InputError) -> None:
+    """Say what did not work; Ended unless it is to be tried again."""
+    print(f"  {error}")
+    if not questions.agree("That did not work; try again?"):
+        raise questions.Ended
 
 
 def _free(name: str) -> str:

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from servosight.app.output import console
 from servosight.app.progress import progress
 
+if TYPE_CHECKING:
+    from servosight.scenarios.trial import Zero
+
 
 def run(args: argparse.Namespace) -> None:
-    """One slow run, tracked; what it shows of the mounting, which stays in ``args.zero``."""
+    """One slow run, tracked; what it shows of the mounting."""
+    found(args)
+
+
+def found(args: argparse.Namespace) -> Zero:
+    """The same, and say it."""
     from servosight.app.commands.bench import wanted
 
     wanted(args, "output", "servo", "camera")
@@ -22,7 +31,8 @@ def run(args: argparse.Namespace) -> None:
         opened_servo(args) as servo,
         progress("bench") as show,
     ):
-        args.zero = find_zero(servo, camera, args.output, progress=show, force=args.force)
+        zero = find_zero(servo, camera, args.output, progress=show, force=args.force)
     out = console(args)
-    for words in args.zero.words:
+    for words in zero.words:
         out.print(words)
+    return zero

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from servosight.bench.camera import Given
+    from servosight.bench.camera import FoundCamera, Given
     from servosight.bench.safety import Limits
     from servosight.bench.session import Line, Run
     from servosight.models.core import Recording
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 __all__ = ["auto", "cameras", "check", "rehearse", "run"]
 
 
-def cameras() -> list[str]:
-    """A line for each mode of each camera of this computer.
+def cameras() -> list[FoundCamera]:
+    """Each mode of each camera of this computer; printed, a line of ``bench cameras``.
 
     >>> import servosight as ss
-    >>> all(line.startswith("v4l2:") or "cannot" in line for line in ss.bench.cameras())
+    >>> all(":" in one.address for one in ss.bench.cameras())
     True
     """
     from servosight.bench.camera import list_cameras

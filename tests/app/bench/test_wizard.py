@@ -19,10 +19,11 @@ import pytest
 from support.wires import STAND_INS
 
 from servosight.app.main import main
-from servosight.bench.camera import open_camera
+from servosight.bench.camera import FoundCamera, open_camera
 from servosight.bench.servo import open_servo
 from servosight.bench.wire import MjpegServer, ServedFrame, VirtualClock, Wire
 from servosight.models.core import InputError
+from servosight.scenarios.trial import Zero
 
 pytestmark = pytest.mark.pty
 ANSWERS = {
@@ -88,13 +89,19 @@ def typed(
 def moves(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, argparse.Namespace]]:
     """What would have moved, in place of ``bench zero`` and ``bench auto``."""
     seen: list[tuple[str, argparse.Namespace]] = []
-    for name in ("zero", "auto"):
-        action = import_module(f"servosight.app.commands.bench._{name}")
+    standing = Zero(gain=0.9, neutral_deg=0.1, hysteresis_deg=0.3)
 
-        def move(args: argparse.Namespace, name: str = name) -> None:
-            seen.append((name, argparse.Namespace(**vars(args))))
+    def found(args: argparse.Namespace) -> Zero:
+        seen.append(("zero", argparse.Namespace(**vars(args))))
+        return standing
 
-        monkeypatch.setattr(action, "run", move)
+    def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
+        assert zero is standing  # what the user has seen and agreed to
+        seen.append(("auto", argparse.Namespace(**vars(args))))
+
+    actions = "servosight.app.commands.bench"
+    monkeypatch.setattr(import_module(f"{actions}._zero"), "found", found)
+    monkeypatch.setattr(import_module(f"{actions}._auto"), "experiment", experiment)
     return seen
 
 
@@ -187,10 +194,15 @@ def test_a_mode_of_the_list_becomes_an_address(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    listed = [
-        "v4l2:/dev/video0  A camera: 2  MJPG 640 x 480 at 120, 60, 30 frames/s",
-        "picamera2:0  imx296",
-    ]
+    usb = FoundCamera(
+        device="v4l2:/dev/video0",
+        name="A camera: 2",
+        coding="MJPG",
+        size=(640, 480),
+        rates_hz=(120.0, 60.0, 30.0),
+    )
+    locked = FoundCamera(device="v4l2:/dev/video2", name="", fault="cannot be opened (refused)")
+    listed = [locked, usb, FoundCamera(device="picamera2:0", name="imx296")]
     monkeypatch.setattr(import_module("servosight.bench.camera"), "list_cameras", lambda: listed)
     asked: list[str] = []
 
@@ -209,7 +221,9 @@ def test_a_mode_of_the_list_becomes_an_address(
         "v4l2:/dev/video0?format=MJPG&width=640&height=480&rate=120&exposure=0.0017",
         "picamera2:0?exposure=0.002",
     ]
-    assert "cannot be opened" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "  v4l2:/dev/video2: cannot be opened (refused)" in said
+    assert "  1  v4l2:/dev/video0  A camera: 2  MJPG 640 x 480 at 120, 60, 30 frames/s" in said
 
 
 def test_the_questions_are_seen_in_a_real_terminal() -> None:

@@ -263,7 +263,7 @@ def test_cameras_of_the_makers_producers_are_listed(
     fake: Fake, address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("GENICAM_GENTL64_PATH", str(Path(address.removeprefix("genicam:")).parent))
-    assert f"{address}?serial=40012345  Fake" in list_cameras()
+    assert f"{address}?serial=40012345  Fake" in map(str, list_cameras())
     assert len(filmed("genicam:?serial=40012345", fake, 2)) == 2
 
 

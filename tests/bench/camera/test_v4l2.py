@@ -180,7 +180,10 @@ def test_what_cannot_be_is_refused_in_one_sentence() -> None:
 
 
 def test_cameras_are_listed_with_the_modes_that_can_be_recorded() -> None:
-    lines = list(list_v4l2(FakeCamera(), ["/dev/video0", "/dev/video1"]))
+    found = list(list_v4l2(FakeCamera(), ["/dev/video0", "/dev/video1"]))
+    lines = [str(one) for one in found]
+    address = "v4l2:/dev/video0?format=MJPG&width=64&height=48&rate=120"
+    assert (found[0].address, found[0].fault) == (address, None)
     assert lines[0] == "v4l2:/dev/video0  Fake camera  MJPG 64 x 48 at 120, 60 frames/s"
     assert len(lines) == 3
     assert "cannot be opened" in lines[2]
