@@ -13,7 +13,6 @@ from servosight.models.excitation import Excitation
 from servosight.sim.bench import (
     GRID_S,
     LONGEST_STEP_S,
-    STEPS_PER_T,
     BenchParameters,
     Trajectory,
     assemble,
@@ -21,6 +20,10 @@ from servosight.sim.bench import (
 from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Twin, resolve
 from servosight.sim.stepping import Stepper
 
+STEPS_PER_T = 400
+"""Eight times as many as a simulation with an encoder's noise needs: where dry friction begins or
+ends within a step, the error is in proportion to the step (rms 0.003 deg at 50, 0.0003 at 400), and
+a camera measures the angle to 0.0015 deg."""
 _BLOCK = 4096
 
 
