@@ -29,22 +29,22 @@ def data(*parts: str) -> Path:
     return Path(str(DATA)).joinpath(*parts)
 
 
-def emps_thinned() -> tuple[Recording, dict[str, float]]:
-    """Every tenth sample of EMPS, 2,484 of them, and what its file says of the loop."""
+def emps_thinned(every: int) -> tuple[Recording, dict[str, float]]:
+    """One in so many of EMPS's 24,841 samples, and what its file says of the loop."""
     whole = read_mat(data("emps", "DATA_EMPS.mat"), Request())
-    every_tenth = Recording(
+    thinned = Recording(
         whole.name,
         whole.command_time_s,
         whole.command_deg,
-        whole.time_s[::10],
-        whole.angle_deg[::10],
+        whole.time_s[::every],
+        whole.angle_deg[::every],
     )
-    return every_tenth, whole.details["source"]
+    return thinned, whole.details["source"]
 
 
 def test_the_ladder_names_coulomb_friction_on_emps() -> None:
     """With a tolerance of two micrometres: by default the linear model is good enough."""
-    recording, _ = emps_thinned()
+    recording, _ = emps_thinned(40)
     found = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=2e-4)
     assert found.effects == ("coulomb_friction",)
     assert found.verdict == "explained"
@@ -55,10 +55,10 @@ def test_emps_friction_and_offset_come_out_in_newtons() -> None:
 
     A position error of a metre is a force of gtau kv kp.
     """
-    every_tenth, source = emps_thinned()
+    recording, source = emps_thinned(10)
     newtons_per_deg = source["gtau"] * source["kv"] * source["kp"] / EMPS_SCALE
     found = identify(
-        [every_tenth], ["coulomb_friction"], catalogue=catalogue(), method="gradient"
+        [recording], ["coulomb_friction"], catalogue=catalogue(), method="gradient"
     ).actuator
     assert newtons_per_deg * found.value("coulomb_friction.level") == pytest.approx(20.39, rel=0.05)
     assert -newtons_per_deg * found.value("bias") == pytest.approx(-3.16, abs=1.0)

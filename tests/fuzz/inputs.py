@@ -152,7 +152,10 @@ TARGETS = (
     Target(
         "model.toml",
         SETTINGS,
-        ("export model.toml --to csv -o new.out", "export model.toml --to mjcf -o new.out"),
+        (
+            "export model.toml --to csv -o new.out",
+            "export model.toml --to mjcf --on rec -o new.out",
+        ),
         3,
     ),
     Target("model.fmu", BYTES, ("compare model.fmu log.csv --trust",), 1),
