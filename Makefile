@@ -72,7 +72,7 @@ INPUTS ?= 20000
 fuzz: setup
 	$(BIN)/python tests/fuzz/run.py --count $(INPUTS) --workers $(WORKERS) $(ARGS)
 
-# Damaged FMUs, each held against a recording: FMUS=500
+# Damaged FMUs, each given to the four commands that take one: FMUS=500
 FMUS ?= 500
 fuzz-fmu: setup
 	$(BIN)/python tests/fuzz/fmus.py $(FMUS) $(ARGS)

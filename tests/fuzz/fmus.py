@@ -2,12 +2,13 @@
 
     make fuzz-fmu FMUS=500        # or python tests/fuzz/fmus.py [COUNT] [SEED]
 
-writes a good FMU, damages it COUNT times (default 500) and holds each against a recording. Each run
-must end in one sentence of InputError, or well where the damage does not matter.
+writes a good FMU, damages it COUNT times (default 500) and gives each to every command that takes
+an FMU. Each run must end in one sentence and exit code 2, or well where the damage does not matter.
 """
 
 from __future__ import annotations
 
+import contextlib
 import io
 import re
 import stat
@@ -176,29 +177,47 @@ def good_fmu(folder: Path) -> Path:
     return folder / "good.fmu"
 
 
-def tried(data: bytes, folder: Path) -> str:
-    """What ``compare`` says of a damaged FMU: its one sentence, or "" where it ran."""
-    from servosight.diagnose import compare_fmu
-    from servosight.identify.foreign import Interface
-    from servosight.models.core import InputError, Recording
-    from servosight.models.fmu import FmuLimits
+def steps(folder: Path) -> Path:
+    """A recording of two seconds of steps."""
+    from servosight.models.core import Recording
+    from servosight.models.io import save_recording
 
-    place = folder / "damaged.fmu"
-    place.write_bytes(data)
     time_s = np.arange(0.0, 2.0, 0.02)
     command = np.where(time_s % 1.0 < 0.5, 10.0, -10.0)
-    recording = Recording("steps", time_s, command, time_s, 0.9 * command)
-    try:
-        limits = FmuLimits(open_s=30.0, run_s=10.0)
-        compare_fmu(Interface(place, limits=limits), [recording], trust=True)
-    except InputError as error:
-        said = str(error)
-        assert "\n" not in said, said
-        assert said.isprintable(), said
-        assert str(place) in said, said
-        assert len(said) < 700, said
-        return said
-    return ""
+    save_recording(Recording("steps", time_s, command, time_s, 0.9 * command), folder / "steps")
+    return folder / "steps"
+
+
+def tried(data: bytes, target: str, recording: Path, folder: Path) -> str:
+    """What the command ``target`` says of a damaged FMU: its one sentence, or "" where it ran."""
+    from servosight.app.main import main as servosight
+
+    place, made = folder / "damaged.fmu", folder / "angle.csv"
+    place.write_bytes(data)
+    made.unlink(missing_ok=True)
+    words = TARGETS[target](str(place), str(recording), str(made))
+    error = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
+        code = servosight([*words, "--trust"])
+    if code == 0:
+        return ""
+    lines = [line for line in error.getvalue().splitlines() if not line.startswith("note: ")]
+    said = lines[-1] if lines else ""
+    assert (code, len(lines)) == (2, 1), (code, lines)
+    assert said.isprintable(), said
+    assert str(place) in said, said
+    assert len(said) < 700, said
+    assert not made.exists(), said
+    return said
+
+
+TARGETS: dict[str, Callable[[str, str, str], list[str]]] = {
+    "compare": lambda fmu, recording, _: ["compare", fmu, recording],
+    "predict": lambda fmu, recording, made: ["predict", fmu, recording, "-o", made],
+    "identify": lambda fmu, recording, _: ["identify", recording, "--model", fmu],
+    "diagnose": lambda fmu, recording, _: ["diagnose", recording, "--from", fmu],
+}
+"""The commands that take an FMU: words from its file, a recording, and a file to write."""
 
 
 def main(count: int = 500, seed: int = 20) -> int:
@@ -206,16 +225,26 @@ def main(count: int = 500, seed: int = 20) -> int:
     refused: Counter[str] = Counter()
     ran: Counter[str] = Counter()
     shown: dict[str, str] = {}
+    failed: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
-        valid = good_fmu(Path(folder)).read_bytes()
-        for name, data in mutants(valid, count, seed):
-            said = tried(data, Path(folder))
-            (refused if said else ran)[name] += 1
-            shown.setdefault(name, said)
+        valid, recording = good_fmu(Path(folder)).read_bytes(), steps(Path(folder))
+        for i, (name, data) in enumerate(mutants(valid, count, seed)):
+            for target in TARGETS:
+                try:
+                    said = tried(data, target, recording, Path(folder))
+                except AssertionError as error:
+                    failed.append(f"number {i} of seed {seed}, {name}, {target}: {error}")
+                    continue
+                (refused if said else ran)[name] += 1
+                shown.setdefault(name, said)
     for name in KINDS:
         print(f"{name}: {refused[name]} refused, {ran[name]} ran; {shown.get(name, '')[-200:]}")
-    print(f"{refused.total()} of {count} refused in one sentence each, {ran.total()} ran")
-    return 0
+    print(
+        f"{refused.total()} of {count * len(TARGETS)} runs ({', '.join(TARGETS)}) refused in one "
+        f"sentence each, {ran.total()} ran, {len(failed)} failed"
+    )
+    print("\n".join(failed[:20]))
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

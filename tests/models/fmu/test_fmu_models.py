@@ -190,10 +190,13 @@ def test_damaged_archives_are_refused_before_anything_is_loaded(good: Path, tmp_
 
 def test_the_mutator_s_first_of_each_kind(good: Path, tmp_path: Path) -> None:
     """`make fuzz-fmu` runs 500; each ends in one sentence, which `tried` asserts."""
-    valid = good.read_bytes()
-    kinds = ("cut", "directory", "library", "described")
-    damaged = {name: data for name, data in fmus.mutants(valid, 10, seed=2) if name in kinds}
-    assert all(fmus.tried(data, tmp_path) for data in damaged.values())
+    valid, recording = good.read_bytes(), fmus.steps(tmp_path)
+    targets = {
+        "cut": "compare", "directory": "predict", "library": "identify", "described": "diagnose",
+    }  # fmt: skip
+    for name, data in fmus.mutants(valid, 10, seed=2):
+        if name in targets:
+            assert fmus.tried(data, targets[name], recording, tmp_path)
 
 
 def test_compare_takes_an_fmu_that_is_trusted(
