@@ -76,13 +76,18 @@ class Session:
         return found, errors
 
     def _step(self) -> float | None:
-        """The only step that the FMU takes: its default, where it cannot take others."""
+        """The step of the FMU's own solver where it names one, or the only one that it takes.
+
+        Between its own steps an FMU stands still: others would delay command and angle.
+        """
         able = self.model.coSimulation
-        if self.kind != "CoSimulation" or able.canHandleVariableCommunicationStepSize:
+        if self.kind != "CoSimulation":
             return None
         fixed = getattr(able, "fixedInternalStepSize", None)
+        if fixed or able.canHandleVariableCommunicationStepSize:
+            return float(fixed) if fixed else None
         usual = self.model.defaultExperiment
-        return float(fixed or (usual.stepSize if usual is not None else None) or _STEP_S)
+        return float((usual.stepSize if usual is not None else None) or _STEP_S)
 
     def _check_binary(self) -> None:
         interface = self.model.coSimulation or self.model.modelExchange
