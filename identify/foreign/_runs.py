@@ -23,6 +23,10 @@ from servosight.models.plant import Layout, Plant, Stimulus
 
 _LONGEST_S = 5e-3
 """Steps are no longer: where the motion turns round, play must see how far it went."""
+_LEAST_K = 0.1
+"""A smaller factor says nothing of the motor: its first angle and speed are then not divided."""
+_REST_S, _REST_STEP_S = 10.0, 0.02
+"""How long an FMU is given to come to rest under the first command."""
 _KEPT = 512
 """Runs of an FMU that are kept."""
 _STATE = {"initial_angle": (4, 4.0, 0.5), "initial_speed": (5, 400.0, 20.0)}
@@ -115,8 +119,10 @@ class Runs:
         zero = next((one.start or 0.0 for one in self.own if one.name == "bias"), 0.0)
         k, bias = row[0], row[3]
         names = [one.name for one in self.own if one.name in _STATE]
-        state = np.array([row[_STATE[name][0]] for name in names])
-        state[[name == "initial_angle" for name in names]] += zero - bias
+        scale = k if abs(k) > _LEAST_K else 1.0
+        first = {"initial_angle": self._first_angle(row, asked, zero) - bias}
+        state = np.array([first.get(name, row[_STATE[name][0]]) / scale for name in names])
+        state[[name == "initial_angle" for name in names]] += zero
         about = np.array([_STATE[name][1] for name in names])
         about = about * np.round(state / about)
         found = self._answer(row, asked, names, about)
@@ -132,6 +138,38 @@ class Runs:
             angle = self.around.behind_transmission(row, angle)
             angle = measured(self._values(row, Place.FEEDBACK), angle)
         return np.asarray(np.interp(asked.samples_s, time_s, angle))
+
+    def _first_angle(self, row: Array, asked: _Asked, zero: float) -> float:
+        """Where the motor is at first [deg], seen through the surface: as the plant kernel has it.
+
+        Within its play the surface says nothing of the motor, which then is where the command holds
+        it, or as near to it as it can be without moving the surface.
+        """
+        seen = float(row[4])
+        if not any(self._active(row, Place.TRANSMISSION)):
+            return seen
+        rest = self._rest(row, asked)
+        if rest is None:
+            return seen
+        at = np.array([row[0] * (rest - zero) + row[3]])
+        apart = row.copy()
+        apart[4] = at[0]
+        free = self.around.behind_transmission(apart, at)
+        return seen + float((free - self.around.behind_transmission(row, at))[0])
+
+    def _rest(self, row: Array, asked: _Asked) -> float | None:
+        """Where the FMU comes to rest under the first command; None where it fails."""
+        pieces = self._pieces(row, asked)
+        if pieces is None:
+            return None
+        first = pieces.at(asked.samples_s[:1])
+        key = (b"rest", first.tobytes())
+        if key not in self.kept:
+            held = Pieces(np.zeros(1), first, np.zeros(1))
+            runs = self._stepped(held, np.array([0.0, _REST_S]), _REST_STEP_S, [], np.empty((1, 0)))
+            self.kept[key] = runs
+        found = self.kept[key]
+        return None if found is None else float(found.angle_deg[0, -1])
 
     def _answer(self, row: Array, asked: _Asked, names: list[str], state: Array) -> _Answer | None:
         """The FMU under the row's command from an initial state; None where it fails."""
@@ -158,16 +196,35 @@ class Runs:
 
     def _run(self, row: Array, asked: _Asked, names: list[str], states: Array) -> _Answer | None:
         """The FMU from each of some initial states (runs, names); None where one run fails."""
-        shaped = self.around.shaped_command(row, asked.stimulus)
-        if not np.all(np.isfinite(shaped)):
+        pieces = self._pieces(row, asked)
+        if pieces is None:
             return None
-        pieces = Pieces(*shaped.T)
+        return self._stepped(pieces, asked.samples_s, _LONGEST_S, names, states)
+
+    def _pieces(self, row: Array, asked: _Asked) -> Pieces | None:
+        """The command behind the effects on it; None where their pieces run out."""
+        shaped = self.around.shaped_command(row, asked.stimulus)
+        return Pieces(*shaped.T) if np.all(np.isfinite(shaped)) else None
+
+    def _stepped(
+        self, pieces: Pieces, samples_s: Array, longest_s: float, names: list[str], states: Array
+    ) -> _Answer | None:
         fixed = self.values
         table = np.hstack([states, np.tile([*fixed.values()], (len(states), 1))])
         with self.opened() as model:
-            time_s, command = pieces.steps(asked.samples_s, model.fmu.step_s, _LONGEST_S)
+            time_s, command = pieces.steps(samples_s, model.fmu.step_s, longest_s)
             angles, errors = model.angles(time_s - time_s[0], command, [*names, *fixed], table)
         return None if any(errors) else _Answer(time_s, angles)
+
+    def _active(self, row: Array, place: Place) -> list[bool]:
+        """Of the effects at a place, which have a parameter that is not neutral."""
+        return [
+            any(
+                q.neutral is not None and value != q.neutral
+                for q, value in zip(effect.parameters, values, strict=True)
+            )
+            for effect, values in self._values(row, place)
+        ]
 
     def _values(self, row: Array, place: Place) -> list[tuple[Effect, tuple[float, ...]]]:
         """The effects at a place, each with the row's parameters of it."""
