@@ -15,6 +15,7 @@ _POINTS, _FAINTEST, _APART_PX = 1000, 5e-4, 8
 _CELLS, _OF_EACH = 9, 3  # cells along the longer side, and features of each
 _LEAST_FOUND = 12
 _GATE_PX = 1.0
+_NEARER, _GATE_SIGMAS, _LEAST_GATE_PX = 3, 4.0, 0.1
 _WINDOW = (21, 21)
 _LEVELS = 4
 _REST_SHARE = 0.04  # of the longer side: at rest the camera stays so near its usual place
@@ -60,7 +61,25 @@ def _similarity(before: Any, after: Any) -> tuple[Array, Mask] | None:
     matrix, inlier = estimate
     if matrix is None or inlier.sum() < _LEAST_FOUND:
         return None
-    return np.asarray(matrix, np.float64), inlier.ravel() > 0
+    motion, same = np.asarray(matrix, np.float64), inlier.ravel() > 0
+    for _ in range(_NEARER):
+        away = np.hypot(*(before @ motion[:, :2].T + motion[:, 2] - after).T)
+        # What is laid over the picture moves with it in part, by less than the first gate.
+        gate = np.clip(_GATE_SIGMAS * float(np.median(away[same])), _LEAST_GATE_PX, _GATE_PX)
+        near = away < gate
+        if near.sum() < _LEAST_FOUND:
+            break
+        same, motion = near, _least_squares(before[near], after[near])
+    return motion, same
+
+
+def _least_squares(before: Any, after: Any) -> Array:
+    """The similarity (2, 3) of least squares between features (n, 2)."""
+    first, second = (np.asarray(p, np.float64) @ np.array([1.0, 1.0j]) for p in (before, after))
+    away = first - first.mean()
+    turn = np.vdot(away, second) / max(float(np.vdot(away, away).real), 1e-9)
+    shift = second.mean() - turn * first.mean()
+    return np.array([[turn.real, -turn.imag, shift.real], [turn.imag, turn.real, shift.imag]])
 
 
 def _surrounds(others: Any, most: Any) -> bool:
@@ -96,12 +115,16 @@ class CameraPath:
     moves: bool
 
     @classmethod
-    def of(cls, pictures: Sequence[Image]) -> CameraPath:
-        """From pictures in the order of time, close enough that neighbours show the same."""
+    def of(cls, pictures: Sequence[Image], content: Mask | None = None) -> CameraPath:
+        """From pictures in the order of time, close enough that neighbours show the same.
+
+        ``content`` (height, width) is where features are looked for; everywhere if None.
+        """
+        mask = None if content is None else np.asarray(255 * content, np.uint8)
         count = len(pictures)
         chain = np.tile(_STILL, (count, 1, 1))
         for number in range(1, count):
-            step = motion_between(pictures[number - 1], pictures[number])
+            step = motion_between(pictures[number - 1], pictures[number], mask)
             chain[number] = _joined(step if step is not None else _STILL, chain[number - 1])
         middle = 0.5 * np.array(pictures[0].shape[1::-1], np.float64)
         # The corner as well: a camera whose middle stays may turn.
@@ -113,18 +136,22 @@ class CameraPath:
         for number in range(count):
             onto[number] = _joined(chain[number], home)
             if low <= number <= high:
-                onto[number] = refined(pictures[reference], pictures[number], onto[number])
+                onto[number] = refined(pictures[reference], pictures[number], onto[number], mask)
         away = onto[low : high + 1, :, :2] @ middle + onto[low : high + 1, :, 2] - middle
         moves = float(np.sqrt((away**2).sum(1).mean())) > 0.15
         return cls((low, high), reference, onto, moves)
 
 
-def aligned(picture: Single, onto: Array) -> tuple[Single, Mask]:
-    """A picture as the reference's camera sees it, and where it is known; (height, width) each."""
+def aligned(picture: Single, onto: Array, content: Mask | None = None) -> tuple[Single, Mask]:
+    """A picture as the reference's camera sees it, and where it is known; (height, width) each.
+
+    ``content`` is where the picture itself is known; everywhere if None.
+    """
+    own = np.ones(picture.shape, np.uint8) if content is None else content.astype(np.uint8)
     size = (picture.shape[1], picture.shape[0])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     seen = cv2.warpAffine(picture, onto, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    known = cv2.warpAffine(np.ones(picture.shape, np.uint8), onto, size, flags=flags)
+    known = cv2.warpAffine(own, onto, size, flags=flags)
     return np.asarray(seen, np.float32), np.asarray(known > 0)
 
 
@@ -142,14 +169,14 @@ def longest_rest(place_px: Array, reach_px: float) -> tuple[int, int]:
     return best
 
 
-def refined(reference: Image, picture: Image, rough: Array) -> Array:
+def refined(reference: Image, picture: Image, rough: Array, mask: Image | None = None) -> Array:
     """The motion from the reference to a picture, from a rough one."""
     size = (picture.shape[1], picture.shape[0])
     near = cv2.warpAffine(
         picture, rough, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )  # fmt: skip
-    rest = motion_between(reference, np.asarray(near, np.uint8))
+    rest = motion_between(reference, np.asarray(near, np.uint8), mask)
     return _joined(rough, rest) if rest is not None else rough
 
 

@@ -28,7 +28,7 @@ _ROUNDS, _ENOUGH_PX = 7, 0.05
 _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
-_NEAR_PX = 12
+_NEAR_PX, _NEAR_RAD = 12, 0.3
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,16 @@ class PartMeter:
         """Each frame with its fit; None where the part is not found, and outside of the frames
         ``first`` to ``last``."""
         before: float | None = None
+        since = 1
         for frame in frames:
             inside = first <= frame.index <= last
-            fit = self._fit(small(frame.image, self.steady.scale), before) if inside else None
-            before = fit.angle_rad if fit is not None else None
+            near = None if before is None else (before, _farthest(self.rough, since))
+            fit = self._fit(small(frame.image, self.steady.scale), near) if inside else None
+            # A wheel that looks the same at several angles would jump after a frame without it.
+            before, since = (fit.angle_rad, 1) if fit is not None else (before, since + 1)
             yield frame, fit
 
-    def _fit(self, picture: Single, before: float | None) -> PoseFit | None:
+    def _fit(self, picture: Single, near: tuple[float, float] | None) -> PoseFit | None:
         onto = np.eye(2, 3)
         if self.steady.moves:
             grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
@@ -126,7 +129,7 @@ class PartMeter:
             onto = motion
         still, _ = aligned(picture, onto)
         still = evenly(still, self.model.behind)
-        angle, sure = _searched(self.rough, self.rough_scale, still, before)
+        angle, sure = _searched(self.rough, self.rough_scale, still, near)
         fit = self.model.fit(still, angle) if sure else None
         if fit is None or fit.explained < _LEAST_EXPLAINED or fit.kept < _LEAST_KEPT:
             return None
@@ -164,24 +167,27 @@ def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Si
 
 
 def _searched(
-    part: TurningPart, scale: float, picture: Single, before: float | None = None
+    part: TurningPart, scale: float, picture: Single, near: tuple[float, float] | None = None
 ) -> tuple[float, bool]:
-    """The angle of the largest gain, or of one nearly as large that is nearer the frame before's;
-    and whether the part explains anything there."""
+    """The angle of the largest gain, or of one nearly as large that is as ``near`` another angle as
+    the second number [rad] says; and whether the part explains anything there."""
     coarse = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     seen = part.view.of(np.asarray(coarse, np.float32))[None]
     gain = Gains.of(part.view, seen, part.behind).by(part.part, part.cover)[0]
     angles = part.view.angles()
     best = int(np.argmax(gain))
-    if before is not None:
-        apart = np.abs(np.angle(np.exp(1j * (angles - before))))
-        near = np.where(apart < _NEAR_PX / part.view.rows + 0.3, gain, -np.inf)
-        if near.max() > _AS_GOOD * gain[best]:
-            best = int(np.argmax(near))
-    found = float(angles[best])
-    if before is not None:
-        found = before + float(np.angle(np.exp(1j * (found - before))))
-    return found, bool(gain[best] > 0.0)
+    if near is None:
+        return float(angles[best]), bool(gain[best] > 0.0)
+    apart = np.angle(np.exp(1j * (angles - near[0])))
+    close = np.where(np.abs(apart) < near[1], gain, -np.inf)
+    if close.max() > _AS_GOOD * gain[best]:
+        best = int(np.argmax(close))
+    return near[0] + float(apart[best]), bool(gain[best] > 0.0)
+
+
+def _farthest(part: TurningPart, frames: int) -> float:
+    """How far the part may turn in some frames [rad]."""
+    return float(min((_NEAR_PX / part.view.rows + _NEAR_RAD) * np.sqrt(frames), np.pi))
 
 
 def _refitted(

@@ -32,6 +32,8 @@ _REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
 _MARGIN = 1.25  # of a part's radius, in which it is learnt anew
 _LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is looked for
 _GAP_PX, _SHADOW_PX = 15, 11
+_BORDER_PX, _JOINED_PX = 3, 7
+_LEAST_LEFT = 0.3  # of a usual picture's change, without what enters it
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
 
@@ -47,16 +49,16 @@ class FoundPart:
     explained: float
 
 
-def find_parts(pictures: Single, hint: Hint | None = None) -> list[FoundPart]:
+def find_parts(
+    pictures: Single, hint: Hint | None = None, content: Mask | None = None
+) -> list[FoundPart]:
     """The parts that turn, the one that explains most of the change first; pictures (n, height,
     width) of one camera position. With a hint, only those that it points at.
 
-    Without one, a second search follows where the best part does not pass, if enough changes there.
+    ``content`` (height, width) is what is known in all pictures, everything if None. Without a
+    hint, a second search follows where the best part does not pass, if enough changes there.
     """
-    chosen = diverse(pictures, _PICTURES)
-    seen = pictures[chosen]
-    if hint is not None:
-        seen = _connected(seen, hint.place)
+    seen = chosen_of(pictures, hint, content)
     found = _parts(seen, hint)
     if found and hint is None:
         away = _beside(seen, found[0])
@@ -69,15 +71,15 @@ def find_parts(pictures: Single, hint: Hint | None = None) -> list[FoundPart]:
     )
 
 
-def found_about(pictures: Single, pivot_px: Array, hint: Hint | None = None) -> FoundPart | None:
+def found_about(
+    pictures: Single, pivot_px: Array, hint: Hint | None = None, content: Mask | None = None
+) -> FoundPart | None:
     """The part learnt anew about a pivot (2,) that is better known; None where nothing holds.
 
     A part that was learnt about a wrong pivot has a wrong shape: some of it is taken for
     background, and its angles are then too small.
     """
-    seen = pictures[diverse(pictures, _PICTURES)]
-    if hint is not None:
-        seen = _connected(seen, hint.place)
+    seen = chosen_of(pictures, hint, content)
     middle, scale = _scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)
     references = _references(middle, change, hint.scaled(scale) if hint is not None else None)
@@ -85,6 +87,38 @@ def found_about(pictures: Single, pivot_px: Array, hint: Hint | None = None) -> 
     reach = _FAR * max(middle.shape[1:])
     part = learnt(middle, change, (float(x), float(y)), reach, references)
     return _as_found(_converged(middle, change, part, references), scale) if part else None
+
+
+def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None) -> Single:
+    """Some of the pictures (n, height, width) that differ most, without what enters them from
+    outside, or only with what is connected with the place pointed at."""
+    if hint is not None:
+        return _connected(pictures[diverse(pictures, _PICTURES)], hint.place)
+    inside = without_entering(pictures, content)
+    return inside[diverse(inside, _PICTURES)]
+
+
+def without_entering(pictures: Single, content: Mask | None = None) -> Single:
+    """Pictures (n, height, width) without the changes that reach the border of what they show: a
+    hand, someone beside the bench. The pictures themselves where little else changes in them, as
+    of a part that leaves the picture."""
+    change = Change.of(pictures)
+    shown = np.ones(pictures.shape[1:], bool) if content is None else content
+    framed = cv2.copyMakeBorder(shown.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    inner = cv2.erode(framed, np.ones((2 * _BORDER_PX + 1,) * 2, np.uint8))[1:-1, 1:-1]
+    border = shown & (inner == 0)
+    kernel = np.ones((_JOINED_PX, _JOINED_PX), np.uint8)
+    cleared = pictures.copy()
+    for picture, moved in zip(cleared, change.moved, strict=True):
+        _, labels = cv2.connectedComponents(cv2.dilate(moved.astype(np.uint8), kernel))
+        entering = np.unique(labels[border & moved])
+        if entering.size:
+            gone = np.isin(labels, entering[entering > 0])
+            picture[gone] = change.usual[gone]
+    left = Change.of(cleared)
+    telling = change.energy > 0.0
+    share = left.energy[telling] / change.energy[telling]
+    return cleared if share.size and np.median(share) > _LEAST_LEFT else pictures
 
 
 def _as_found(part: TurningPart, scale: float) -> FoundPart:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
@@ -12,6 +14,8 @@ from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
 
 _DARK, _BAR_SHARE, _BAR_EDGE_PX = 20, 0.9, 5
+_STAYS, _MOST, _LEAST_STEP, _LETTER_PX = 2.0, 0.9, 1.5, 9
+_SEEN_PX = 15  # of a feature, of which the bar's edge lies some pixels inside of the mask
 
 
 @dataclass(frozen=True)
@@ -45,10 +49,13 @@ class SteadySample:
     def of(cls, sample: FrameSample) -> SteadySample:
         """From frames sampled as they are in the file."""
         grey = [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in sample.pictures]
-        path = CameraPath.of(grey)
+        lit = ~bars(grey)
+        path = CameraPath.of(grey, None if lit.all() else _inside(lit))
         low, high = path.rest
-        shown = [aligned(sample.pictures[n], path.onto[n]) for n in range(low, high + 1)]
-        content = np.stack([known for _, known in shown]).all(0) & ~bars(grey)
+        if path.moves:
+            lit &= ~laid_over(sample.pictures[low : high + 1], path.onto[low : high + 1])
+        shown = [aligned(sample.pictures[n], path.onto[n], lit) for n in range(low, high + 1)]
+        content = np.asarray(np.stack([known for _, known in shown]).all(0))
         stack = np.stack([picture for picture, _ in shown])
         usual = np.median(stack, axis=0)
         stack = np.where(content, stack, usual).astype(np.float32)
@@ -76,6 +83,34 @@ def bars(pictures: list[Image]) -> Mask:
         if lit[-1] < dark.size - 1:
             lines[lit[-1] + 1 - _BAR_EDGE_PX :] = True
     return mask
+
+
+def _inside(lit: Mask) -> Mask:
+    """Where a feature does not see the edge of a bar, which stays while the camera moves."""
+    return np.asarray(cv2.erode(lit.astype(np.uint8), np.ones((_SEEN_PX, _SEEN_PX))) > 0)
+
+
+def laid_over(pictures: Sequence[Single], onto: Array) -> Mask:
+    """What stays in its place while the camera moves, as laid-over text; (height, width).
+
+    It varies in pictures (n, height, width) that are aligned by ``onto`` (n, 2, 3), and hardly in
+    those that are not.
+    """
+    still = np.stack([aligned(p, m)[0] for p, m in zip(pictures, onto, strict=True)])
+    filmed, laid = _variation(np.stack(pictures), _MOST), _variation(still, 0.5)
+    inner = np.zeros(filmed.shape, bool)
+    edge = 1 + int(np.ceil(np.abs(onto[:, :, 2]).max()))
+    inner[edge:-edge, edge:-edge] = True
+    stays = (laid > _STAYS * filmed + _LEAST_STEP) & inner
+    kernel = np.ones((_LETTER_PX, _LETTER_PX), np.uint8)
+    return np.asarray(cv2.dilate(stays.astype(np.uint8), kernel) > 0)
+
+
+def _variation(stack: Single, share: float) -> Single:
+    """The distance from their median at each place that a share of pictures (n, height, width)
+    keeps, smoothed over some pixels."""
+    away = np.quantile(np.abs(stack - np.median(stack, axis=0)), share, axis=0)
+    return np.asarray(cv2.blur(away.astype(np.float32), (5, 5)), np.float32)
 
 
 def evenly(picture: Single, usual: Array | Single) -> Single:

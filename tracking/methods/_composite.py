@@ -52,7 +52,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     do not confirm it.
     """
     footage = Footage.of(film, options)
-    parts = find_parts(footage.steady.pictures, footage.hint)
+    parts = find_parts(footage.steady.pictures, footage.hint, footage.steady.content)
     track, inside = footage.measured(footage.chosen(parts), progress)
     candidates = tuple(footage.candidate(part) for part in parts)
     notes = _notes(track, candidates, options.pick, inside)
@@ -214,7 +214,7 @@ def _settled(
         # A pixel of the pictures in which the part was found.
         if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
             break
-        better = found_about(steady.pictures, meter.pivot_px, hint)
+        better = found_about(steady.pictures, meter.pivot_px, hint, steady.content)
         if better is None:
             break
         part, meter = better, PartMeter.of(steady, better)

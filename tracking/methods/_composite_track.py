@@ -14,7 +14,10 @@ from servosight.tracking.drawing import refusal_picture
 from servosight.tracking.uncertainty import gaps
 from servosight.tracking.video import Film
 
-_ALIGNMENT_PX = 0.2  # of the small pictures: what shake and codec leave of a part's place
+# Of the small pictures: what shake and codec leave of a part's place. On eight composed clips
+# without shadow 0.01 to 0.12 px.
+_ALIGNMENT_PX = 0.1
+_PIVOT_SIGMAS = 2.0  # the pivot's sigma counts twice: its errors were up to that and more
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
 _FAR_OFF = 5.0  # times the median: a hand before one side
@@ -76,7 +79,7 @@ def first_rad(fits: Sequence[PoseFit | None]) -> float:
 def _sigma(fit: PoseFit, meter: PartMeter) -> float:
     """Sigma of an angle [rad]: of its residuals, and of what the camera's motion leaves."""
     share = max(fit.kept, 0.2)
-    place_px = np.hypot(_ALIGNMENT_PX, meter.doubt_px)
+    place_px = np.hypot(_ALIGNMENT_PX, _PIVOT_SIGMAS * meter.doubt_px)
     return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
 
 
@@ -84,11 +87,12 @@ def _apart(sides_rad: Sequence[float]) -> float:
     """Error of an angle [rad] that differs from angle to angle, as of a shadow beside the part.
 
     It shifts one side of the part, so that both sides give angles whose difference varies; the
-    error of the angle is half of that.
+    error of the angle is half of that, and more where the part's picture was learnt with it: on
+    composed clips with shadows one to two and a half times as much. So the whole difference counts.
     """
     away = np.abs(np.array(sides_rad) - np.median(sides_rad))
     limited = np.minimum(away, _FAR_OFF * np.median(away))
-    return 0.5 * float(np.sqrt(np.mean(limited**2)))
+    return float(np.sqrt(np.mean(limited**2)))
 
 
 def _box(outline: Array, shape: tuple[int, ...]) -> Box:

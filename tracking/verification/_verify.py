@@ -45,7 +45,7 @@ _NEAR_PX = 3.0
 _NEAR_RAD = np.deg2rad(2.0)
 _AS_GOOD = 0.85  # of the best gain: a part that looks the same at several angles
 _TURNED_PX = 1.0
-_CHANGED_SHARE = 0.3
+_CHANGED_SHARE, _USUAL = 0.3, 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,8 @@ def evidence_of(
     spread = float(np.ptp(np.quantile(angle_rad[found], [0.01, 0.99]))) if found.any() else 0.0
     usual = max(float(np.median(sigma_rad[found])), 1e-12) if found.any() else 1.0
     changed, inside = scene.changed(elsewhere)
-    telling = changed >= max(_CHANGED_SHARE * float(changed.max()), 10.0)
+    # By a quantile: of a hand that passes, most of the picture changes for some frames.
+    telling = changed >= max(_CHANGED_SHARE * float(np.quantile(changed, _USUAL)), 10.0)
     share = float(np.median(inside[telling] / changed[telling])) if telling.any() else 1.0
     return Evidence(
         sigmas=spread / usual,
