@@ -71,6 +71,8 @@ LAGGED = Effect(
     states=1,
     **WORDS,
 )
+OWN = {one.id: one for one in (SPRING, LAGGED, READING)}
+"""One registry for the tests that compile one: what a test does not use is neutral."""
 
 
 def test_names_and_columns_of_a_row() -> None:
@@ -94,7 +96,7 @@ def test_a_kernel_of_the_users_own_effects_against_scipy() -> None:
     """A load and a drive with a state, neither in the catalogue; truth: scipy to 1e-10."""
     from scipy.integrate import solve_ivp
 
-    plant = Plant.of({"spring": SPRING, "lagged": LAGGED})
+    plant = Plant.of(OWN)
     row = np.array(plant.layout.neutral_row())
     T, xi, cubic, share = 0.0078, 0.55, 4e-4, 0.01
     row[:3] = 1.0, T, xi
@@ -153,7 +155,7 @@ def test_columns_of_a_table_are_not_compiled_for_anew() -> None:
 def test_friction_that_reads_nothing_of_the_motion_gives_what_the_general_scheme_gives() -> None:
     """Coulomb's law as the catalogue has it, stepped exactly, and as one that reads the speed."""
     simple = Plant.of(catalogue())
-    general = Plant.of({"reading": READING})
+    general = Plant.of(OWN)
     angles = []
     for plant, name in ((simple, "coulomb_friction.level"), (general, "reading.level")):
         row = np.array(plant.layout.neutral_row())
