@@ -56,7 +56,7 @@ static void reset_instance(instance *me)
     me->now.continuous = continuous;
 }
 
-/* The linear core under the command: for model exchange, which is offered for it alone. */
+/* The linear core under the command; described where the model is no more than that core. */
 static double acceleration(const state *now)
 {
     const double *p = now->model.p.v;
@@ -74,8 +74,8 @@ static int get_number(const instance *me, unsigned reference, double *value)
         return 1;
     case MOTOR_ANGLE: *value = @name@_motor_angle(&now->model); return 1;
     case MOTOR_SPEED: *value = @name@_motor_speed(&now->model); return 1;
-    case DER_MOTOR_ANGLE: *value = @name@_motor_speed(&now->model); return now->continuous;
-    case DER_MOTOR_SPEED: *value = acceleration(now); return now->continuous;
+    case DER_MOTOR_ANGLE: *value = @name@_motor_speed(&now->model); return @exchange@;
+    case DER_MOTOR_SPEED: *value = acceleration(now); return @exchange@;
     case TIME: *value = now->time; return 1;
     default: break;
     }

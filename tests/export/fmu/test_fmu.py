@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.export.core import ExportRequest, Trial, export_model
+from servosight.export.core import Exporter, ExportRequest, Trial, export_model
 from servosight.export.csource import compile_c, held_steps, kernel_angle, missing
+from servosight.export.fmu import FMU2, FMU3
 from servosight.models.core import Actuator, Estimate, InputError, Recording
 from servosight.models.effects import catalogue
 from servosight.models.fmu import Fmu, open_fmu
@@ -136,6 +137,41 @@ def test_state_is_got_set_and_serialised(exported: Path, tmp_path: Path) -> None
     free(again)
     fmu.terminate()
     fmu.freeInstance()
+
+
+@pytest.mark.parametrize("writer", [FMU2, FMU3])
+@pytest.mark.parametrize("effects", [{}, {"backlash.gap": 2.0}])
+def test_every_variable_that_is_described_can_be_read(
+    writer: Exporter, effects: dict[str, float], tmp_path: Path
+) -> None:
+    """As importers do that show all of them, also in co-simulation what is meant for solvers."""
+    from fmpy import extract, read_model_description
+    from fmpy.simulation import instantiate_fmu
+
+    request = ExportRequest(actuator=actuator(effects), catalogue=catalogue(), name="fin")
+    writer.write(request, tmp_path / "fin.fmu")
+    folder = extract(str(tmp_path / "fin.fmu"), unzipdir=str(tmp_path / "unpacked"))
+    model = read_model_description(folder)
+    there = {"CoSimulation": model.coSimulation, "ModelExchange": model.modelExchange}
+    assert (there["ModelExchange"] is None) == bool(effects)
+    for kind in (name for name, found in there.items() if found is not None):
+        fmu = instantiate_fmu(folder, model, fmi_type=kind)
+        if model.fmiVersion == "2.0":
+            fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        get = fmu.getReal if model.fmiVersion == "2.0" else fmu.getFloat64
+        values = dict(
+            zip(
+                [one.name for one in model.modelVariables],
+                get([one.valueReference for one in model.modelVariables]),
+                strict=True,
+            )
+        )
+        assert values["motor_angle"] == values["bias"] == CORE["bias"]
+        assert values.get("der(motor_angle)", 0.0) == values.get("der(motor_speed)", 0.0) == 0.0
+        fmu.exitInitializationMode()
+        fmu.terminate()
+        fmu.freeInstance()
 
 
 def test_the_sources_compile_without_a_warning_and_the_archive_is_plain(
