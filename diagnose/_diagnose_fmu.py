@@ -9,8 +9,8 @@ from typing import Any
 from servosight.diagnose._diagnose import diagnose
 from servosight.diagnose.result import Diagnosis
 from servosight.diagnose.selection import PriorKnowledge
-from servosight.identify.foreign import Interface, Surrounded, surrounded
-from servosight.models.core import InputError, Recording
+from servosight.identify.foreign import Interface, Surrounded, check_outside, surrounded
+from servosight.models.core import Recording
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 
@@ -39,7 +39,7 @@ def diagnose_fmu(
     known = built_in() if catalogue is None else catalogue
     with surrounded(interface, known, recordings, fix=fix, trust=trust) as model:
         effects = model.catalogue
-        _check_outside(with_effects, model)
+        check_outside(with_effects, effects)
         prior = PriorKnowledge.of(
             effects,
             with_effects=with_effects,
@@ -52,21 +52,12 @@ def diagnose_fmu(
     return found.remember([*recordings, *validate, *test], effects)
 
 
-def _check_outside(names: Sequence[str], model: Surrounded) -> None:
-    for name in names:
-        if name in model.catalogue.inside:
-            raise InputError(
-                f"{name} acts inside the position loop, which an FMU does not show, expected an "
-                f"effect around it: {', '.join(model.catalogue)}"
-            )
-
-
 def _held_words(model: Surrounded) -> str:
     T, xi = (model.held[name] for name in ("T", "xi"))
     return (
         f"k multiplies the FMU's angle; T and xi ({1e3 * T:.3g} ms, {xi:.3g}) are not fitted: they "
-        f"are those of the linear model nearest to the FMU; to fit the FMU's own parameters, use "
-        f"servosight identify --model first, and give the values by --fix NAME=VALUE"
+        f"are those of the linear model nearest to the FMU; the FMU's own parameters stay as they "
+        f"are: servosight identify --model FMU --effects ID,ID fits them together with effects"
     )
 
 

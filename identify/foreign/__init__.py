@@ -9,6 +9,7 @@ from servosight.identify.foreign._surroundings import LINEAR as LINEAR
 from servosight.identify.foreign._surroundings import Surrounded as Surrounded
 from servosight.identify.foreign._surroundings import Surroundings as Surroundings
 from servosight.identify.foreign._surroundings import base_of as base_of
+from servosight.identify.foreign._surroundings import check_outside as check_outside
 from servosight.identify.foreign._surroundings import fmu_actuator as fmu_actuator
 from servosight.identify.foreign._surroundings import is_around_fmu as is_around_fmu
 from servosight.identify.foreign._surroundings import surrounded as surrounded

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from servosight.identify.fit import floor_deg
+from servosight.identify.foreign._joint import EffectsAround, effects_around
 from servosight.identify.foreign._own import bounds_of, own_start, predicted, trusted
 from servosight.identify.foreign._result import FmuFit
+from servosight.identify.foreign._runs import Interface
 from servosight.identify.problem import joint_noise_deg, thinned, usable_views
 from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.identify.uncertainty import Matrix, determined_inverse, weighted_normal
 from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
+from servosight.models.effects import Effect, select
+from servosight.models.effects import catalogue as built_in
 from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
 
 BUDGET = 600
 """Runs of the FMU on all recordings."""
 METHOD = "gradient"
+_STARTS = 3
+"""How many of the effects' guesses are followed down."""
 _FAILED_DEG = 1e6
 """The residual where a run fails: that point is not taken."""
 
@@ -29,7 +36,9 @@ def identify_fmu(
     path: Path,
     recordings: Sequence[Recording],
     names: Sequence[str] = (),
+    effects: Sequence[str] = (),
     *,
+    catalogue: Mapping[str, Effect] | None = None,
     trust: bool = False,
     fix: Mapping[str, float] | None = None,
     command: str | None = None,
@@ -39,7 +48,8 @@ def identify_fmu(
 ) -> FmuFit:
     """Fit the parameters ``names`` of an FMU (default: all tunable ones) to recordings, jointly.
 
-    The search begins at the FMU's own values and is a local one. ``fix`` holds parameters. Where
+    With ``effects`` around the FMU their parameters are fitted together with its own. The search is
+    a local one, from the FMU's own values and the effects' guesses. ``fix`` holds parameters. Where
     the FMU has parameters named ``bias``, ``initial_angle`` and ``initial_speed``, each recording
     has its own. Raises InputError where ``trust`` is not given, for a name that is none, and for
     whatever keeps the FMU from running.
@@ -48,8 +58,10 @@ def identify_fmu(
     began = time.perf_counter()
     whole, left_out = usable_views(recordings)
     scored, notes = thinned(whole)
-    with open_fmu(path, limits=limits) as fmu:
-        model = FmuModel.of(fmu, command, angle)
+    known = built_in() if catalogue is None else catalogue
+    chosen = select(known, effects)
+    interface = Interface(path, command, angle, limits)
+    with _opened(interface, known, chosen, scored, trust) as model:
         held = dict(fix or {})
         search = _Search(
             model=model,
@@ -81,19 +93,50 @@ def identify_fmu(
     )
 
 
+@contextmanager
+def _opened(
+    interface: Interface,
+    catalogue: Mapping[str, Effect],
+    effects: Sequence[str],
+    recordings: Sequence[Recording],
+    trust: bool,
+) -> Iterator[FmuModel | EffectsAround]:
+    """The FMU, alone or with effects around it."""
+    if effects:
+        with effects_around(interface, catalogue, effects, recordings, trust=trust) as model:
+            yield model
+        return
+    with open_fmu(interface.path, limits=interface.limits) as fmu:
+        yield FmuModel.of(fmu, interface.command, interface.angle)
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Search:
     """The shared parameters, then the own ones of each recording, as one point."""
 
-    model: FmuModel
+    model: FmuModel | EffectsAround
     runs: tuple[FmuRun, ...]
     shared: tuple[FmuVariable, ...]
     held: Mapping[str, float]
 
-    def start(self) -> Array:
-        """The FMU's own values, and what the recordings say of their own."""
+    def starts(self) -> Array:
+        """The FMU's own values, and what the recordings say of their own: (starts, coordinates).
+
+        With effects around it, the best of their guesses.
+        """
         first = [one.start or 0.0 for one in self.shared]
-        return np.concatenate([first, *(own_start(run.recording, self.model) for run in self.runs)])
+        own = [own_start(run.recording, self.model) for run in self.runs]
+        start = np.concatenate([first, *own])
+        if not isinstance(self.model, EffectsAround):
+            return start[None, :]
+        points = []
+        for guess in self.model.guesses([run.recording for run in self.runs]):
+            guessed = [guess.get(one.name, one.start or 0.0) for one in self.shared]
+            points.append(np.concatenate([guessed, *own]))
+        low, high, _ = self.bounds()
+        table = np.clip(points, low, high)
+        costs = np.sum(self.residuals(table) ** 2, axis=1)
+        return np.asarray(table[np.argsort(costs, kind="stable")[:_STARTS]])
 
     def bounds(self) -> tuple[Array, Array, Array]:
         """Low, high and size of a change that matters, (coordinates,) each."""
@@ -143,9 +186,13 @@ class _End:
 
 def _descent(search: _Search) -> _End:
     """From the FMU's own values down; InputError where it does not run there."""
-    start = search.start()
-    search.check(start)
-    outcome = drive(LevenbergMarquardt(start, *search.bounds()), search.residuals, BUDGET)
+    starts = search.starts()
+    search.check(starts[0])
+    ends = [
+        drive(LevenbergMarquardt(start, *search.bounds()), search.residuals, BUDGET)
+        for start in starts
+    ]
+    outcome = min(ends, key=lambda end: float(end.cost))
     final = LevenbergMarquardt(outcome.point, *search.bounds())
     points = final.ask()
     residuals = search.residuals(points)
@@ -156,12 +203,12 @@ def _descent(search: _Search) -> _End:
         residuals=residuals[0],
         jacobian=final.jacobian,
         stopped=str(outcome.stopped),
-        evaluations=outcome.evaluations,
+        evaluations=sum(end.evaluations for end in ends),
     )
 
 
 def _chosen(
-    model: FmuModel, names: Sequence[str], held: Mapping[str, float]
+    model: FmuModel | EffectsAround, names: Sequence[str], held: Mapping[str, float]
 ) -> tuple[FmuVariable, ...]:
     """The parameters to fit; InputError for a name that is none, or for none at all."""
     there = {one.name: one for one in model.parameters}
@@ -172,6 +219,8 @@ def _chosen(
                 f"some of {', '.join(list(there)[:12]) or 'none'}"
             )
     wanted = names or [one.name for one in there.values() if one.variability == "tunable"]
+    if isinstance(model, EffectsAround):
+        wanted = [*wanted, *(one.name for one in model.variables)]
     chosen = tuple(there[name] for name in dict.fromkeys(wanted) if name not in held)
     if not chosen and not model.own:
         raise InputError(

@@ -4,11 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording
-from servosight.models.fmu import FmuModel, FmuRun, FmuVariable
+from servosight.models.fmu import FmuRun, FmuVariable
+
+
+class Model(Protocol):
+    """An FMU, or one with effects around it."""
+
+    @property
+    def own(self) -> tuple[FmuVariable, ...]:
+        """What belongs to a recording."""
+
+    @property
+    def parameters(self) -> tuple[FmuVariable, ...]:
+        """What may be fitted besides."""
+
+    def predict(self, run: FmuRun, names: Sequence[str], rows: Array) -> tuple[Array, list[str]]:
+        """Angles [deg], (runs, samples), and errors."""
+
 
 SCALES = {"bias": 1.0, "initial_angle": 1.0, "initial_speed": 10.0}
 """Sizes of a change that matters [deg], [deg/s]."""
@@ -24,7 +41,7 @@ def trusted(path: Path, trust: bool) -> None:
         )
 
 
-def own_start(recording: Recording, model: FmuModel) -> Array:
+def own_start(recording: Recording, model: Model) -> Array:
     """First guess of the recording's own numbers, in the order of ``model.own``."""
     angle = recording.angle_deg
     gain = next((one.start for one in model.parameters if one.name == "k"), None)
@@ -38,7 +55,7 @@ def own_start(recording: Recording, model: FmuModel) -> Array:
 
 
 def predicted(
-    model: FmuModel, run: FmuRun, names: Sequence[str], rows: Array
+    model: Model, run: FmuRun, names: Sequence[str], rows: Array
 ) -> tuple[Array, list[str]]:
     """Angles [deg], (runs, samples); without a bias of its own, the zero of the angle is fitted."""
     angles, errors = model.predict(run, names, rows)

@@ -72,7 +72,7 @@ class _Answer:
 
 
 class Runs:
-    """What an FMU answers, kept by command and initial state; ``values`` set its parameters."""
+    """What an FMU answers, kept by command, initial state and ``values`` of its parameters."""
 
     def __init__(self, interface: Interface, effects: tuple[Effect, ...]) -> None:
         self.interface = interface
@@ -163,7 +163,7 @@ class Runs:
         if pieces is None:
             return None
         first = pieces.at(asked.samples_s[:1])
-        key = (b"rest", first.tobytes())
+        key = (b"rest", first.tobytes(), self._digits())
         if key not in self.kept:
             held = Pieces(np.zeros(1), first, np.zeros(1))
             runs = self._stepped(held, np.array([0.0, _REST_S]), _REST_STEP_S, [], np.empty((1, 0)))
@@ -174,7 +174,7 @@ class Runs:
     def _answer(self, row: Array, asked: _Asked, names: list[str], state: Array) -> _Answer | None:
         """The FMU under the row's command from an initial state; None where it fails."""
         values = [own for _, own in self._values(row, Place.COMMAND)]
-        key = (asked.digest, np.array([*sum(values, ()), *state]).tobytes())
+        key = (asked.digest, np.array([*sum(values, ()), *state]).tobytes(), self._digits())
         if key not in self.kept:
             runs = self._run(row, asked, names, state[None, :])
             self.kept[key] = None if runs is None else _Answer(runs.time_s, runs.angle_deg[0])
@@ -182,7 +182,7 @@ class Runs:
 
     def _free(self, asked: _Asked, names: list[str], state: Array) -> _Answer | None:
         """Change of the angle with each number of the initial state, under the command as given."""
-        key = (asked.digest, b"free", state.tobytes())
+        key = (asked.digest, b"free", state.tobytes(), self._digits())
         if key not in self.kept:
             steps = np.array([_STATE[name][2] for name in names])
             neutral = np.array(self.layout.neutral_row())
@@ -215,6 +215,10 @@ class Runs:
             time_s, command = pieces.steps(samples_s, model.fmu.step_s, longest_s)
             angles, errors = model.angles(time_s - time_s[0], command, [*names, *fixed], table)
         return None if any(errors) else _Answer(time_s, angles)
+
+    def _digits(self) -> bytes:
+        """The parameters that are set, as part of a key."""
+        return repr(self.values).encode()
 
     def _active(self, row: Array, place: Place) -> list[bool]:
         """Of the effects at a place, which have a parameter that is not neutral."""

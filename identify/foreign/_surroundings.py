@@ -141,6 +141,16 @@ def fmu_actuator(catalogue: Mapping[str, Effect]) -> Actuator | None:
     return catalogue.actuator if isinstance(catalogue, Surroundings) else None
 
 
+def check_outside(names: Sequence[str], around: Surroundings) -> None:
+    """Raise InputError for an effect that acts inside the FMU."""
+    for name in names:
+        if name in around.inside:
+            raise InputError(
+                f"{name} acts inside the position loop, which an FMU does not show, expected an "
+                f"effect around it: {', '.join(around)}"
+            )
+
+
 def _not_running(fmu: Fmu, recording: Recording) -> InputError:
     return InputError(
         f"{fmu.path}: does not run on {recording.name}, expected an FMU that does; try it in the "

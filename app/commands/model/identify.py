@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             metavar="ID,ID",
             type=identifiers,
             default=[],
-            help="effects to fit together with the linear core; see servosight effects",
+            help="effects to fit with the linear core, or around an FMU; see servosight effects",
         )
     )
     parser.add_argument(
@@ -104,11 +104,12 @@ def _run_fmu(args: argparse.Namespace) -> None:
     from servosight.app.present import show_parameters
     from servosight.identify.foreign import identify_fmu
     from servosight.models.base import InputError
+    from servosight.models.effects import catalogue
 
-    if args.output is not None or args.effects or args.plugin:
+    if args.output is not None:
         raise InputError(
-            f"{args.model}: -o, --effects and --plugin are for a model card, expected none of them "
-            f"with an FMU: --json has its parameters"
+            f"{args.model}: -o is for a model card, which cannot hold an FMU, expected none with "
+            f"an FMU: --json has its parameters"
         )
     recordings = load(args.recordings, args)
     with progress("fitting"):
@@ -116,6 +117,8 @@ def _run_fmu(args: argparse.Namespace) -> None:
             args.model,
             recordings,
             args.parameters,
+            args.effects,
+            catalogue=catalogue(args.plugin),
             trust=args.trust,
             fix=dict(args.fix),
             command=args.fmu_input,

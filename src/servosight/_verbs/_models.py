@@ -36,9 +36,11 @@ def identify(
 @overload
 def identify(
     recordings: Sources,
+    effects: Sequence[str] = (),
     *,
     tolerance: float | None = None,
     fix: Mapping[str, float] | None = None,
+    plugins: Sequence[Path | str] = (),
     model: Path | str,
     parameters: Sequence[str] = (),
     trust: bool = False,
@@ -62,9 +64,9 @@ def identify(
     its random numbers. ``tolerance`` [deg] is what no model need reach (default 0.05 % of the moved
     range). ``fix`` holds parameters at known values, such as ``{"k": 1.0}``; their sigma is 0.
     ``plugins`` are files with effects of your own, which are run. With the path of an FMU as
-    ``model`` its ``parameters`` (default: all tunable ones) are fitted instead, to an ``FmuFit``:
-    it runs native code, so it takes ``trust``. Raises InputError for a recording, an effect, a
-    method or a parameter that is none.
+    ``model`` its ``parameters`` (default: all tunable ones) are fitted instead, with ``effects``
+    around it, to an ``FmuFit``: it runs native code, so it takes ``trust``. Raises InputError for a
+    recording, an effect, a method or a parameter that is none.
 
     >>> import servosight as ss
     >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
@@ -79,7 +81,14 @@ def identify(
     known, given = catalogue_of(plugins), read_all(recordings)
     if model is not None:
         return identify_fmu(
-            Path(model), given, parameters, trust=trust, fix=fix, tolerance=tolerance
+            Path(model),
+            given,
+            parameters,
+            effects,
+            catalogue=known,
+            trust=trust,
+            fix=fix,
+            tolerance=tolerance,
         )
     fit = identify(
         given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
