@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.diagnose.residuals import TEST, VALIDATION, Judged, Uses
+from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._gain import k_bounds
+from servosight.diagnose.selection._kept import Way, best_kept, fitted_once
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._prediction import carried_over, own_point
@@ -23,7 +24,6 @@ from servosight.identify.fit import (
     contains,
     fit_effects,
     fit_together,
-    initial_changes,
     no_worse,
     own_values,
     polish,
@@ -44,8 +44,9 @@ class ModelSelection:
 
     ``trials`` keeps the best trial of each set of effects and held parameters that was tried,
     ``wholes`` their fits to the validation samples as well, ``screens`` what was screened behind
-    each fit. A model made from another holds what that one holds. No fit and no score sees a test
-    sample. ``known`` is what the user knows before, ``work`` what all fits have cost.
+    each fit, ``fits`` what was fitted from each fit. A model made from another holds what that one
+    holds. No fit and no score sees a test sample. ``known`` is what the user knows before, ``work``
+    what all fits have cost.
     """
 
     split: Split
@@ -54,15 +55,16 @@ class ModelSelection:
     trials: dict[Key, Trial] = field(default_factory=dict, compare=False)
     wholes: dict[Key, Trial] = field(default_factory=dict, compare=False)
     screens: dict[tuple[Key, float], Screen] = field(default_factory=dict, compare=False)
+    fits: dict[Way, Solution] = field(default_factory=dict, compare=False)
     work: Work = field(default_factory=Work, compare=False)
 
     def with_catalogue(self, catalogue: Mapping[str, Effect]) -> ModelSelection:
         """The same recordings with other effects, and nothing tried."""
-        return replace(self, catalogue=catalogue, trials={}, wholes={}, screens={})
+        return replace(self, catalogue=catalogue, trials={}, wholes={}, screens={}, fits={})
 
     def with_split(self, split: Split) -> ModelSelection:
         """The same with the recordings divided otherwise, and nothing tried."""
-        return replace(self, split=split, trials={}, wholes={}, screens={})
+        return replace(self, split=split, trials={}, wholes={}, screens={}, fits={})
 
     @property
     def recordings(self) -> tuple[Recording, ...]:
@@ -150,15 +152,19 @@ class ModelSelection:
 
         It is judged on the recordings that it was fitted to alone.
         """
-        fit = sketch_effects(self.with_effect(base, name), base.fit)
+        problem, start = self.with_effect(base, name), base.fit
+        fit = fitted_once(self.fits, "sketched", base, name, lambda: sketch_effects(problem, start))
         return Trial(fit.problem.effects, fit, self._seen(fit))
 
     def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
         """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
-        fit = None if sketch is None else sketch.fit
-        return self.judge(
-            fit_effects(self.with_effect(base, name), base.fit, fit, TRIAL_BUDGET), TRIAL_BUDGET
+        start = None if sketch is None else sketch.fit
+        problem = self.with_effect(base, name)
+        way = "extended" if start is None else "extended from a sketch"
+        fit = fitted_once(
+            self.fits, way, base, name, lambda: fit_effects(problem, base.fit, start, TRIAL_BUDGET)
         )
+        return self.judge(fit, TRIAL_BUDGET)
 
     def finished(self, trial: Trial) -> Trial:
         """A trial whose budget was spent, fitted to the end."""
@@ -168,7 +174,8 @@ class ModelSelection:
 
     def searched(self, base: Trial, trial: Trial, name: str) -> Trial:
         """``trial``, which adds an effect to ``base``, or what many more starts find if better."""
-        fit = search_effects(self.with_effect(base, name), base.fit)
+        problem, start = self.with_effect(base, name), base.fit
+        fit = fitted_once(self.fits, "searched", base, name, lambda: search_effects(problem, start))
         return self.judge(fit) if fit.outcome.cost < trial.fit.outcome.cost else trial
 
     def screen(self, base: Trial) -> Screen:
@@ -176,14 +183,9 @@ class ModelSelection:
         fit = base.fit
         seen = (base.key, fit.outcome.cost)
         if seen not in self.screens:
-            owners: list[str] = []
-            changes = []
-            for name in self.candidates(base):
-                problem = self.with_effect(base, name)
-                changes.append(initial_changes(problem, fit))
-                owners += [name] * len(changes[-1])
-            joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
-            self.screens[seen] = Screen.of(tuple(owners), joined, fit.residual, fit.jacobian)
+            names = self.candidates(base)
+            problems = [self.with_effect(base, name) for name in names]
+            self.screens[seen] = Screen.behind(fit, names, problems)
         return self.screens[seen]
 
     def without(self, base: Trial, name: str) -> Trial:
@@ -211,7 +213,11 @@ class ModelSelection:
     def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
         start = self.without(base, without).fit
-        return self.judge(polish(start.problem, [start.outcome.point], budget), budget)
+        way, point = f"reduced with {budget} simulations", start.outcome.point
+        fit = fitted_once(
+            self.fits, way, base, without, lambda: polish(start.problem, [point], budget)
+        )
+        return self.judge(fit, budget)
 
     def swapped(self, base: Trial, name: str, other: str) -> Trial:
         """``base`` with one effect in another's place, fitted anew from the rest's values."""
@@ -240,6 +246,7 @@ class ModelSelection:
         """Simulate the recordings that fit or validate at the fitted point.
 
         A fit that came to its end above that of a model which it contains is repeated from there.
+        A fit that ends where the same model's best did is that one.
         """
         fit = self._no_worse(fit, budget)
         carried = [
@@ -247,10 +254,7 @@ class ModelSelection:
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
         ]
         trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
-        known = self.trials.get(trial.key)
-        if known is None or trial.fit.outcome.cost <= known.fit.outcome.cost:
-            self.trials[trial.key] = trial
-        return trial
+        return best_kept(self.trials, trial)
 
     def _no_worse(self, fit: Solution, budget: int) -> Solution:
         smaller = [one.fit for one in self.trials.values() if contains(fit, one.fit)]
@@ -264,10 +268,10 @@ class ModelSelection:
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""
-        alone = [
-            Judged(recording, self._carried(recording, trial.fit), _every(recording, TEST))
-            for recording in self.split.tested
-        ]
+        alone = []
+        for recording in self.split.tested:
+            uses = np.full(recording.time_s.size, TEST, dtype=np.int8)
+            alone.append(Judged(recording, self._carried(recording, trial.fit), uses))
         return (*trial.judged, *alone)
 
     def own(self, trial: Trial) -> tuple[OwnValues, ...]:
@@ -293,7 +297,3 @@ class ModelSelection:
                 self.recordings, angles, self.split.uses, strict=True
             )
         )
-
-
-def _every(recording: Recording, use: int) -> Uses:
-    return np.full(recording.time_s.size, use, dtype=np.int8)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.problem import score_directions
+from servosight.identify.fit import Solution, initial_changes
+from servosight.identify.problem import Problem, score_directions
 from servosight.models.core import Array
 
 
@@ -34,6 +35,17 @@ class Screen:
         """
         unit, agree = score_directions(changes, residual, jacobian)
         return cls(names, np.maximum(agree, 0.0) ** 2, _pair_gains(agree, unit @ unit.T))
+
+    @classmethod
+    def behind(cls, fit: Solution, names: Sequence[str], problems: Sequence[Problem]) -> Screen:
+        """What each of ``names`` would change in the error of ``fit``.
+
+        ``problems`` are the fits that have it.
+        """
+        changes = [initial_changes(problem, fit) for problem in problems]
+        owners = [name for name, own in zip(names, changes, strict=True) for _ in own]
+        joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
+        return cls.of(tuple(owners), joined, fit.residual, fit.jacobian)
 
     def best(self, count: int) -> list[str]:
         """The effects that promise most, best first."""

@@ -1,0 +1,39 @@
+"""What a selection keeps, so that a way which comes by the same model again costs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from servosight.diagnose.selection._trial import Key, Trial
+from servosight.identify.fit import Solution
+
+SAME_COST = 1e-6
+"""Costs of one model that differ by no more than this share are those of one minimum."""
+
+Way = tuple[str, Key, float, str]
+"""How a fit was made, from which model at which cost, with which effect."""
+
+
+def best_kept(trials: dict[Key, Trial], trial: Trial) -> Trial:
+    """``trial``, kept where it is the best of its model; the best one if it ends where that did.
+
+    A fit that came to its end takes the place of one that did not.
+    """
+    known = trials.get(trial.key)
+    if known is not None and not (known.fit.out_of_budget and not trial.fit.out_of_budget):
+        margin = SAME_COST * known.fit.outcome.cost
+        if abs(trial.fit.outcome.cost - known.fit.outcome.cost) <= margin:
+            return known
+    if known is None or trial.fit.outcome.cost <= known.fit.outcome.cost:
+        trials[trial.key] = trial
+    return trial
+
+
+def fitted_once(
+    fits: dict[Way, Solution], way: str, base: Trial, name: str, fit: Callable[[], Solution]
+) -> Solution:
+    """What ``fit`` finds one ``way`` from a base, or found there before."""
+    key = (way, base.key, base.fit.outcome.cost, name)
+    if key not in fits:
+        fits[key] = fit()
+    return fits[key]
