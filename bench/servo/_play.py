@@ -20,6 +20,9 @@ from servosight.models.core import Array
 
 _LONGER, _SPARE_S = 1.1, 2.0
 """A device that plays may be slow by 10 %, and start and end within 2 s."""
+_LAST_S = 0.1
+"""How long the pulse with the last row is looked for: on it depends where a servo comes to rest
+within its play or dead zone."""
 _SPARE = 1.5
 """A reading is taken where this many times the last one's duration is left before the next row."""
 
@@ -84,8 +87,9 @@ def _play_rows(
                 start = clock.now()
                 log.readings.append(servo.read())
                 cost = clock.now() - start
-            if pulses is not None and row < len(due):
-                pulses.follow(float(due[row]))
+            if pulses is not None:
+                last = row == len(due)
+                pulses.follow(clock.now() + _LAST_S if last else float(due[row]))
     finally:
         if pulses is not None:
             log.sent, log.sigma_s = pulses.taken(log.sent)

@@ -97,6 +97,22 @@ def test_rows_as_even_as_pulses_get_the_pulse_that_had_them(shift_s: float) -> N
     assert abs(np.mean(error_s)) < np.sqrt(3.0) * log.sigma_s < 2e-3  # within the room
 
 
+@pytest.mark.parametrize("shift_s", [0.0112, 0.0113, 0.0114])
+def test_the_last_row_gets_the_pulse_that_had_it(shift_s: float) -> None:
+    """With these shifts it comes just before a pulse, and no row after it shows that."""
+    far = MaestroStandIn(LinearPlant(), crc=True, period_s=0.020006)
+    time_s = np.arange(0.0, 0.8, 0.02)
+    command = np.append(15.0 * np.sin(2.0 * np.pi * time_s[:-1]), 15.0)
+    with rig("maestro", far=far) as on:
+        log = CommandLog()
+        with released(on.servo):
+            on.clock.wait(on.clock.now() + shift_s)
+            play(on.servo, time_s, command, log)
+    last = log.sent[-1]
+    told_s = [one.time_s for one in far.told if abs(one.goal_deg - last.angle_deg) < 1e-6]
+    assert abs(last.time_s - told_s[0]) < 5e-4  # a wrong pulse is 20 ms
+
+
 def test_pulses_that_nobody_could_time_are_half_a_period_late_and_uncertain() -> None:
     class Eager(MaestroStandIn):
         """Answers with the target, so that nothing shows when it is sent."""
