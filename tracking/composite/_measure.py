@@ -25,6 +25,7 @@ from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
 _ROUNDS, _ENOUGH_PX = 7, 0.05
+_AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
 _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
@@ -60,16 +61,25 @@ class PartMeter:
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
         still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
+        kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
+        most = 0
         for number in range(_ROUNDS):
             reach = first.rows * first.step_px + float(np.hypot(*(pivot - first.pivot_px)))
             view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
             shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
             model = CompositeModel.of(pictures[good], angles[good], place, shape, view)
-            angles, good, step, doubt_px = _refitted(model, pictures, angles)
-            if number and np.hypot(*step) < _ENOUGH_PX:
+            fit = _refitted(model, pictures, angles)
+            angles, good = fit.angle_rad, fit.good
+            # The corrections may lead away where the part hardly shows its own direction.
+            most = max(most, int(good.sum()))
+            if good.sum() >= _AS_MANY * most:
+                kept.append((model, view, shape, fit))
+            if number and np.hypot(*fit.step_px) < _ENOUGH_PX:
                 break
-            pivot = pivot + step
+            pivot = pivot + fit.step_px
+        model, view, shape, fit = kept[-1]
+        angles, good, doubt_px = fit.angle_rad, fit.good, fit.doubt_px
         swept = np.zeros(steady.content.shape, np.uint8)
         some = angles[good][:: max(1, int(good.sum()) // 24)].tolist()
         for cover in covers_in(view, shape > 0.5, some, swept.shape):
@@ -190,10 +200,19 @@ def _farthest(part: TurningPart, frames: int) -> float:
     return float(min((_NEAR_PX / part.view.rows + _NEAR_RAD) * np.sqrt(frames), np.pi))
 
 
-def _refitted(
-    model: CompositeModel, pictures: Single, angles: Array
-) -> tuple[Array, Mask, Array, float]:
-    """Better angles, which pictures show the part, by how much the pivot is off, and its sigma."""
+@dataclass(frozen=True)
+class Refit:
+    """Better angles [rad] of pictures (n,), which of them show the part, by how much the pivot is
+    off (2,) [px], and the sigma of that."""
+
+    angle_rad: Array
+    good: Mask
+    step_px: Array
+    doubt_px: float
+
+
+def _refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
+    """The pictures fitted by turn and shift, from angles (n,)."""
     fits = [model.fit(p, float(a), shifted=True) for p, a in zip(pictures, angles, strict=True)]
     good = np.array(
         [f is not None and f.explained > _LEAST_EXPLAINED and f.kept > _LEAST_KEPT for f in fits]
@@ -203,7 +222,7 @@ def _refitted(
         if fit is not None and good[number]:
             refined[number], shifts[number] = fit.angle_rad, fit.shift_px
     if good.sum() < 6:
-        return angles, np.ones(len(fits), bool), np.zeros(2), _UNKNOWN_PX
+        return Refit(angles, np.ones(len(fits), bool), np.zeros(2), _UNKNOWN_PX)
     middle = np.median(shifts[good], axis=0)
     spread = 5.0 * float(np.median(np.abs(shifts[good] - middle))) + 0.3
     near = good & (np.abs(shifts - middle) < spread).all(1)
@@ -211,4 +230,4 @@ def _refitted(
     step, doubt = pivot_step(refined[near], shifts[near], known[near])
     # The angle was fitted beside the shift: about the better pivot it is fitted alone.
     step *= min(1.0, 6.0 / max(float(np.hypot(*step)), 1e-9))
-    return refined, good, step, float(np.sqrt(np.trace(doubt)))
+    return Refit(refined, good, step, float(np.sqrt(np.trace(doubt))))

@@ -79,7 +79,8 @@ def first_rad(fits: Sequence[PoseFit | None]) -> float:
 def _sigma(fit: PoseFit, meter: PartMeter) -> float:
     """Sigma of an angle [rad]: of its residuals, and of what the camera's motion leaves."""
     share = max(fit.kept, 0.2)
-    place_px = np.hypot(_ALIGNMENT_PX, _PIVOT_SIGMAS * meter.doubt_px)
+    across_px = meter.doubt_px / np.sqrt(2.0)  # one of two directions turns the part
+    place_px = np.hypot(_ALIGNMENT_PX, _PIVOT_SIGMAS * across_px)
     return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
 
 
