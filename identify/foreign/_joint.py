@@ -123,6 +123,7 @@ def effects_around(
     """The FMU, running, with ``effects`` around it; InputError for one that cannot be there."""
     with surrounded(interface, catalogue, recordings, trust=trust) as model:
         check_outside(effects, model.catalogue)
+        model.catalogue.runs.exact = True
         found = EffectsAround(
             model.catalogue, model.model, tuple(catalogue[name] for name in effects)
         )

@@ -72,7 +72,10 @@ class _Answer:
 
 
 class Runs:
-    """What an FMU answers, kept by command, initial state and ``values`` of its parameters."""
+    """What an FMU answers, kept by command, initial state and ``values`` of its parameters.
+
+    Where those values change from run to run, ``exact`` runs it from the initial state itself.
+    """
 
     def __init__(self, interface: Interface, effects: tuple[Effect, ...]) -> None:
         self.interface = interface
@@ -81,6 +84,7 @@ class Runs:
         self.values: dict[str, float] = {}
         self.model: FmuModel | None = None
         self.own: tuple[FmuVariable, ...] = ()
+        self.exact = False
         self.kept: OrderedDict[tuple[bytes, ...], _Answer | None] = OrderedDict()
 
     @contextmanager
@@ -124,7 +128,7 @@ class Runs:
         state = np.array([first.get(name, row[_STATE[name][0]]) / scale for name in names])
         state[[name == "initial_angle" for name in names]] += zero
         about = np.array([_STATE[name][1] for name in names])
-        about = about * np.round(state / about)
+        about = state if self.exact else about * np.round(state / about)
         found = self._answer(row, asked, names, about)
         if found is None:
             return np.full(asked.samples_s.size, np.nan)

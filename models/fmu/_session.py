@@ -6,6 +6,7 @@ Imported by the process that runs the FMU, and nowhere else.
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ _ME_STEP_S = 1e-3
 _WARNING = 1
 """The last status of FMI that is no error."""
 _STEP_S = 1e-3
+_SHORTEST_S, _LONGEST_S = 1e-4, 10.0
 
 
 class Session:
@@ -78,16 +80,26 @@ class Session:
     def _step(self) -> float | None:
         """The step of the FMU's own solver where it names one, or the only one that it takes.
 
-        Between its own steps an FMU stands still: others would delay command and angle.
+        Between its own steps an FMU stands still: others would delay command and angle. Of steps
+        too short to matter it takes many at once, or any number where it can.
         """
         able = self.model.coSimulation
         if self.kind != "CoSimulation":
             return None
         fixed = getattr(able, "fixedInternalStepSize", None)
-        if fixed or able.canHandleVariableCommunicationStepSize:
-            return float(fixed) if fixed else None
+        if not fixed and able.canHandleVariableCommunicationStepSize:
+            return None
         usual = self.model.defaultExperiment
-        return float((usual.stepSize if usual is not None else None) or _STEP_S)
+        step = float(fixed or (usual.stepSize if usual is not None else None) or _STEP_S)
+        if not 0.0 < step <= _LONGEST_S:
+            raise ValueError(
+                f"its step is {step:g} s, expected more than 0, {_LONGEST_S:g} s at most"
+            )
+        if step >= _SHORTEST_S:
+            return step
+        if able.canHandleVariableCommunicationStepSize:
+            return None
+        return step * math.ceil(_SHORTEST_S / step)
 
     def _check_binary(self) -> None:
         interface = self.model.coSimulation or self.model.modelExchange

@@ -138,6 +138,9 @@ def _described(valid: bytes, rng: np.random.Generator) -> bytes:
         lambda t: re.sub(r"<CoSimulation.*", "", t),
         lambda t: re.sub(r'modelIdentifier="[^"]*"', 'modelIdentifier="../../other"', t),
         lambda t: re.sub(r'valueReference="[^"]*"', 'valueReference="99999999999999999999"', t),
+        lambda t: t.replace(
+            'canHandleVariableCommunicationStepSize="true"',
+            f'fixedInternalStepSize="{rng.choice(["1e-300", "5e-324", "-1", "INF", "NaN"])}"'),
         lambda t: t.replace("<fmiModelDescription", "<nothing").replace("</fmi", "</nothing"),
         lambda t: '<!DOCTYPE x [<!ENTITY a "' + "b" * 999 + '"><!ENTITY c "'
         + "&a;" * 999 + '"><!ENTITY d "' + "&c;" * 999 + '">]>' + t.partition("?>")[2].replace(

@@ -233,24 +233,58 @@ def test_input_and_output_are_chosen_by_name(good: Path) -> None:
             FmuModel.of(replace(fmu, variables=fmu.of("output")))
 
 
-def test_an_fmu_of_one_step_takes_that(good: Path, tmp_path: Path) -> None:
+def rewritten(good: Path, place: Path, changes: dict[str, str]) -> Path:
+    """The FMU with another description."""
     with zipfile.ZipFile(good) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     text = files["modelDescription.xml"].decode()
-    text = text.replace(' canHandleVariableCommunicationStepSize="true"', "")
-    files["modelDescription.xml"] = text.replace('stepSize="0.001"', 'stepSize="0.004"').encode()
-    with zipfile.ZipFile(tmp_path / "fixed.fmu", "w") as archive:
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    files["modelDescription.xml"] = text.encode()
+    with zipfile.ZipFile(place, "w") as archive:
         for name, data in files.items():
             archive.writestr(name, data)
+    return place
+
+
+VARIABLE = ' canHandleVariableCommunicationStepSize="true"'
+
+
+def test_an_fmu_of_one_step_takes_that(good: Path, tmp_path: Path) -> None:
+    changes = {VARIABLE: "", 'stepSize="0.001"': 'stepSize="0.004"'}
     command = np.where(TIMES % 1.0 < 0.5, 10.0, -10.0)
     rows = Recording("steps", TIMES + 0.001, command, TIMES, 0.0 * command)
-    with open_fmu(tmp_path / "fixed.fmu") as fmu:
+    with open_fmu(rewritten(good, tmp_path / "fixed.fmu", changes)) as fmu:
         assert fmu.step_s == 0.004
         run = FmuModel.of(fmu).run_of(rows)
         assert np.allclose(np.diff(run.time_s), 0.004)
         (angle,), (error,) = FmuModel.of(fmu).predict(run, [], np.empty((1, 0)))
     assert error == ""
     assert np.ptp(angle) > 15.0
+
+
+@pytest.mark.parametrize(
+    ("own", "step_s"),
+    [
+        ('fixedInternalStepSize="0.01"' + VARIABLE, 0.01),
+        ('fixedInternalStepSize="1e-300"' + VARIABLE, None),
+        ('fixedInternalStepSize="3e-5"', 1.2e-4),
+        ('fixedInternalStepSize="-1"', "its step is -1 s, expected more than 0"),
+        ('fixedInternalStepSize="INF"', "its step is inf s, expected more than 0"),
+    ],
+)
+def test_the_step_of_an_fmus_own_solver(
+    own: str, step_s: float | str | None, good: Path, tmp_path: Path
+) -> None:
+    """It is taken, unless it is so short that it does not matter; a senseless one is refused."""
+    place = rewritten(good, tmp_path / "own.fmu", {VARIABLE: " " + own.strip()})
+    if isinstance(step_s, str):
+        with pytest.raises(InputError, match=step_s), open_fmu(place):
+            pass
+        return
+    with open_fmu(place) as fmu:
+        assert fmu.step_s == pytest.approx(step_s)
 
 
 def test_units_and_exposures(good: Path) -> None:
