@@ -1,12 +1,10 @@
 """The one plant equation, compiled."""
 
-from servosight.models.plant._codegen import kernel_source as kernel_source
 from servosight.models.plant._describing import describing_function as describing_function
 from servosight.models.plant._difference import TRANSFORMS as TRANSFORMS
 from servosight.models.plant._difference import Difference as Difference
 from servosight.models.plant._difference import Linear as Linear
 from servosight.models.plant._difference import to_difference as to_difference
-from servosight.models.plant._layout import Layout as Layout
 from servosight.models.plant._limit_cycles import LimitCycle as LimitCycle
 from servosight.models.plant._limit_cycles import limit_cycles as limit_cycles
 from servosight.models.plant._metrics import StepMetrics as StepMetrics
@@ -19,3 +17,5 @@ from servosight.models.plant._plant import Stimulus as Stimulus
 from servosight.models.plant._predict import command_recording as command_recording
 from servosight.models.plant._predict import predict as predict
 from servosight.models.plant._predict import predict_command as predict_command
+from servosight.models.plant.kernel import Layout as Layout
+from servosight.models.plant.kernel import kernel_source as kernel_source

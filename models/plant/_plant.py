@@ -10,8 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant._codegen import ENTRIES, kernel, not_compiled
-from servosight.models.plant._layout import Layout
+from servosight.models.plant.kernel import ENTRIES, Layout, kernel, not_compiled
 
 _MOST_PIECES = 1_000_000
 

@@ -11,8 +11,7 @@ import pytest
 
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects import SIGNATURES, Effect, Place
-from servosight.models.plant import Plant, Stimulus
-from servosight.models.plant._layout import Layout
+from servosight.models.plant import Layout, Plant, Stimulus
 
 OUTSIDE = 2.0
 

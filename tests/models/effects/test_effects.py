@@ -21,7 +21,7 @@ from servosight.models.core import Actuator, Array, Estimate, Recording
 from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.models.plant._linear_core import STEP_SHARE
+from servosight.models.plant.kernel._linear_core import STEP_SHARE
 
 T, XI = 0.0078, 0.55
 NOISE_DEG = 0.03

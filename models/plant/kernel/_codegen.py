@@ -24,14 +24,21 @@ from typing import Any
 
 from servosight.models.core import InputError, write_text
 from servosight.models.effects import Effect, parsed
-from servosight.models.plant import _integrator as integrator
-from servosight.models.plant import _linear_core as linear_core
-from servosight.models.plant import _piece as piece
-from servosight.models.plant import _steps as steps
-from servosight.models.plant._calls import Slots, symbol
-from servosight.models.plant._layout import Layout
-from servosight.models.plant._print_motion import friction, output, switches, torques
-from servosight.models.plant._print_setup import command, constants, pace, queries, rows, states
+from servosight.models.plant.kernel import _integrator as integrator
+from servosight.models.plant.kernel import _linear_core as linear_core
+from servosight.models.plant.kernel import _piece as piece
+from servosight.models.plant.kernel import _steps as steps
+from servosight.models.plant.kernel._calls import Slots, symbol
+from servosight.models.plant.kernel._layout import Layout
+from servosight.models.plant.kernel._print_motion import friction, output, switches, torques
+from servosight.models.plant.kernel._print_setup import (
+    command,
+    constants,
+    pace,
+    queries,
+    rows,
+    states,
+)
 
 _HEADER = '''"""Plant kernel for: {names}. Written by servosight; delete it freely."""
 import math

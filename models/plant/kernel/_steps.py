@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from numba import njit
 
-from servosight.models.plant._linear_core import core_update, cubic, doubled, quintic
-from servosight.models.plant._terms import (
+from servosight.models.plant.kernel._linear_core import core_update, cubic, doubled, quintic
+from servosight.models.plant.kernel._terms import (
     N_SWITCHES,
     add_scaled,
     between_states,

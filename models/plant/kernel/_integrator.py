@@ -19,10 +19,10 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from servosight.models.plant._linear_core import step_lengths
-from servosight.models.plant._piece import branches, first_mode, motor, piece
-from servosight.models.plant._steps import TINY, core_updates
-from servosight.models.plant._terms import (
+from servosight.models.plant.kernel._linear_core import step_lengths
+from servosight.models.plant.kernel._piece import branches, first_mode, motor, piece
+from servosight.models.plant.kernel._steps import TINY, core_updates
+from servosight.models.plant.kernel._terms import (
     N_COMMAND,
     N_MEMORY,
     command_chain,

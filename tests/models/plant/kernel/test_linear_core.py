@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from servosight.models.plant._linear_core import core_update, doubled
+from servosight.models.plant.kernel._linear_core import core_update, doubled
 
 
 @pytest.mark.parametrize("xi", [0.02, 0.55, 1.0, 3.0])

@@ -12,8 +12,8 @@ import math
 
 from numba import njit
 
-from servosight.models.plant._linear_core import cubic_root, quintic
-from servosight.models.plant._steps import (
+from servosight.models.plant.kernel._linear_core import cubic_root, quintic
+from servosight.models.plant.kernel._steps import (
     SLIDING_FREE,
     TINY,
     break_away,
@@ -25,7 +25,7 @@ from servosight.models.plant._steps import (
     rest_in_place,
     slide,
 )
-from servosight.models.plant._terms import (
+from servosight.models.plant.kernel._terms import (
     friction_size,
     has_friction,
     has_loop_memory,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.effects import Effect, Place
-from servosight.models.plant._calls import Slots, function, symbol
+from servosight.models.plant.kernel._calls import Slots, function, symbol
 
 
 def _reducer(slots: Slots) -> list[str]:

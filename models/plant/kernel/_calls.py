@@ -6,7 +6,7 @@ import textwrap
 
 from servosight.models.core import InputError
 from servosight.models.effects import Effect, Place
-from servosight.models.plant._layout import Layout
+from servosight.models.plant.kernel._layout import Layout
 
 
 class Slots:

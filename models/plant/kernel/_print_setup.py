@@ -7,7 +7,7 @@ import inspect
 import textwrap
 
 from servosight.models.effects import Effect, Place
-from servosight.models.plant._calls import Slots, any_of, function, symbol
+from servosight.models.plant.kernel._calls import Slots, any_of, function, symbol
 
 
 def constants(slots: Slots) -> str:
