@@ -140,7 +140,13 @@ def main() -> None:
             write_text(RESULTS / f"{name}.json", json.dumps(run(), indent=1))
             print(name, flush=True)
     results = {path.stem: json.loads(path.read_text()) for path in RESULTS.glob("*.json")}
-    write_text(PAGE, page(results))
+    missing = [name for name in RUNS if name not in results]
+    if missing:
+        print(
+            f"{PAGE.name} stays as it is: it shows all runs, and {', '.join(missing)} are missing"
+        )
+    else:
+        write_text(PAGE, page(results))
 
 
 if __name__ == "__main__":
