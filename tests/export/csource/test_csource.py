@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.shown import CORE, shown
 
 from servosight.export.core import ExportRequest, Trial
 from servosight.export.csource import (
@@ -21,52 +22,17 @@ from servosight.export.csource import (
     model_source,
 )
 from servosight.models.core import Actuator, Array, Estimate, InputError, Parameter, Recording
-from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
+from servosight.models.effects import Effect, Place, catalogue
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 HERE = Path(__file__).parent
-CORE = {"k": 0.95, "T": 0.0203, "xi": 0.62, "bias": 0.4}
-TRUE = {
-    "dead_time": (0.0137,),
-    "command_quantization": (0.83,),
-    "rate_limit": (220.0,),
-    "motion_profile": (200.0, 8000.0),
-    "asymmetric_gain": (0.6,),
-    "dead_zone": (1.3,),
-    "dead_band": (1.3,),
-    "torque_saturation": (6.0,),
-    "speed_limit": (12.0, 260.0),
-    "current_limit": (3.0, 0.01),
-    "coulomb_friction": (1.2,),
-    "stribeck_friction": (0.6, 0.9, 20.0),
-    "load_dependent_friction": (0.55,),
-    "directional_friction": (0.3, 0.15),
-    "presliding": (1.2, 8.0),
-    "quadratic_drag": (7e-5,),
-    "gravity_load": (3.0, 24.0),
-    "hinge_hardening": (1.5e-3,),
-    "cogging": (0.9, 6.3, 2.9),
-    "supply_sag": (0.03, 0.15),
-    "flexible_shaft": (11.0, 0.08, 0.35),
-    "backlash": (2.0,),
-    "linkage_geometry": (1.15, -18.0),
-    "sensor_nonlinearity": (1.1, 24.0, -3.0),
-    "feedback_backlash": (1.4,),
-}
-"""Values at which effects show; one that is not here takes its own first guess."""
-FEATURES = GuessFeatures(1.0, 20.0, 600.0, 20.0, CORE["T"])
 PERIOD_S, SAMPLES = 0.004, 15000
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
 
 def actuator(effects: Sequence[str]) -> Actuator:
-    values = dict(CORE)
-    for name in effects:
-        effect = catalogue()[name]
-        shown = TRUE[name] if name in TRUE else effect.starts(FEATURES)[0]
-        for q, value in zip(effect.parameters, shown, strict=True):
-            values[f"{name}.{q.name}"] = value
+    values = CORE | {name: value for one in effects for name, value in shown(one).items()}
     return Actuator({name: Estimate(v, None, "") for name, v in values.items()}, tuple(effects))
 
 
