@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from servosight.identify.problem._standstill import standstill_errors
 from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant import Plant, Stimulus
@@ -194,8 +195,9 @@ class Problem:
         for recording, weight, mask in zip(self.recordings, self.weights, self.masks, strict=True):
             end = begin + int(mask.sum())
             if recording.shared_deg is not None:
-                own = np.zeros((scored, recording.shared_deg.shape[1]))
-                own[begin:end] = (recording.shared_deg * weight[:, None])[mask]
+                errors = np.hstack([recording.shared_deg, standstill_errors(recording)])
+                own = np.zeros((scored, errors.shape[1]))
+                own[begin:end] = (errors * weight[:, None])[mask]
                 columns.append(own)
             begin = end
         return np.hstack(columns)
