@@ -29,10 +29,12 @@ def own_folder() -> Iterator[Path]:
     """An empty temporary folder, removed at the end; those of killed programs are removed first."""
     _remove_stale(Path(tempfile.gettempdir()))
     with tempfile.TemporaryDirectory(prefix=PREFIX) as folder:
-        lock = os.open(Path(folder) / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        new = Path(folder) / f"{_LOCK}-new"
+        lock = os.open(new, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         try:
             if fcntl is not None:
                 fcntl.flock(lock, fcntl.LOCK_EX)
+            new.rename(Path(folder) / _LOCK)  # nobody sees it before it is locked
             files = Path(folder) / "files"
             files.mkdir()
             yield files

@@ -159,6 +159,26 @@ def test_the_folder_of_a_killed_program_is_removed_at_the_next_start(
     assert [one.name for one in tmp_path.glob("servosight-fmu-*")] == ["servosight-fmu-new"]
 
 
+def test_a_folder_that_is_just_being_made_is_not_removed_by_another_start(
+    good: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other one starts where this one is about to lock its folder."""
+    fcntl = pytest.importorskip("fcntl")
+    real, begun = fcntl.flock, []
+
+    def raced(lock: int, how: int) -> None:
+        if how == fcntl.LOCK_EX and not begun:
+            begun.append(True)
+            with unpacked(good):
+                pass
+        real(lock, how)
+
+    monkeypatch.setattr(fcntl, "flock", raced)
+    with unpacked(good) as folder:
+        assert (folder / "modelDescription.xml").is_file()
+    assert begun
+
+
 def test_damaged_archives_are_refused_before_anything_is_loaded(good: Path, tmp_path: Path) -> None:
     """Also where each limit begins."""
     kinds = ("named", "linked", "bomb")
