@@ -143,7 +143,16 @@ def diagnose(
         findings=Table(findings(judged, floor, noise)),
         remaining=Table(left if _grown(selected) else ()),
         alternatives=tuple(rival.effects for rival in rivals[1:]),
-        next_experiment=_next(verdict, proposal, selected, candidates, criterion, auto, known),
+        next_experiment=_next(
+            verdict,
+            proposal,
+            selected,
+            candidates,
+            criterion,
+            auto,
+            known,
+            card=not is_around_fmu(catalogue),
+        ),
         proposal=proposal,
         law=law,
         recordings=recording_uses(models.split, spans),
@@ -289,10 +298,13 @@ def _next(
     criterion: AcceptanceCriterion,
     auto: bool,
     known: Evidence,
+    card: bool,
 ) -> str:
     """One sentence on what to do next; the best candidate is named where it is accepted."""
     first, candidate = selected.steps[0].trial, None
     for best in selected.singles[:1]:
         if criterion.earns(best.score, first.score, len(candidates)):
             (candidate,) = set(best.effects) - set(first.effects)
-    return next_experiment(verdict, proposal, candidate, auto, known.leading, known.unexplained)
+    return next_experiment(
+        verdict, proposal, candidate, auto, known.leading, known.unexplained, card
+    )

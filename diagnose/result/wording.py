@@ -238,11 +238,12 @@ def next_experiment(
     auto: bool,
     regime: Regime | None = None,
     left: Unexplained | None = None,
+    card: bool = True,
 ) -> str:
     """What to do next; ``candidate``: the best effect, where it is accepted alone.
 
     ``regime`` is one beyond the fitted data that holds most of the error, ``left`` what the last
-    model leaves.
+    model leaves. ``card`` says whether a model card can hold the model.
     """
     if verdict is Verdict.NO_EFFECT_MISSING:
         return NOTHING_MISSING
@@ -256,6 +257,8 @@ def next_experiment(
         return REPEAT if left is None or left.next_step is None else left.next_step
     if candidate is None:
         return TRY_PAIRS
+    if not card:
+        return f"Add {candidate}: use --auto."
     return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."
 
 

@@ -265,7 +265,16 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     if args.report is None:
         return [*again, "--report", "report.html"]
     if args.start is not None and is_fmu(args.start):
-        return ["compare", args.start, "ANOTHER_REC", "--trust"]
+        return _next_of_fmu(args, values)
     if args.output is None:
         return [*again, "-o", "model.toml"]
     return ["compare", args.output, "ANOTHER_REC"]
+
+
+def _next_of_fmu(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
+    """Fit the FMU's own parameters with the effects that were found, or try another run."""
+    if not values["effects"]:
+        return ["compare", args.start, "ANOTHER_REC", "--trust"]
+    plugins = [word for path in args.plugin for word in ("--plugin", path)]
+    effects = ["--effects", ",".join(values["effects"])]
+    return ["identify", *args.recordings, "--model", args.start, "--trust", *effects, *plugins]

@@ -120,6 +120,8 @@ def test_a_diagnosis_names_what_is_missing_around_an_fmu(
     with pytest.raises(InputError, match="cannot hold what is inside"):
         _ = again.actuator
     save_recording(seen, tmp_path / "rec")
+    once = diagnose_fmu(Interface(fmu), [seen], trust=True, catalogue=few)
+    assert once.next_experiment == "Add backlash: use --auto."
     words = ["report", str(tmp_path / "why.json"), str(tmp_path / "rec")]
     assert main([*words, "-o", str(tmp_path / "again.html")]) == 2
     assert "are this FMU's" in capsys.readouterr().err
