@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from servosight.app.main import main
-from servosight.models.core import Recording
+from servosight.models.core import InputError, Recording
 from servosight.models.fmu import FmuModel, open_fmu
 from servosight.models.io import save_recording
 
@@ -43,6 +43,19 @@ def steps(angle: np.ndarray) -> Recording:
     return Recording("steps", rows, held(rows), TIMES, angle)
 
 
+def shown_by(file: Path) -> tuple[list[str], list[str], float | None]:
+    """Names of its inputs and outputs, and its step; nothing of one that cannot be opened.
+
+    Such as the Reference FMU `Clocks`, which offers scheduled execution alone.
+    """
+    try:
+        with open_fmu(file) as fmu:
+            names = [[one.name for one in fmu.of(kind)] for kind in ("input", "output")]
+            return names[0], names[1], fmu.step_s
+    except InputError:
+        return [], [], None
+
+
 @pytest.mark.parametrize("file", FILES, ids=str)
 def test_each_runs_through_compare_or_is_refused_in_a_sentence(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -52,14 +65,12 @@ def test_each_runs_through_compare_or_is_refused_in_a_sentence(
     But for one that names the step of its solver, 0.1 s: it is read at the ends of these.
     """
     save_recording(steps(held(TIMES)), tmp_path / "rec")
-    with open_fmu(file) as fmu:
-        inputs = [one.name for one in fmu.of("input")]
-        outputs, step_s = [one.name for one in fmu.of("output")], fmu.step_s
     words = ["compare", str(file), str(tmp_path / "rec"), "--trust", "--json", "-"]
+    inputs, outputs, step_s = shown_by(file)
     if not inputs or not outputs:
         assert main(words) == 2
         error = capsys.readouterr().err.splitlines()[-1]
-        assert re.search(r"has no (input|output) that is a real number", error)
+        assert re.search(r"has no (input|output) that is a real number|cannot be used", error)
         return
     code = main([*words, "--fmu-input", inputs[0], "--fmu-output", outputs[0]])
     said = capsys.readouterr()
