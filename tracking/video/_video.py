@@ -151,6 +151,9 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
     ``index`` counts from the video's start, by the declared rate after the first run. A file
     without a declared length gives its first run alone.
     """
+    if _is_short(video, 2 * count * length):
+        yield from _in_one_pass(video, count, length)
+        return
     last_s, shape = -np.inf, None
     for number in range(count):
         with opened(video) as container:
@@ -178,6 +181,45 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
                     break
         if run:
             last_s = run[-1].time_s
+            yield run
+
+
+def _is_short(video: Path, most: int) -> bool:
+    """Whether a video declares ``most`` pictures at most: to seek in it costs more than to decode
+    it."""
+    with opened(video) as container:
+        stream = container.streams.video[0]
+        end_s = declared_end_s(stream, container)
+        rate = stream.average_rate or stream.guessed_rate
+        return end_s is not None and rate is not None and end_s * float(rate) <= most
+
+
+def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
+    """The runs of ``stretches`` from a video that is decoded once."""
+    with opened(video) as container:
+        stream = container.streams.video[0]
+        rate = stream.average_rate or stream.guessed_rate or Fraction(0)
+        start_s = float(stream.start_time or 0) * float(stream.time_base or Fraction(1, 1000))
+        end_s = declared_end_s(stream, container) or 0.0
+        starts_s = [start_s + (number / count) * (end_s - start_s) for number in range(count)]
+        run: list[Frame] = []
+        last_s, shape = -np.inf, None
+        for picture in _decoded(container, stream, length):
+            time_s = _time_s(video, len(run), picture, rate)
+            if time_s < max(starts_s[0], last_s + 1e-9):
+                continue
+            index = round((time_s - start_s) * float(rate))
+            if run:
+                _after(video, index, time_s, run[-1].time_s)
+            image = upright(video, index, picture, shape)
+            run.append(Frame(index, time_s, image, tag_deg=tag_deg(picture)))
+            shape = image.shape
+            if len(run) == length:
+                yield run
+                last_s, run, starts_s = time_s, [], starts_s[1:]
+                if not starts_s:
+                    return
+        if run:
             yield run
 
 
