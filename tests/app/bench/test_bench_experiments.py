@@ -71,7 +71,10 @@ def test_zero_finds_sign_neutral_and_pivot(
     assert main(["bench", "zero", "--arm", "-o", str(tmp_path / "zero"), *devices(bench)]) == 0
     way, neutral, width, hinge = capsys.readouterr().out.splitlines()[-4:]
     assert "turns the surface clockwise as seen" in way
-    assert float(way.split("by ")[1].split()[0]) == pytest.approx(0.95, abs=0.02)  # a tilt
+    # In a film so small (208 x 156 px, 9.5 deg to either side) the tracker takes the camera for
+    # tilted: with seeds 4, 5 and 6 the gain was 0.011, 0.015 and 0.010 short, and would have been
+    # 0.0006 short at most without that correction.
+    assert float(way.split("by ")[1].split()[0]) == pytest.approx(0.95, abs=0.02)
     assert abs(float(neutral.split("stands ")[1].split()[0])) < 0.05
     assert float(width.split("by ")[1].split()[0]) < 1.5  # 10 deg/s, and 42 ms of lag
     x, y = (float(one) for one in hinge.split("at ")[1].split()[0].split(","))
