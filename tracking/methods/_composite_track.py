@@ -40,6 +40,7 @@ def track_of(
     angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
     sigma = np.array([_sigma(fit, meter) if fit is not None else np.nan for fit in fits])
     sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
+    sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
     last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
     middle_s = film.shutters.middle_s if film.shutters is not None else 0.0
@@ -82,6 +83,15 @@ def _sigma(fit: PoseFit, meter: PartMeter) -> float:
     across_px = meter.doubt_px / np.sqrt(2.0)  # one of two directions turns the part
     place_px = np.hypot(_ALIGNMENT_PX, _PIVOT_SIGMAS * across_px)
     return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
+
+
+def excess_noise(noise: Sequence[float]) -> Array:
+    """How much larger the residuals of each frame are than usual, 1 at least; (frames,).
+
+    As of a blurred part, which the model does not know.
+    """
+    ratio = np.array(noise) / max(float(np.nanmedian(noise)), 1e-9)
+    return np.asarray(np.maximum(ratio, 1.0))
 
 
 def _apart(sides_rad: Sequence[float]) -> float:

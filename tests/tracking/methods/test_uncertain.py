@@ -12,6 +12,7 @@ import pytest
 from servosight.tracking.composite import TRUST
 from servosight.tracking.core import PICTURE, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _refine
+from servosight.tracking.methods._composite_track import excess_noise
 
 Found = Track | TrackRefused
 ROUGH = Track(
@@ -43,6 +44,12 @@ def refined(monkeypatch: pytest.MonkeyPatch, first: Track, second: Found, **give
     monkeypatch.setattr(_refine, "composite", composite)
     film: Any = type("Film", (), {"path": Path("fin.mp4")})()
     return _refine.refine(film, TrackOptions(**given))
+
+
+def test_frames_that_fit_worse_than_usual_are_less_certain() -> None:
+    """One with four times the usual residual, as where it is blurred; better ones do not count."""
+    assert excess_noise([2.0, 1.0, 2.0, 8.0, 2.0]).tolist() == [1.0, 1.0, 1.0, 4.0, 1.0]
+    assert excess_noise([2.0, np.nan, 3.0, 2.0])[[0, 2]].tolist() == [1.0, 1.5]
 
 
 def test_the_second_way_takes_the_place_of_a_rough_track(monkeypatch: pytest.MonkeyPatch) -> None:
