@@ -25,7 +25,7 @@ from servosight.tracking.track import track
 RATE_HZ = 120.0
 FINER = 3
 PIVOT_PX = (70.0, 258.0)
-LENGTH_PX, HALF_PX = 85, 13
+LENGTH_PX, HALF_PX, REACH_PX = 85, 13, 96
 FIN_DEG = 9 * np.sin(np.arange(120) / 9)
 HORN_DEG = 14 * np.sin(np.arange(120) / 9 + 0.3)
 
@@ -41,19 +41,25 @@ def with_horn(pictures: list[NDArray[np.uint8]], pivot_px: tuple[float, float] =
     x, y = np.round(pivot).astype(int)
     half, length = HALF_PX * FINER, LENGTH_PX * FINER
     cv2.rectangle(cover, (x - half, y - half), (x + length, y + half), 1.0, -1)
+    # No pixel farther from the pivot than this changes.
+    columns, rows = (slice(max(int(c) - REACH_PX, 0), int(c) + REACH_PX) for c in pivot_px)
+    fine = tuple(slice(FINER * one.start, FINER * one.stop) for one in (rows, columns))
+    centre = pivot - FINER * np.array([columns.start, rows.start])
     for picture, angle in zip(pictures, HORN_DEG, strict=True):
-        turn = cv2.getRotationMatrix2D(pivot.tolist(), float(angle), 1.0)
+        turn = cv2.getRotationMatrix2D(centre.tolist(), float(angle), 1.0)
         alpha, shown = (
             cv2.resize(
-                cv2.warpAffine(layer, turn, size, flags=cv2.INTER_LANCZOS4),
-                (width, height),
+                cv2.warpAffine(layer, turn, layer.shape[::-1], flags=cv2.INTER_LANCZOS4),
+                None,
+                fx=1.0 / FINER,
+                fy=1.0 / FINER,
                 interpolation=cv2.INTER_AREA,
             )
-            for layer in (cover, (print_ * cover).astype(np.float32))
+            for layer in (cover[fine], (print_ * cover)[fine].astype(np.float32))
         )
-        noise = 2.0 * rng.standard_normal(picture.shape)
-        mixed = picture * (1.0 - alpha) + shown + noise * (alpha > 0.5)
-        picture[:] = np.clip(np.round(mixed), 0, 255).astype(np.uint8)
+        noise = 2.0 * rng.standard_normal(picture.shape)[rows, columns]
+        mixed = picture[rows, columns] * (1.0 - alpha) + shown + noise * (alpha > 0.5)
+        picture[rows, columns] = np.clip(np.round(mixed), 0, 255).astype(np.uint8)
 
 
 @pytest.fixture(scope="module")
