@@ -17,7 +17,9 @@ from servosight.tracking.fit import (
     rotation_axis,
 )
 
-_SURE = 5.0  # sigma, from which a tilt that no feature showed is taken as real
+# Sigmas from which a tilt that no feature showed is taken as real: of the frames' noise alone, and
+# with that of the learnt picture.
+_SURE, _SURE_IN_ALL = 5.0, 3.0
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ def refine_pivot(
     that the shared errors are wider than the frames alone say.
 
     A plane found from the swing is replaced where this one is more certain. Where the swing showed
-    no tilt, one is taken as real if its correction is well above its sigma.
+    no tilt, one is taken as real if its correction is well above its sigma, also where that is
+    widened: the noise of the learnt picture looks like a tilt, the same in all frames.
     """
     angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
     of_view = np.nan_to_num(view.shared_rad(angle - angle[np.isfinite(angle)][0]))
@@ -62,7 +65,7 @@ def refine_pivot(
         return by_both if 0.0 < sigma < _rms(of_view) else kept
     pairs = zip(by_both.fits, by_pivot.fits, strict=True)
     corrections = [a.angle_rad - b.angle_rad for a, b in pairs if a and b]
-    if not 0.0 < _SURE * sigma < np.std(corrections):
+    if not 0.0 < max(_SURE, _SURE_IN_ALL * wider) * sigma < np.std(corrections):
         return kept
     note = (
         "all frames together show that the camera is slightly off the axis of rotation: corrected, "

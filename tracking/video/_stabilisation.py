@@ -33,6 +33,16 @@ class Aligned:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """How a camera has moved: a similarity (2, 3) [px], the median ``shift_px`` (2,) of all
+    features, and the sigma [px] of where it lays an image."""
+
+    matrix: Array
+    shift_px: Array
+    sigma_px: float
+
+
+@dataclass(frozen=True)
 class Stabiliser:
     """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2)."""
 
@@ -55,26 +65,36 @@ class Stabiliser:
         before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
         return np.asarray(before, np.float64), np.asarray(after, np.float64)
 
-    def aligned(self, image: Image) -> Aligned:
-        """An image aligned with the picture by the shift and roll of most features. The image
-        itself, with infinite sigma, where they do not agree."""
+    def motion(self, image: Image) -> Motion | None:
+        """Shift and roll of most features from the picture to an image, None where these disagree,
+        as where there is nothing but noise to see."""
         before, after = self.seen(image)
         if len(before) < _LEAST_FOUND:
-            return Aligned(image, np.inf, 0.0)
+            return None
         cv2.setRNGSeed(1)
         estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
             before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
         )
         matrix, inlier = estimate
         if matrix is None or inlier.sum() < _LEAST_FOUND:
-            return Aligned(image, np.inf, 0.0)
+            return None
         same = inlier.ravel() > 0
         left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
+        sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
+        return Motion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)
+
+    def aligned(self, image: Image) -> Aligned:
+        """An image aligned with the picture by the shift and roll of most features. The image
+        itself, with infinite sigma, where they do not agree."""
+        motion = self.motion(image)
+        if motion is None:
+            return Aligned(image, np.inf, 0.0)
         flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
         size = (image.shape[1], image.shape[0])
-        still = cv2.warpAffine(image, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
-        return Aligned(np.asarray(still, np.uint8), sigma_px, roll_of(matrix))
+        still = cv2.warpAffine(
+            image, motion.matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE
+        )
+        return Aligned(np.asarray(still, np.uint8), motion.sigma_px, roll_of(motion.matrix))
 
 
 def roll_of(motion: Array) -> float:
@@ -86,15 +106,12 @@ def camera_motion_px(images: Sequence[Image]) -> float:
     """Rms motion of the camera [px] over frames, from features of the first one.
 
     Most features lie on the background, so their median shift is the camera's. 0 where too few are
-    found.
+    found, or where they do not move alike.
     """
     bench = Stabiliser.of(images[0])
     if bench is None:
         return 0.0
-    shifts = [np.zeros(2)]
-    for image in images[1:]:
-        before, after = bench.seen(image)
-        if len(before) >= _LEAST_FOUND:
-            shifts.append(np.median(after - before, axis=0))
-    away = np.array(shifts) - np.mean(shifts, axis=0)
+    seen = [motion.shift_px for image in images[1:] if (motion := bench.motion(image))]
+    shifts = np.array([np.zeros(2), *seen])
+    away = shifts - shifts.mean(axis=0)
     return float(np.sqrt((away**2).sum(1).mean()))
