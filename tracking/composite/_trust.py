@@ -19,6 +19,8 @@ class TrustLimits:
         largest_apart_deg: rms difference of its angles from those found without a pivot.
         largest_sigma_deg: median sigma of its angles; 95 % of the frames are then within half a
             degree. Not asked of a part that the user points at.
+        largest_sigma_share: the same as a share of the whole motion, where that is more: of an arm
+            that swings through 250 deg, 0.4 deg is as much worth as 0.03 deg of 20 deg.
         least_explained: share of a sampled picture's change that it explains when it is found, else
             a hand or a shadow is as likely; and share of what it covers that it explains better
             than the background, in the worst third of its angles. Not asked of a part that the user
@@ -27,7 +29,16 @@ class TrustLimits:
 
     largest_apart_deg: float = 0.5
     largest_sigma_deg: float = 0.25
+    largest_sigma_share: float = 1.0 / 600.0
     least_explained: float = 0.65
+
+    def most_deg(self, moved_deg: float) -> float:
+        """The largest median sigma [deg] of a part that moved by ``moved_deg``.
+
+        >>> TrustLimits().most_deg(40.0), TrustLimits().most_deg(240.0)
+        (0.25, 0.4)
+        """
+        return max(self.largest_sigma_deg, round(self.largest_sigma_share * moved_deg, 6))
 
 
 TRUST = TrustLimits()
@@ -49,10 +60,12 @@ def distrust(
     if pointed:
         return None
     usual_deg = float(np.median(sigma_deg))
-    if usual_deg > limits.largest_sigma_deg:
+    angles_rad = [fit.angle_rad for fit in fits if fit is not None]
+    most_deg = limits.most_deg(float(np.rad2deg(np.ptp(angles_rad))))
+    if usual_deg > most_deg:
         return (
-            f"is measured with a sigma of {usual_deg:.2g} deg; expected "
-            f"{limits.largest_sigma_deg:g} deg at most, film it larger, without shadows"
+            f"is measured with a sigma of {usual_deg:.2g} deg; expected {most_deg:.2g} deg at "
+            "most, film it larger, without shadows"
         )
     least = worst_third(fits)
     if least < limits.least_explained:

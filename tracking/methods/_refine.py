@@ -38,17 +38,18 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
                 raise
             raise TrackRefused(str(refused), again.picture) from again
     sigma_deg = float(np.median(track.sigma_deg[track.found]))
-    if sigma_deg <= TRUST.largest_sigma_deg or not _may_be_composite(options):
+    most_deg = TRUST.most_deg(float(np.ptp(track.angle_deg[track.found])))
+    if sigma_deg <= most_deg or not _may_be_composite(options):
         return track
-    return _surer(track, sigma_deg, film, options, progress)
+    return _surer(track, (sigma_deg, most_deg), film, options, progress)
 
 
 def _surer(
-    track: Track, sigma_deg: float, film: Film, options: TrackOptions,
+    track: Track, sigma_deg: tuple[float, float], film: Film, options: TrackOptions,
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
     """The track of ``composite`` in place of an uncertain one; that one where the user points at
-    the part and ``composite`` does not find it."""
+    the part and ``composite`` does not find it. ``sigma_deg``: the median, and the most allowed."""
     try:
         return composite(film, options, progress)
     except TrackRefused as again:
@@ -57,8 +58,8 @@ def _surer(
         x, y = track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} is measured with a sigma of "
-            f"{sigma_deg:.2g} deg; expected {TRUST.largest_sigma_deg:g} deg at most, film it "
-            f"larger, sharper or with more light, {POINT}."
+            f"{sigma_deg[0]:.2g} deg; expected {sigma_deg[1]:.2g} deg at most, film it larger, "
+            f"sharper or with more light, {POINT}."
         )
         raise TrackRefused(sentence, again.picture, measured=True) from again
 
