@@ -23,13 +23,21 @@ The floor, hypot(noise, tolerance), is the smallest error that counts.
 """
 
 
+LOST_DEG = 1e6
+"""The error [deg] of a sample that was not simulated, as in the residuals of a fit."""
+
+
 def rms(parts: Sequence[Array]) -> float:
     """Root mean square of all values; 0 where there are none.
 
+    NaN, as behind the end of a simulation that ran out of steps, counts as :data:`LOST_DEG`.
+
     >>> rms([np.array([3.0]), np.array([4.0])]) == 12.5**0.5
     True
+    >>> rms([np.array([np.nan])])
+    1000000.0
     """
-    joined = np.concatenate([np.empty(0), *parts])
+    joined = np.nan_to_num(np.concatenate([np.empty(0), *parts]), nan=LOST_DEG)
     return float(np.sqrt(np.mean(joined**2))) if joined.size else 0.0
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.selection._policy import Score
 from servosight.identify.fit import Solution
@@ -56,7 +54,7 @@ class Trial:
             effects=self.effects,
             parameters=self.fit.problem.fitted,
             samples=sum(errors.size for errors in seen),
-            mean_square_deg2=float(np.mean(np.concatenate(seen) ** 2)),
+            mean_square_deg2=rms(seen) ** 2,
             train_rmse_deg=rms([one.errors_of(FIT) for one in self.judged]),
             validation_rmse_deg=rms(validation),
             validation_samples=sum(errors.size for errors in validation),
