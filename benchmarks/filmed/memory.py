@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -12,6 +11,8 @@ import av
 from filmed.cases import VideoCase, fast, filmed
 from filmed.measure import CLIPS, verdict
 from servosight.models.core import Camera
+from servosight.models.io import MatroskaWriter
+from servosight.sim.film._codec import MagicYuvEncoder
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 
@@ -54,14 +55,14 @@ def peak(video: str) -> None:
 
 def _loop(video: Path, looped: Path, length_s: int) -> None:
     """The video's packets written again and again; its pictures stand each by itself."""
-    with av.open(str(video)) as source, av.open(str(looped), "w") as sink:
+    with av.open(str(video)) as source:
         stream = source.streams.video[0]
-        target = sink.add_stream_from_template(stream)
-        target.time_base = Fraction(1, 1000000)
-        packets = [bytes(p) for p in source.demux(stream) if p.size][:240]
+        size = stream.width, stream.height
+        packets = [bytes(packet) for packet in source.demux(stream) if packet.size][:240]
+    film = MagicYuvEncoder(*size)
+    with (
+        looped.open("wb") as file,
+        MatroskaWriter(file, size, film.matroska_id, film.private, 1 / 120) as sink,
+    ):
         for number in range(120 * length_s):
-            packet = av.Packet(packets[number % len(packets)])
-            packet.stream, packet.time_base = target, Fraction(1, 1000000)
-            packet.pts = packet.dts = round(number * 1e6 / 120)
-            packet.is_keyframe = True
-            sink.mux(packet)
+            sink.write(round(number * 1e6 / 120), packets[number % len(packets)])
