@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from servosight.identify.problem import LOST_DEG
 from servosight.models.core import Array, Mask, Recording
 
 FIT, VALIDATION, TEST = 0, 1, 2
@@ -23,14 +24,10 @@ The floor, hypot(noise, tolerance), is the smallest error that counts.
 """
 
 
-LOST_DEG = 1e6
-"""The error [deg] of a sample that was not simulated, as in the residuals of a fit."""
-
-
 def rms(parts: Sequence[Array]) -> float:
     """Root mean square of all values; 0 where there are none.
 
-    NaN, as behind the end of a simulation that ran out of steps, counts as :data:`LOST_DEG`.
+    NaN, as behind the end of a simulation that ran out of steps, counts as in a fit's residuals.
 
     >>> rms([np.array([3.0]), np.array([4.0])]) == 12.5**0.5
     True

@@ -212,12 +212,13 @@ class ModelSelection:
 
     def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
-        start = self.without(base, without).fit
-        way, point = f"reduced with {budget} simulations", start.outcome.point
-        fit = fitted_once(
-            self.fits, way, base, without, lambda: polish(start.problem, [point], budget)
-        )
-        return self.judge(fit, budget)
+
+        def fit() -> Solution:
+            start = self.without(base, without).fit
+            return polish(start.problem, [start.outcome.point], budget)
+
+        way = f"reduced with {budget} simulations"
+        return self.judge(fitted_once(self.fits, way, base, without, fit), budget)
 
     def swapped(self, base: Trial, name: str, other: str) -> Trial:
         """``base`` with one effect in another's place, fitted anew from the rest's values."""

@@ -18,6 +18,8 @@ from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant import Plant, Stimulus
 
+LOST_DEG = 1e6
+"""The error [deg] of a sample that was not simulated, and the largest that counts."""
 TOLERANCE_SHARE = 5e-4
 """Default tolerance as a share of the moved range: no model is right to the last digit."""
 
@@ -248,8 +250,8 @@ class Problem:
                 self.recordings, self.predict(points), self.weights, self.masks, strict=True
             )
         ]
-        joined = np.clip(np.concatenate(parts, axis=1), -1e6, 1e6)
-        return np.nan_to_num(joined, nan=1e6)
+        joined = np.clip(np.concatenate(parts, axis=1), -LOST_DEG, LOST_DEG)
+        return np.nan_to_num(joined, nan=LOST_DEG)
 
     def values(self, point: Array) -> dict[str, float]:
         """Physical values of the shared parameters at a search point."""

@@ -11,3 +11,4 @@ from servosight.tracking.composite._search import without_entering as without_en
 from servosight.tracking.composite._steady import SteadySample as SteadySample
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
+from servosight.tracking.composite._trust import uncertain as uncertain

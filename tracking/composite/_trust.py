@@ -44,6 +44,15 @@ class TrustLimits:
 TRUST = TrustLimits()
 
 
+def uncertain(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -> str | None:
+    """That a part's angles (found,) have too large a sigma, as the end of a sentence that begins
+    with it; None where they have not."""
+    usual_deg, most_deg = float(np.median(sigma_deg)), limits.most_deg(float(np.ptp(angle_deg)))
+    if usual_deg <= most_deg:
+        return None
+    return f"is measured with a sigma of {usual_deg:.2g} deg; expected {most_deg:.2g} deg at most"
+
+
 def distrust(
     apart_deg: float, sigma_deg: Array, fits: Sequence[PoseFit | None], pointed: bool,
     limits: TrustLimits = TRUST,
@@ -59,14 +68,10 @@ def distrust(
         )
     if pointed:
         return None
-    usual_deg = float(np.median(sigma_deg))
-    angles_rad = [fit.angle_rad for fit in fits if fit is not None]
-    most_deg = limits.most_deg(float(np.rad2deg(np.ptp(angles_rad))))
-    if usual_deg > most_deg:
-        return (
-            f"is measured with a sigma of {usual_deg:.2g} deg; expected {most_deg:.2g} deg at "
-            "most, film it larger, without shadows"
-        )
+    angle_deg = np.rad2deg([fit.angle_rad for fit in fits if fit is not None])
+    why = uncertain(angle_deg, sigma_deg, limits)
+    if why is not None:
+        return f"{why}, film it larger, without shadows"
     least = worst_third(fits)
     if least < limits.least_explained:
         return (

@@ -8,7 +8,7 @@ import numpy as np
 
 from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
-from servosight.tracking.composite import TRUST
+from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.layers import LayerEstimator, layer_estimator
 from servosight.tracking.methods._composite import composite
@@ -37,19 +37,18 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
             if again.measured:
                 raise
             raise TrackRefused(str(refused), again.picture) from again
-    sigma_deg = float(np.median(track.sigma_deg[track.found]))
-    most_deg = TRUST.most_deg(float(np.ptp(track.angle_deg[track.found])))
-    if sigma_deg <= most_deg or not _may_be_composite(options):
+    why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
+    if why is None or not _may_be_composite(options):
         return track
-    return _surer(track, (sigma_deg, most_deg), film, options, progress)
+    return _surer(track, why, film, options, progress)
 
 
 def _surer(
-    track: Track, sigma_deg: tuple[float, float], film: Film, options: TrackOptions,
+    track: Track, why: str, film: Film, options: TrackOptions,
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
     """The track of ``composite`` in place of an uncertain one; that one where the user points at
-    the part and ``composite`` does not find it. ``sigma_deg``: the median, and the most allowed."""
+    the part and ``composite`` does not find it. ``why`` says how uncertain it is."""
     try:
         return composite(film, options, progress)
     except TrackRefused as again:
@@ -57,9 +56,8 @@ def _surer(
             return track
         x, y = track.pivot_px
         sentence = (
-            f"{film.path}: the part about {x:.0f},{y:.0f} is measured with a sigma of "
-            f"{sigma_deg[0]:.2g} deg; expected {sigma_deg[1]:.2g} deg at most, film it larger, "
-            f"sharper or with more light, {POINT}."
+            f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "
+            f"more light, {POINT}."
         )
         raise TrackRefused(sentence, again.picture, measured=True) from again
 

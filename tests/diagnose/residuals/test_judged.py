@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, held_out_rms
-from servosight.diagnose.residuals._judged import LOST_DEG
+from servosight.identify.problem import LOST_DEG
 from servosight.models.core import Recording
 
 
