@@ -12,6 +12,7 @@ import pytest
 
 from servosight.app.parser import parser
 from servosight.models.core import InputError
+from servosight.scenarios.draws import effect_of
 from servosight.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -126,3 +127,13 @@ def test_every_page_is_in_the_index() -> None:
 def test_every_command_is_in_the_readme() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [name for name in subcommands() if f"servosight {name}" not in text] == []
+
+
+def test_the_demo_hides_what_the_readme_prints() -> None:
+    """Its output is not run with the other examples, since it films."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = re.search(
+        r"servosight demo .*--seed (\d+)\n.*?What was hidden: (\w+)\.", text, re.DOTALL
+    )
+    assert shown is not None
+    assert effect_of(int(shown[1])) == shown[2]
