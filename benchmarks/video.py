@@ -19,11 +19,11 @@ from filmed.measure import CLIPS, SLOW_DEG_S, bounds, measured, rms, verdict
 from filmed.memory import memory
 from servosight.models.core import write_text
 from servosight.tracking.acquisition import acquire
+from servosight.tracking.appearance.layers import layer_estimator
+from servosight.tracking.appearance.surface import SurfaceEstimator
+from servosight.tracking.calibration.shutter import first_pass
 from servosight.tracking.core import Shutter, TrackOptions
 from servosight.tracking.fit import follow
-from servosight.tracking.layers import layer_estimator
-from servosight.tracking.shutter import first_pass
-from servosight.tracking.surface import SurfaceEstimator
 from servosight.tracking.track import track
 from servosight.tracking.video import frames, open_film
 

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition._hints import POINT, check_pivot
 from servosight.tracking.acquisition._rigid import centre_of, motions_of
-from servosight.tracking.core import Box, Features
-from servosight.tracking.fit import PolarGrid
-from servosight.tracking.surface import (
+from servosight.tracking.appearance.surface import (
     Surface,
     learn,
     search,
@@ -24,6 +22,8 @@ from servosight.tracking.surface import (
     surface_mask,
     tightened,
 )
+from servosight.tracking.core import Box, Features
+from servosight.tracking.fit import PolarGrid
 
 _COARSE_PX = 1.5
 _ROUGH_FRAMES = 14

@@ -1,4 +1,4 @@
-"""Lens and plane of motion: from a calibration board, or from the swing itself."""
+"""Lens, plane of motion, exposure and readout: from a calibration board or the video itself."""
 
 from servosight.tracking.calibration._board import (
     Board as Board,

@@ -20,12 +20,12 @@ from servosight.tracking.acquisition import (
     same_view,
     without,
 )
+from servosight.tracking.appearance.surface import Surface, SurfaceEstimator
 from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Features, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, follow
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.methods._verified import refused_with_picture, verify
-from servosight.tracking.surface import Surface, SurfaceEstimator
 from servosight.tracking.uncertainty import FrameMeasurements, evaluate
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import Film

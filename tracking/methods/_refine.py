@@ -8,12 +8,12 @@ import numpy as np
 
 from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
+from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
+from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
-from servosight.tracking.layers import LayerEstimator, layer_estimator
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
-from servosight.tracking.shutter import find_shutter, first_pass
 from servosight.tracking.video import Film
 
 

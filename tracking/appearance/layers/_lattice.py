@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Single
+from servosight.tracking.appearance.surface import Surface
 from servosight.tracking.fit import PolarGrid
-from servosight.tracking.surface import Surface
 
 PAD_PX = 14.0
 """Width of a soft shadow."""

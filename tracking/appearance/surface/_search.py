@@ -7,8 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array
+from servosight.tracking.appearance.surface._surface import Surface
 from servosight.tracking.fit import Pixels
-from servosight.tracking.surface._surface import Surface
 
 # Motion of the outer part of the surface between two tries: less than a printed feature.
 _STRIDE_PX = 1.6

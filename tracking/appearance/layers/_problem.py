@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from servosight.models.core import Array, Single
+from servosight.tracking.appearance.layers._frame_pixels import FramePixels
 from servosight.tracking.fit import PolarGrid
-from servosight.tracking.layers._frame_pixels import FramePixels
 
 _STEPS = 24
 _DOUBT = 0.5  # sigma of a cell's transparency about that of cells as near to the edge

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.core import Shutter
 from servosight.tracking.fit import TrackedFrame, follow
-from servosight.tracking.surface import SurfaceEstimator
 from servosight.tracking.video import Film
 
 _STRETCHES = 8

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Image
+from servosight.tracking.appearance.surface import Surface, search, single
 from servosight.tracking.fit import AngleFit, PolarGrid, gauss_newton, turn
-from servosight.tracking.surface import Surface, search, single
 
 PIVOT_PX = (100.0, 90.0)
 REACH_PX = 70.0

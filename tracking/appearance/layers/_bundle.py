@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Image, Mask, Single
+from servosight.tracking.appearance.layers._frame_pixels import FramePixels
+from servosight.tracking.appearance.layers._lattice import PAD_PX
+from servosight.tracking.appearance.layers._problem import Bundle, FrameResidual, improved
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import Pixels
-from servosight.tracking.layers._frame_pixels import FramePixels
-from servosight.tracking.layers._lattice import PAD_PX
-from servosight.tracking.layers._problem import Bundle, FrameResidual, improved
 
 _ROUNDS = (3, 3, 1, 1, 1)  # each round uses one of so many pixels
 _INSIDE_PX = 4.0

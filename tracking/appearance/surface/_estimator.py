@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.models.core import Image, Mask
+from servosight.tracking.appearance.surface._search import search
+from servosight.tracking.appearance.surface._surface import Surface
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import AngleFit, Pixels, Sample, gauss_newton, turn, without_copied
-from servosight.tracking.surface._search import search
-from servosight.tracking.surface._surface import Surface
 
 # A fit with less than this share of the learnt frames' correlation, or of pixels that pass the
 # gate, is not of the surface.

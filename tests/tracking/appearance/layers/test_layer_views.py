@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from servosight.tracking.appearance.layers._frame_pixels import FramePixels
 from servosight.tracking.core import STILL, Exposure
 from servosight.tracking.fit import Pixels, PolarGrid
-from servosight.tracking.layers._frame_pixels import FramePixels
 
 GRID = PolarGrid((20.0, 60.0), 10.0, 1.0, -0.4, 0.02, 60, 40)
 SHAPE = (120, 100)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.appearance.surface._average import average, spline_of
 from servosight.tracking.core import STILL, Exposure, smeared, turning
 from servosight.tracking.fit import (
     AngleFit,
@@ -23,7 +24,6 @@ from servosight.tracking.fit import (
     turn,
     turn_and_shift,
 )
-from servosight.tracking.surface._average import average, spline_of
 
 _SPACING_PX = 0.8
 # At the outline the blur mixes surface and background; the model is of the surface alone.

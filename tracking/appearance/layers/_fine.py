@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from servosight.models.core import Image, Mask
+from servosight.tracking.appearance.layers._layers import Layers, RingPixels
+from servosight.tracking.appearance.surface import SurfaceEstimator, likely
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import AngleFit, Sample, gauss_newton, turn, without_copied
-from servosight.tracking.layers._layers import Layers, RingPixels
-from servosight.tracking.surface import SurfaceEstimator, likely
 
 # Blurred layers are cached by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0

@@ -10,12 +10,12 @@ import pytest
 from scipy.special import erf
 
 from servosight.models.core import Array, Image
+from servosight.tracking.appearance.layers import LayerEstimator
+from servosight.tracking.appearance.layers._fit import learn_layers
+from servosight.tracking.appearance.layers._layers import Layers
+from servosight.tracking.appearance.surface import Surface, SurfaceEstimator, single
 from servosight.tracking.core import STILL
 from servosight.tracking.fit import PolarGrid, rotation_axis
-from servosight.tracking.layers import LayerEstimator
-from servosight.tracking.layers._fit import learn_layers
-from servosight.tracking.layers._layers import Layers
-from servosight.tracking.surface import Surface, SurfaceEstimator, single
 
 SHAPE = (170, 220)
 PIVOT = np.array([60.3, 85.6])

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array
+from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion
 from servosight.tracking.fit import TrackedFrame
-from servosight.tracking.surface import SurfaceEstimator
 
 _FRAMES = 24
 _LEAST = 8

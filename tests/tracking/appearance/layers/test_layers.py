@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from servosight.tracking.appearance.layers._layers import Layers
 from servosight.tracking.fit import PolarGrid
-from servosight.tracking.layers._layers import Layers
 
 SHAPE = (100, 120)
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Image, Single
+from servosight.tracking.appearance.layers._bundle import solve_layers, usual
+from servosight.tracking.appearance.layers._lattice import depth, wide
+from servosight.tracking.appearance.layers._layers import SEEN_THROUGH, Layers
+from servosight.tracking.appearance.layers._problem import Bundle, FrameResidual
+from servosight.tracking.appearance.surface import Surface
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import PolarGrid
-from servosight.tracking.layers._bundle import solve_layers, usual
-from servosight.tracking.layers._lattice import depth, wide
-from servosight.tracking.layers._layers import SEEN_THROUGH, Layers
-from servosight.tracking.layers._problem import Bundle, FrameResidual
-from servosight.tracking.surface import Surface
 
 _OPAQUE = 0.02
 _INFORMATION_SHARE = 0.94  # share of the pixels' information that is used

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from servosight.tracking.appearance.layers._fine import LayerEstimator
+from servosight.tracking.appearance.layers._fit import learn_layers
+from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.fit import AngleEstimator, TrackedFrame
-from servosight.tracking.layers._fine import LayerEstimator
-from servosight.tracking.layers._fit import learn_layers
-from servosight.tracking.surface import SurfaceEstimator
 
 _FROM_EACH = 12
 _LEAST = 12

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from servosight.tracking.calibration.shutter._find import best_shutter
 from servosight.tracking.core import Shutter, TrackOptions
-from servosight.tracking.shutter._find import best_shutter
 from servosight.tracking.track import track
 
 SLOW_DEG = 4.0 * np.sin(2 * np.pi * np.arange(60) / 240.0)

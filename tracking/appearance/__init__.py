@@ -1,0 +1,1 @@
+"""How the moving part looks: its picture, mask and outline, and the layers learnt of it."""

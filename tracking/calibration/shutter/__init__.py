@@ -1,0 +1,4 @@
+"""Exposure and readout, found from the video itself."""
+
+from servosight.tracking.calibration.shutter._find import find_shutter as find_shutter
+from servosight.tracking.calibration.shutter._first_pass import first_pass as first_pass

@@ -1,4 +1,0 @@
-"""Surface, its transparency and the background as layers, learnt from the video."""
-
-from servosight.tracking.layers._fine import LayerEstimator as LayerEstimator
-from servosight.tracking.layers._learn import layer_estimator as layer_estimator

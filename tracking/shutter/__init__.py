@@ -1,4 +1,0 @@
-"""Exposure and readout, found from the video itself."""
-
-from servosight.tracking.shutter._find import find_shutter as find_shutter
-from servosight.tracking.shutter._first_pass import first_pass as first_pass
