@@ -7,12 +7,11 @@ from collections.abc import Callable
 
 from servosight.bench.camera._ffmpeg import open_ffmpeg
 from servosight.bench.camera._found import FoundCamera
-from servosight.bench.camera._genicam import list_genicam, open_genicam
 from servosight.bench.camera._http import open_http
 from servosight.bench.camera._picamera2 import list_picamera2, open_picamera2
 from servosight.bench.camera._protocol import Camera, Given, Now
-from servosight.bench.camera._v4l2 import open_v4l2
-from servosight.bench.camera._v4l2_list import list_v4l2
+from servosight.bench.camera.genicam import list_genicam, open_genicam
+from servosight.bench.camera.v4l2 import list_v4l2, open_v4l2
 
 BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
     "genicam": open_genicam,

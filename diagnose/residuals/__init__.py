@@ -3,11 +3,6 @@
 from servosight.diagnose.residuals._events import swings as swings
 from servosight.diagnose.residuals._events import turning_points as turning_points
 from servosight.diagnose.residuals._events import turns as turns
-from servosight.diagnose.residuals._finding import Finding as Finding
-from servosight.diagnose.residuals._finding import listed as listed
-from servosight.diagnose.residuals._findings import CHANCE as CHANCE
-from servosight.diagnose.residuals._findings import findings as findings
-from servosight.diagnose.residuals._findings import lead as lead
 from servosight.diagnose.residuals._frequency import Response as Response
 from servosight.diagnose.residuals._frequency import response as response
 from servosight.diagnose.residuals._judged import EXPLAINED as EXPLAINED
@@ -33,3 +28,8 @@ from servosight.diagnose.residuals._tests import whiteness as whiteness
 from servosight.diagnose.residuals._where import Window as Window
 from servosight.diagnose.residuals._where import shares as shares
 from servosight.diagnose.residuals._where import worst_windows as worst_windows
+from servosight.diagnose.residuals.findings import CHANCE as CHANCE
+from servosight.diagnose.residuals.findings import Finding as Finding
+from servosight.diagnose.residuals.findings import findings as findings
+from servosight.diagnose.residuals.findings import lead as lead
+from servosight.diagnose.residuals.findings import listed as listed

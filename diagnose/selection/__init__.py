@@ -4,12 +4,9 @@ from servosight.diagnose.selection._confounding import Resolution as Resolution
 from servosight.diagnose.selection._confounding import alternatives as alternatives
 from servosight.diagnose.selection._confounding import confounded as confounded
 from servosight.diagnose.selection._known import PriorKnowledge as PriorKnowledge
-from servosight.diagnose.selection._models import ModelSelection as ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._policy import Score as Score
 from servosight.diagnose.selection._policy import SelectionPolicy as SelectionPolicy
-from servosight.diagnose.selection._prediction import own_point as own_point
-from servosight.diagnose.selection._prediction import predict_fixed as predict_fixed
 from servosight.diagnose.selection._split import BLOCK_S as BLOCK_S
 from servosight.diagnose.selection._split import Split as Split
 from servosight.diagnose.selection._steps import SearchEffort as SearchEffort
@@ -20,4 +17,7 @@ from servosight.diagnose.selection._stretches import MOST_ROWS as MOST_ROWS
 from servosight.diagnose.selection._stretches import Spans as Spans
 from servosight.diagnose.selection._stretches import cut as cut
 from servosight.diagnose.selection._stretches import stretches as stretches
-from servosight.diagnose.selection._trial import Trial as Trial
+from servosight.diagnose.selection.trials import ModelSelection as ModelSelection
+from servosight.diagnose.selection.trials import Trial as Trial
+from servosight.diagnose.selection.trials import own_point as own_point
+from servosight.diagnose.selection.trials import predict_fixed as predict_fixed

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._models import ModelSelection
-from servosight.diagnose.selection._trial import Trial
+from servosight.diagnose.selection.trials import ModelSelection, Trial
 
 
 @dataclass(frozen=True, kw_only=True)

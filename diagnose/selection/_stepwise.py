@@ -9,11 +9,10 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
-from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search import BestSoFar, Visited, searched_widely, simplified
+from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
 
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, Score
-from servosight.diagnose.selection._screen import Screen
+from servosight.diagnose.selection.trials._screen import Screen
 from servosight.identify.problem import Work
 
 SAMPLES = 1000

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._steps import SearchEffort
-from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._visited import Visited
+from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
 TOGETHER = 2

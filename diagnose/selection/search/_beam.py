@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._models import ModelSelection
 from servosight.diagnose.selection._steps import SearchEffort
-from servosight.diagnose.selection._trial import Key, Trial, key_of
 from servosight.diagnose.selection.search._visited import Visited
+from servosight.diagnose.selection.trials import Key, ModelSelection, Trial, key_of
 from servosight.models.core import StageProgress
 
 WORTH_GOING_ON = 0.05

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._steps import SearchEffort, Step
-from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.search._wide import steps_to
+from servosight.diagnose.selection.trials import Trial
 
 WEIGHT = "gravity_load"
 FRICTIONS = ("load_dependent_friction", "coulomb_friction")

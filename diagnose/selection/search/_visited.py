@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from servosight.diagnose.selection._models import TRIAL_BUDGET, ModelSelection
 from servosight.diagnose.selection._policy import AcceptanceCriterion
-from servosight.diagnose.selection._trial import Key, Trial
+from servosight.diagnose.selection.trials import TRIAL_BUDGET, Key, ModelSelection, Trial
 
 
 @dataclass(frozen=True)

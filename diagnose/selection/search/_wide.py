@@ -6,10 +6,10 @@ import itertools
 from collections.abc import Sequence
 
 from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
-from servosight.diagnose.selection._trial import Trial
 from servosight.diagnose.selection.search._backward import BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch
 from servosight.diagnose.selection.search._visited import Visited
+from servosight.diagnose.selection.trials import Trial
 from servosight.models.core import StageProgress
 
 

@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 
 from servosight.bench.camera import CameraLost, Given
-from servosight.bench.camera import _v4l2_api as api
-from servosight.bench.camera._v4l2 import open_v4l2
-from servosight.bench.camera._v4l2_list import list_v4l2
+from servosight.bench.camera.v4l2 import _api as api
+from servosight.bench.camera.v4l2 import list_v4l2, open_v4l2
 from servosight.models.core import InputError
 
 EXPOSURE, EXPOSURE_AUTO, GAIN = 0x9A0902, 0x9A0901, 0x980913

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import gammaincc
 
-from servosight.diagnose.residuals._finding import Case, Finding, Test
 from servosight.diagnose.residuals._judged import Judged
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test
 from servosight.identify.problem import noise_deg
 from servosight.models.core import Array
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.diagnose.residuals._events import rests, swings, turns
-from servosight.diagnose.residuals._finding import Case, Finding, Test, signed
 from servosight.diagnose.residuals._profiles import Quantity, profile
 from servosight.diagnose.residuals._samples import Index, grouped
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, signed
 from servosight.models.core import Array
 
 STRONGER = 1.5

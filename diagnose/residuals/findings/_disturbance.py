@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from servosight.diagnose.residuals._finding import Case, Finding, Test
 from servosight.diagnose.residuals._tests import independence, linear_share
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test
 from servosight.models.core import Recording, rounded
 
 

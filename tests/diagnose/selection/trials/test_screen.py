@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from servosight.diagnose.selection._screen import Screen
+from servosight.diagnose.selection.trials._screen import Screen
 
 SAMPLES = 400
 

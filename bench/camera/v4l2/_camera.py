@@ -14,7 +14,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated
 
-from servosight.bench.camera import _v4l2_api as api
 from servosight.bench.camera._protocol import (
     CameraLost,
     CapturedFrame,
@@ -24,6 +23,7 @@ from servosight.bench.camera._protocol import (
     check_size,
 )
 from servosight.bench.camera._settings import read_settings
+from servosight.bench.camera.v4l2 import _api as api
 from servosight.bench.timing import Meaning
 from servosight.models.core import InputError, within
 

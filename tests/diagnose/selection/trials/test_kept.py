@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from servosight.diagnose.selection import Split
-from servosight.diagnose.selection._kept import best_kept
-from servosight.diagnose.selection._models import ModelSelection
+from servosight.diagnose.selection.trials import ModelSelection
+from servosight.diagnose.selection.trials._kept import best_kept
 from servosight.identify.problem import Work
 from servosight.models.effects import catalogue
 

@@ -6,9 +6,9 @@ import glob
 from collections.abc import Iterator
 from typing import Any
 
-from servosight.bench.camera import _v4l2_api as api
 from servosight.bench.camera._found import FoundCamera
-from servosight.bench.camera._v4l2 import CODINGS
+from servosight.bench.camera.v4l2 import _api as api
+from servosight.bench.camera.v4l2._camera import CODINGS
 
 
 def list_v4l2(

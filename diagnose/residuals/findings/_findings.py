@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from servosight.diagnose.residuals import _disturbance_findings as disturbance_findings
-from servosight.diagnose.residuals import _motion_findings as motion_findings
-from servosight.diagnose.residuals import _side_findings as side_findings
-from servosight.diagnose.residuals import _system_findings as system_findings
-from servosight.diagnose.residuals._finding import Case, Finding
 from servosight.diagnose.residuals._judged import EXPLAINED, Judged
+from servosight.diagnose.residuals.findings import _disturbance as disturbance_findings
+from servosight.diagnose.residuals.findings import _motion as motion_findings
+from servosight.diagnose.residuals.findings import _side as side_findings
+from servosight.diagnose.residuals.findings import _system as system_findings
+from servosight.diagnose.residuals.findings._finding import Case, Finding
 
 TESTS = (
     *side_findings.TESTS,

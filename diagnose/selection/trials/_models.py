@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged
-from servosight.diagnose.selection._gain import k_bounds
-from servosight.diagnose.selection._kept import Way, best_kept, fitted_once
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
-from servosight.diagnose.selection._prediction import carried_over, own_point
-from servosight.diagnose.selection._screen import Screen
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection._trial import Key, Trial, key_of
+from servosight.diagnose.selection.trials._gain import k_bounds
+from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_once
+from servosight.diagnose.selection.trials._prediction import carried_over, own_point
+from servosight.diagnose.selection.trials._screen import Screen
+from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
 from servosight.identify.fit import (
     POLISH_BUDGET,
     OwnValues,

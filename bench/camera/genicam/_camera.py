@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from servosight.bench.camera._found import FoundCamera
-from servosight.bench.camera._genicam_features import Features, GenicamSettings, fault_words
 from servosight.bench.camera._protocol import (
     CameraLost,
     CapturedFrame,
@@ -26,6 +25,7 @@ from servosight.bench.camera._protocol import (
     check_size,
 )
 from servosight.bench.camera._settings import read_settings
+from servosight.bench.camera.genicam._features import Features, GenicamSettings, fault_words
 from servosight.models.core import InputError
 
 PRODUCERS = "GENICAM_GENTL64_PATH"

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import gammaincc
 
-from servosight.diagnose.residuals._finding import Case, Finding, Test, signed
 from servosight.diagnose.residuals._frequency import Response, response
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._tests import independence, linear_share, quantile, whiteness
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, signed
 from servosight.identify.discrete import Distortion, distortion
 from servosight.models.core import InputError
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from servosight.diagnose.selection._trial import Key, Trial
+from servosight.diagnose.selection.trials._trial import Key, Trial
 from servosight.identify.fit import Solution
 
 SAME_COST = 1e-6
