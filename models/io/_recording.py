@@ -19,8 +19,10 @@ from servosight.models.core import (
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
+from servosight.models.io._power import powered_sheet
 from servosight.models.io._series import DEGREES, SECONDS, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
+from servosight.models.io._signals import overlooked, signal_columns, signals_of
 
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings that mark a video, not a table that cannot be read."""
@@ -113,13 +115,19 @@ def load_recording(
     """
     place = Path(path)
     check_path(place)
+    notes: tuple[str, ...] = ()
     if place.is_dir():
         folder = inspect_folder(place)
         settings, video, horn_file = folder.settings, folder.video, folder.horn
         command_sheet, angle_sheet = _sheets(folder)
+        signals = _signals(place / "signals.csv")
     else:
         settings, video, horn_file = RecordingSettings(), None, None
-        command_sheet = angle_sheet = _single(place)
+        angle_sheet, notes = powered_sheet(_single(place))
+        command_sheet = angle_sheet
+        names = signal_columns(angle_sheet)
+        signals = signals_of(angle_sheet, _time(angle_sheet), names)
+        notes = (*notes, *overlooked(place, angle_sheet.header, names))
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
@@ -135,7 +143,8 @@ def load_recording(
     return replace(
         read,
         shared_deg=shared_error.read_shared(place, read.time_s, scale),
-        signals=_signals(place / "signals.csv"),
+        notes=(*read.notes, *notes),
+        signals=signals,
     )
 
 
@@ -177,12 +186,7 @@ def _signals(path: Path) -> Signals | None:
         return None
     sheet = read_sheet(path)
     time = _time(sheet)
-    names = [name for name in sheet.header if name != time.name]
-    every = [series_of(sheet, name, *[sheet.columns([name])[:, 0]] * 2) for name in names]
-    for one in (time, *every):
-        check.check_finite(one)
-    check.check_time(time)
-    return Signals(time.values, {one.name: one.values for one in every})
+    return signals_of(sheet, time, [name for name in sheet.header if name != time.name])
 
 
 def _stream(s: Streams) -> Stream:

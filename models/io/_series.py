@@ -20,6 +20,8 @@ LONGEST_INTERVAL_S = 0.9
 """A clock in milliseconds that is read as seconds ticks 1 to 40 "seconds" at any camera's rate."""
 SHORTEST_S = 1e-3
 
+SIGNALS = ("disturbance", "supply", "current", "torque")
+"""What else a log may hold beside the angle; a unit follows in the name of its column."""
 SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 """How many of a unit make a second; dividing keeps 8 ms at exactly the float 0.008."""
 DEGREES = {"deg": 1.0, "rad": 180.0 / np.pi, "rev": 360.0}

@@ -11,9 +11,9 @@ import numpy as np
 
 from servosight.models.core import Array, InputError, Recording, Signals, plain_name
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import DEGREES, SECONDS, Series, check_finite
+from servosight.models.io._series import DEGREES, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers._request import PULSE, SIGNALS, Request
+from servosight.models.io.importers._request import PULSE, Request
 
 
 @dataclass(frozen=True)
@@ -79,24 +79,13 @@ def assemble(
         for name in SIGNALS
         if name in series
     }
-    every = (*notes, *(f"{path}: {note}" for note in merged), *_unused(path, series))
+    every = (*notes, *(f"{path}: {note}" for note in merged))
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():
         check_finite(one)
     kept = Signals(series["time"].values, {name: one.values for name, one in signals.items()})
     return replace(recording, notes=every, signals=kept)
-
-
-def _unused(path: Path, series: Mapping[str, Series]) -> list[str]:
-    """A sentence where a known disturbance acts, which no model has as an input."""
-    one = series.get("disturbance")
-    if one is None or not np.any(one.values):
-        return []
-    return [
-        f"{path}: {one.name} is a known disturbance, which is kept in signals.csv and not used as "
-        f"an input, so what it moves counts as error of the model"
-    ]
 
 
 def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:

@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from servosight.models.core import Array, InputError, Mask, plain_name
-from servosight.models.io._series import DEGREES, SECONDS
+from servosight.models.io._power import power_column, powered_run
+from servosight.models.io._series import DEGREES, SECONDS, SIGNALS
+from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._assemble import Raw
-from servosight.models.io.importers._request import PULSE, QUANTITIES, SIGNALS, Column, Request
+from servosight.models.io.importers._request import PULSE, QUANTITIES, Column, Request
 from servosight.models.io.importers._units import split_unit, units_of
 
 _LONGEST_LIST = 300
-_POWER = ("torque_enable", "torque_enabled")
-"""Columns that say whether the motor has torque."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +40,13 @@ def chosen_columns(
 ) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing.
 
-    A sigma need not be there, and signals are looked for only where the request names them.
+    A sigma need not be there. Signals are looked for only where the request names them; what is
+    called a disturbance is one.
     """
     asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
+    if "disturbance" in quantities and "disturbance" not in found:
+        found["disturbance"] = _disturbance(table.names)
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 
@@ -68,17 +69,15 @@ def raw_columns(
         raw[quantity] = Raw(
             column.name, units[quantity], values, table.rows(values.size), table.word
         )
+    if "disturbance" in quantities:
+        used = [column.name for column in columns.values()]
+        notes = (*notes, *overlooked(path, table.names, used))
     power = power_column(table.names)
     if power is None:
         return raw, notes
     on = table.flags(power) if table.flags is not None else table.numbers(power) != 0.0
     raw, cut = powered(path, raw, on, power)
     return raw, (*notes, *cut)
-
-
-def power_column(names: Sequence[str]) -> str | None:
-    """The column that says whether the motor has torque."""
-    return next((name for name in names if name.strip().lower() in _POWER), None)
 
 
 def powered(
@@ -88,35 +87,13 @@ def powered(
 
     ``column`` is where the log says so.
     """
-    start, stop = _longest_run(on)
-    if stop - start == on.size:
-        return dict(raw), ()
     one = next(iter(raw.values()))
-    words = "entries" if one.word == "entry" else f"{one.word}s"
-    if start == stop:
-        raise InputError(
-            f"{path}: column {column} is true in none of the {on.size} {words}, expected a "
-            f"servo that is switched on; choose another log"
-        )
+    start, stop, notes = powered_run(path, on, column, one.rows, one.word)
     kept = {
         name: replace(part, values=part.values[start:stop], rows=part.rows[start:stop])
         for name, part in raw.items()
     }
-    return kept, (
-        f"{path}: {column} is false in {int(np.sum(~on)):,} of {on.size:,} {words}, where the "
-        f"servo does not hold the load; only {words} {one.rows[start]} to {one.rows[stop - 1]} "
-        f"are kept",
-    )
-
-
-def _longest_run(flags: Mask) -> tuple[int, int]:
-    """Start and end (exclusive) of the longest stretch of True; the first on a tie."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    starts, stops = edges[::2], edges[1::2]
-    if starts.size == 0:
-        return 0, 0
-    best = int(np.argmax(stops - starts))
-    return int(starts[best]), int(stops[best])
+    return kept, notes
 
 
 def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
@@ -146,6 +123,17 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
         f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; correct "
         f"--map {quantity}={column.name}"
     )
+
+
+def _disturbance(names: Sequence[str]) -> Column | None:
+    """The column that is called a disturbance, with a unit: ``disturbance_N``."""
+    for name in names:
+        bare, unit = split_unit(name)
+        if unit is None:
+            bare, _, unit = name.partition("_")
+        if bare.lower() == "disturbance" and unit:
+            return Column(name, unit)
+    return None
 
 
 def _by_name(table: Columns, quantity: str) -> Column | None:

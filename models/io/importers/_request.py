@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from servosight.models.core import InputError
+from servosight.models.io._series import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
-SIGNALS = ("disturbance", "supply", "current", "torque")
-"""What else a log may hold: kept beside the angle, by no model used."""
 PULSE = "us"
 """The unit of a command that is a pulse width."""
 
@@ -27,7 +26,7 @@ class Column:
 class Request:
     """The user's words about a log.
 
-    ``columns`` by quantity (time, command, angle, sigma, or one of :data:`SIGNALS`); ``unit`` holds
+    ``columns`` by quantity (time, command, angle, sigma, or one of ``SIGNALS``); ``unit`` holds
     for what has no unit of its own; ``unit_scale`` is how many degrees show one unit of an output
     that is no angle;
     ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width; ``part`` is which

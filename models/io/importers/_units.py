@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from servosight.models.core import InputError
-from servosight.models.io._series import DEGREES, SECONDS
-from servosight.models.io.importers._request import PULSE, SIGNALS, Column, Request
+from servosight.models.io._series import DEGREES, SECONDS, SIGNALS
+from servosight.models.io.importers._request import PULSE, Column, Request
 
 _SPELLINGS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),

@@ -47,9 +47,50 @@ def test_a_disturbance_is_never_ignored_in_silence(tmp_path: Path) -> None:
     save_recording(recording, tmp_path / "rec")
     for one in (recording, load_recording(tmp_path / "rec")):
         (note,) = usable_views([one])[1]
-        assert "force is a known disturbance" in note
-        assert "not used as an input" in note
-    assert import_recording(log(tmp_path / "b.csv", force=0.0), request).notes == ()
+        assert "a known disturbance (up to 2.00 N) is recorded and not used" in note
+    assert usable_views([import_recording(log(tmp_path / "b.csv", force=0.0), request)])[1] == []
+
+
+def renamed(path: Path, name: str) -> Path:
+    """The log with another name for the column of the force, and no voltage's unit."""
+    path.write_text(path.read_text().replace("force,volts [V]", name))
+    return path
+
+
+@pytest.mark.parametrize("name", ["disturbance_N,supply_V", "disturbance [N],supply_V"])
+def test_a_column_that_is_called_a_disturbance_is_one(tmp_path: Path, name: str) -> None:
+    """Imported without a map, and in a CSV file that is a recording by itself."""
+    path = renamed(log(tmp_path / "a.csv"), name)
+    read = [import_recording(path, Request())]
+    if "_N" in name:
+        read.append(load_recording(path))
+        assert read[1].signals is not None
+        assert list(read[1].signals.values) == ["disturbance_N", "supply_V"]
+    for one in read:
+        assert one.disturbance_unit == "N"
+        assert one.disturbance_at(one.time_s).max() == 2.0
+
+
+def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> None:
+    path = renamed(log(tmp_path / "a.csv"), "ext_force_N,load")
+    for one in (import_recording(path, Request()), load_recording(path)):
+        (note,) = one.notes
+        assert "column ext_force_N is not used" in note
+        assert "--map disturbance=ext_force_N:UNIT" in note
+    request = Request(parse_map(["disturbance=ext_force_N:N"]))
+    assert import_recording(path, request).notes == ()
+
+
+@pytest.mark.parametrize(("on", "off"), [("1", "0"), ("1.000", "0.000"), ("on", "off")])
+def test_a_csv_file_without_torque_at_the_end_is_cut(tmp_path: Path, on: str, off: str) -> None:
+    """As a recording by itself, and imported; ``torque_enable`` is no signal."""
+    rows = [f"{0.01 * i:.2f},{i % 7},{i % 5},{on if i < 70 else off}" for i in range(100)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time_s,command_deg,angle_deg,torque_enable", *rows]))
+    for one in (load_recording(path), import_recording(path, Request())):
+        assert one.time_s.size == 70
+        assert "false in 30 of 100 rows" in one.notes[0]
+        assert one.signals is None
 
 
 def test_a_signal_without_unit_is_asked_for(tmp_path: Path) -> None:
@@ -65,4 +106,4 @@ def test_the_pulses_of_emps(tmp_path: Path) -> None:
     recording = import_recording(path, Request())
     assert recording.signals is not None
     np.testing.assert_array_equal(recording.signals.values["disturbance_N"], pulses[:, 0])
-    assert "pulses_N is a known disturbance" in recording.notes[0]
+    assert "up to 20.0 N" in usable_views([recording])[1][0]

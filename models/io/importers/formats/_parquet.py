@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Recording
+from servosight.models.io._power import power_column
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import (
     Columns,
     chosen_columns,
-    power_column,
     raw_columns,
     source_of,
 )

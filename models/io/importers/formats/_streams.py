@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording
+from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import listed, source_of
-from servosight.models.io.importers._request import SIGNALS, Request
+from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._units import units_of
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from servosight.models.core import Mask, Recording, plain_name
-from servosight.models.io._csv import Sheet, read_sheet
+from servosight.models.core import Recording, plain_name
+from servosight.models.io._csv import read_sheet
+from servosight.models.io._power import switched_on
+from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, raw_columns, source_of
-from servosight.models.io.importers._request import SIGNALS, Request
-
-_NO = ("0", "0.0", "false", "off", "no")
+from servosight.models.io.importers._request import Request
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -44,12 +42,5 @@ def _columns(path: Path) -> Columns:
         sheet.header,
         lambda name: sheet.columns([name])[:, 0],
         lambda size: sheet.numbers,
-        flags=lambda name: _flags(sheet, name),
+        flags=lambda name: switched_on(sheet, name),
     )
-
-
-def _flags(sheet: Sheet, name: str) -> Mask:
-    """False where a column says no, in whichever way."""
-    place = sheet.header.index(name)
-    cells = (row.split(sheet.delimiter)[place].strip().lower() for row in sheet.rows)
-    return np.array([cell not in _NO for cell in cells])
