@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from threading import Event
 
 import numpy as np
@@ -139,10 +140,18 @@ def _placed(
     shift_mm: tuple[float, float] = (0.0, 0.0),
     within: PlacedLayer | None = None,
 ) -> PlacedLayer:
-    plane = shaken(projection, shake) @ projection.plane(layer.geometry.centre_mm[2])
-    onto = onto_layer(layer.geometry, math.radians(turn_deg), shift_mm) @ np.linalg.inv(plane)
+    from_pixels = _plane_of_pixels(projection, layer.geometry.centre_mm[2], shake)
+    onto = onto_layer(layer.geometry, math.radians(turn_deg), shift_mm) @ from_pixels
     rows, columns = layer.body.shape[:2]
     return PlacedLayer(layer.body, onto, projection.box(onto, rows, columns), within)
+
+
+@lru_cache(maxsize=64)
+def _plane_of_pixels(
+    projection: Projection, z_mm: float, shake: tuple[float, float, float]
+) -> Array:
+    """Undistorted pixels to the bench (x, y, 1) [mm] at height ``z_mm``; (3, 3)."""
+    return np.asarray(np.linalg.inv(shaken(projection, shake) @ projection.plane(z_mm)))
 
 
 def place(scene: MonoScene, pose: Pose) -> list[PlacedLayer]:
@@ -197,7 +206,8 @@ def light_of(
         picture = background.copy()
         for item in items:
             _lay(picture, (x0, y0), projection, item)
-        total += share[row, None] * picture
+        picture *= share[row, None]
+        total += picture
     light[top:bottom, left:right] = blur_and_bin(
         total, scene.optics, SUPERSAMPLING, projection.margin
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.sim.camera import Optics, expose, fixed_pattern, vignette
-from servosight.sim.camera._optics import blur_and_bin, disc, encode, variance
+from servosight.sim.camera._optics import blur_and_bin, disc, encode, sensor_of, variance
 
 SIDE = 400
 
@@ -37,7 +37,7 @@ def test_temporal_noise_follows_emva_1288(share: float) -> None:
 
 
 def test_the_usual_noise_is_two_grey_levels() -> None:
-    sigma = np.sqrt(variance(np.array([[115.0]], dtype=np.float32), Optics()) + 1.0 / 12.0)
+    sigma = np.sqrt(variance(np.float32(115.0), sensor_of(Optics())) + 1.0 / 12.0)
     assert sigma.item() == pytest.approx(2.0, abs=0.05)
 
 

@@ -13,6 +13,10 @@ from servosight.tracking.fit import Pixels
 # Motion of the outer part of the surface between two tries: less than a printed feature.
 _STRIDE_PX = 1.6
 _LEAST_PIXELS = 25
+# A wide search evaluates all pixels at the tries that few of them find likely.
+_FEW_OF = 8
+_LIKELY = 40
+_UNKNOWN = -1.0
 
 
 def search(
@@ -30,6 +34,10 @@ def search(
     stride = _STRIDE_PX / surface.grid.largest_px
     count = int(half_rad / stride)
     tries = np.asarray(centre_rad + np.arange(-count, count + 1) * stride, dtype=np.float64)
+    if tries.size > 2 * _LIKELY:
+        few = scores(surface, pixels.at(np.arange(0, pixels.index.size, _FEW_OF)), picture, tries)
+        # Too few of them in view say nothing.
+        tries = tries[(few >= np.partition(few, -_LIKELY)[-_LIKELY]) | (few == _UNKNOWN)]
     found = scores(surface, pixels, picture, tries)
     best = int(np.argmax(found))
     return float(tries[best]), float(found[best])
@@ -38,8 +46,8 @@ def search(
 def scores(
     surface: Surface, pixels: Pixels, picture: NDArray[np.uint8], angles_rad: Array
 ) -> Array:
-    """Correlation of surface and picture at each of the angles (n,), -1 where too little is in
-    view.
+    """Correlation of surface and picture at each of the angles (n,), ``_UNKNOWN`` where too little
+    is in view.
 
     Between the surface's cells by straight lines: enough to find the angle.
     """
@@ -88,4 +96,4 @@ def _correlations(  # type: ignore[no-untyped-def]
             s, v = s + seen, v + model
             ss, vv, sv = ss + seen * seen, vv + model * model, sv + seen * model
         power = (ss - s * s / count) * (vv - v * v / count) if count >= _LEAST_PIXELS else 0.0
-        out[n] = (sv - s * v / count) / np.sqrt(power) if power > 0.0 else -1.0
+        out[n] = (sv - s * v / count) / np.sqrt(power) if power > 0.0 else _UNKNOWN
