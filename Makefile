@@ -6,7 +6,7 @@ BIN := .venv/bin
 # Where it is set, each process of the tests would compile every module anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz fuzz-fmu kill-test bench-faults older-sdk clean
+.PHONY: setup demo test lint check docs bare benchmarks hidden paper fuzz fuzz-fmu kill-test sweep-kill-test bench-faults older-sdk clean
 .DEFAULT_GOAL := setup
 
 setup: $(STAMP)
@@ -81,6 +81,11 @@ fuzz-fmu: setup
 KILLS ?= 200
 kill-test: setup
 	$(BIN)/python tests/fuzz/kills.py --count $(KILLS) $(ARGS)
+
+# Sweeps killed with all their workers at random moments, and their rows beside those of an undisturbed one: SWEEPKILLS=20
+SWEEPKILLS ?= 20
+sweep-kill-test: setup
+	$(BIN)/python tests/fuzz/sweep_kills.py --count $(SWEEPKILLS) --workers $(WORKERS) $(ARGS)
 
 # The bench's stand-in under version 3 of Dynamixel's SDK, beside version 4 of the environment
 older-sdk: setup

@@ -63,7 +63,8 @@ def test_ctrl_c_says_how_to_go_on(
     monkeypatch.setattr(CellWork, "__call__", interrupted)
     assert main(["sweep", "sweep.toml", "-o", "out", "--workers", "0"]) == 130
     said = capsys.readouterr().err
-    assert said.count("1 of 2 cells are done; to go on: servosight sweep sweep.toml -o out") == 1
+    again = "servosight sweep sweep.toml -o out --workers 0"
+    assert said.count(f"1 of 2 cells are done; to go on: {again}\n") == 1
     assert ss.results("out").height == 1
 
 

@@ -55,7 +55,7 @@ class Kills:
 
 def start(sweep: Path, folder: Path, workers: int) -> subprocess.Popen[bytes]:
     """The command in a process group of its own, which its workers belong to."""
-    words = ["-q", "sweep", str(sweep), "-o", str(folder), "--workers", str(workers)]
+    words = ["sweep", str(sweep), "-o", str(folder), "--workers", str(workers)]
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *words],
         stdout=subprocess.DEVNULL,

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> None:
 
     sweep = read_sweep(args.sweep)
     out = console(args)
-    again = shlex.join(["servosight", "sweep", args.sweep, "-o", str(args.output)])
+    again = shlex.join(_again(args))
     with progress(sweep.name) as show:
         tell = _Teller(show, sweep.size, again)
         try:
@@ -81,6 +81,16 @@ def run(args: argparse.Namespace) -> None:
     if args.sweep in READY and sweep.about:
         out.print(sweep.about)
     out.print(next_command("results", args.output, "--plot", "sweep.html"))
+
+
+def _again(args: argparse.Namespace) -> list[str]:
+    """The words of the command that goes on, on the same workers."""
+    words = ["servosight", "sweep", args.sweep, "-o", str(args.output)]
+    if args.scheduler is not None:
+        words += ["--scheduler", args.scheduler]
+    elif args.workers is not None:
+        words += ["--workers", str(args.workers)]
+    return words
 
 
 class _Teller:

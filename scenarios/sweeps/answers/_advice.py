@@ -12,7 +12,7 @@ from servosight.scenarios.sweeps.answers._detection import share_at
 from servosight.scenarios.sweeps.answers._found import Found
 from servosight.scenarios.sweeps.answers._summary import Summary
 
-SHIPPED = Path(__file__).parents[1] / "camera_for_backlash.json"
+SHIPPED = Path(__file__).parents[1] / "ready" / "camera_for_backlash.json"
 """The summary of a ready sweep, as ``servosight results --json`` writes it."""
 
 

@@ -34,7 +34,7 @@ THROUGH = ("angles", "video")
 MODELS = ("hidden", "linear")
 VERBS = ("identify", "diagnose")
 
-READY = {path.stem: path for path in sorted(Path(__file__).parents[1].glob("*.toml"))}
+READY = {path.stem: path for path in sorted((Path(__file__).parents[1] / "ready").glob("*.toml"))}
 """The sweep files that come with the program, by name."""
 
 _SEEDS = Meta(
