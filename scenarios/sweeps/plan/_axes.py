@@ -70,8 +70,9 @@ class Design:
     def settings(self) -> Iterator[dict[str, Setting]]:
         """Every combination, made when it is asked for."""
         axes = (*self.grid, self.points) if self.points else self.grid
+        names = self.names
         for parts in itertools.product(*(axis.values for axis in axes)):
-            yield dict(zip(self.names, itertools.chain(*parts), strict=True))
+            yield dict(zip(names, itertools.chain(*parts), strict=True))
 
 
 def read_axes(table: Mapping[str, Any], points: int, whole: set[str], source: str) -> Design:

@@ -16,6 +16,9 @@ from servosight.scenarios.sweeps.plan._axes import Settings
 from servosight.scenarios.sweeps.plan._scenario import HIDDEN
 from servosight.scenarios.sweeps.plan._sweep import Sweep
 
+_ENCODER = json.JSONEncoder(ensure_ascii=False)
+"""Made once: a resumed sweep names every cell before it runs the first."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -60,7 +63,7 @@ def _text(settings: Settings, seed: int) -> str:
     plain: dict[str, Any] = {
         name: float(value) if type(value) is int else value for name, value in settings.items()
     }
-    return json.dumps([sorted(plain.items()), seed], ensure_ascii=False)
+    return _ENCODER.encode([sorted(plain.items()), seed])
 
 
 def _digest(text: str) -> str:

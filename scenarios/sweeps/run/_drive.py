@@ -89,7 +89,8 @@ def drive(
     """Run ``tasks`` that have no row yet. ``on_progress`` gets the tally and what is to be said.
 
     Of a worker that was lost every cell that it held is suspected: these run again, each alone on
-    an otherwise idle engine, and one that takes its worker with it again is given up.
+    an otherwise idle engine, and one that takes its worker with it again is given up. Rows that are
+    not in a part when an error or Ctrl-C ends this stay as they are: gathering takes too long then.
     """
     waiting = iter(tasks)
     left = tally.total - tally.earlier
@@ -97,35 +98,33 @@ def drive(
     suspects: deque[Task] = deque()
     finished: list[str] = []
     size, ended = 1, False
-    try:
-        while True:
-            while not ended and not suspects and in_flight < AHEAD * engine.workers:
-                batch = tuple(itertools.islice(waiting, _share(size, left, engine.workers)))
-                left -= len(batch)
-                ended = not batch
-                if batch:
-                    engine.submit(batch)
-                    in_flight += 1
-            alone = bool(suspects) and not in_flight
-            if alone:
-                engine.submit([suspects.popleft()])
+    while True:
+        while not ended and not suspects and in_flight < AHEAD * engine.workers:
+            batch = tuple(itertools.islice(waiting, _share(size, left, engine.workers)))
+            left -= len(batch)
+            ended = not batch
+            if batch:
+                engine.submit(batch)
                 in_flight += 1
-            if not in_flight:
-                break
-            batch, report = engine.wait()
-            in_flight -= 1
-            if report is None:
-                report, lost = _without_report(batch, store, alone=alone)
-                suspects.extend(lost)
-            elif report.errors:
-                size = _batch_size(size, report)
-            finished += [key for key, _ in report.errors]
-            on_progress(tally, tally.add(report))
-            if len(finished) >= GATHERED:
-                store.gather(finished)
-                finished.clear()
-    finally:
-        store.gather(finished)
+        alone = bool(suspects) and not in_flight
+        if alone:
+            engine.submit([suspects.popleft()])
+            in_flight += 1
+        if not in_flight:
+            break
+        batch, report = engine.wait()
+        in_flight -= 1
+        if report is None:
+            report, lost = _without_report(batch, store, alone=alone)
+            suspects.extend(lost)
+        elif report.errors:
+            size = _batch_size(size, report)
+        finished += [key for key, _ in report.errors]
+        on_progress(tally, tally.add(report))
+        if len(finished) >= GATHERED:
+            store.gather(finished)
+            finished.clear()
+    store.gather(finished)
 
 
 def _without_report(
