@@ -40,9 +40,13 @@ class Joint:
 
 
 def joint_axes(found: Summary) -> list[Joint]:
-    """A sweep's axes; one that rises or falls with an earlier one, step by step, joins it."""
+    """A sweep's axes; one that rises or falls with an earlier one, step by step, joins it.
+
+    Those of which there is one value as yet are left out, unless there are no others.
+    """
+    several = [name for name in found.axes if len({row[name] for row in found.table}) > 1]
     joined: list[tuple[str, ...]] = []
-    for name in found.axes:
+    for name in several or found.axes[:1]:
         for place, names in enumerate(joined):
             if _together(found.table, names[0], name):
                 joined[place] = (*names, name)

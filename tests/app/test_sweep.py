@@ -154,6 +154,8 @@ DRAWN = {"noise_deg": [0.1 + n for n in range(60)], "T": [float(n * 7 % 60) for 
             [["width", "height"], ["crf"]],
         ),
         (DRAWN, [["noise_deg"], ["T"]]),
+        ({"crf": [9, 8], "width": [320, 320], "height": [240, 240]}, [["crf"]]),
+        ({"crf": [9], "width": [320]}, [["crf"]]),
     ],
 )
 def test_keys_that_change_together_are_one_axis_of_a_picture(
