@@ -26,7 +26,13 @@ from servosight.diagnose.result.wording import Levels, comparison_words
 from servosight.diagnose.selection import predict_fixed
 from servosight.identify.fit import floor_deg
 from servosight.identify.foreign import fmu_actuator
-from servosight.identify.problem import Problem, joint_noise_deg, thinned, usable_views
+from servosight.identify.problem import (
+    Problem,
+    joint_noise_deg,
+    thinned,
+    unused_disturbances,
+    usable_views,
+)
 from servosight.models.core import (
     Actuator,
     Estimate,
@@ -140,7 +146,9 @@ def compare(
     recording and are found on it.
     """
     judged = judge(actuator, recordings, catalogue=catalogue)
-    return comparison_of(judged, recordings, actuator.effects, actuator.parameters, tolerance)
+    return comparison_of(
+        judged, recordings, actuator.effects, actuator.parameters, tolerance, catalogue=catalogue
+    )
 
 
 def comparison_of(
@@ -149,8 +157,11 @@ def comparison_of(
     effects: tuple[str, ...],
     parameters: Mapping[str, Estimate],
     tolerance: float | None = None,
+    *,
+    catalogue: Mapping[str, Effect] | None = None,
 ) -> Comparison:
     """What predictions of the recordings say of the model that made them."""
+    known = built_in() if catalogue is None else catalogue
     seen, left_out = usable_views(recordings)
     noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
@@ -183,7 +194,7 @@ def comparison_of(
         where=Table(worst_windows(judged)),
         findings=Table(found),
         sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
-        warnings=(*left_out, *notes),
+        warnings=(*left_out, *unused_disturbances(seen, effects, known), *notes),
     )
 
 

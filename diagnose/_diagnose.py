@@ -46,7 +46,14 @@ from servosight.diagnose.selection import (
 )
 from servosight.identify.fit import dynamics, floor_deg, parameter_table, step_size_deg
 from servosight.identify.foreign import base_of, is_around_fmu
-from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg, thinned, usable_views
+from servosight.identify.problem import (
+    TOLERANCE_SHARE,
+    joint_noise_deg,
+    offered,
+    thinned,
+    unused_disturbances,
+    usable_views,
+)
 from servosight.models.core import Actuator, Estimate, Recording, StageProgress, Table, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
@@ -85,6 +92,8 @@ def diagnose(
         catalogue = built_in()
     usable, left_out = zip(*map(usable_views, (recordings, validate, test)), strict=True)
     recordings, validate, test = usable
+    prior = prior or PriorKnowledge()
+    catalogue = offered(catalogue, recordings, prior.first)
     every = (*recordings, *validate, *test)
     noise = joint_noise_deg(every)
     if tolerance is None:
@@ -98,7 +107,7 @@ def diagnose(
     fitted = sum(map(len, parts[: len(recordings)]))
     chosen = fitted + sum(map(len, parts[len(recordings) :][: len(validate)]))
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
-    models = _models(*split, catalogue, criterion, prior or PriorKnowledge())
+    models = _models(*split, catalogue, criterion, prior)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.first_step() if not auto else selector.select(), Stability()
     searched = models.work.simulations
@@ -158,6 +167,7 @@ def diagnose(
         recordings=recording_uses(models.split, spans),
         warnings=(
             *itertools.chain(*left_out, repeats),
+            *unused_disturbances(every, last.effects, catalogue),
             *notes,
             *thinning,
             *models.split.warnings,

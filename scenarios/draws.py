@@ -31,7 +31,8 @@ class ParameterRanges:
     """Parameter whose value is added to the bias: a servo that was trimmed under its load."""
     alone: bool = True
     """False where it equals, or nearly does, a simpler effect unless another one is beside it: a
-    load for friction by the load, friction for a dead band, whose edge shows at rest alone."""
+    load for friction by the load, friction for a dead band, whose edge shows at rest alone; and
+    where the recording names it itself, as it does a known disturbance."""
 
 
 DEFAULT_RANGES = ParameterRanges({})
@@ -70,6 +71,7 @@ DRAWS: Mapping[str, ParameterRanges] = {
         {"sine": (-4.0, 4.0), "cosine": (18.0, 28.0)}, amplitude_deg=30.0, trimmed="cosine"
     ),
     "hinge_hardening": ParameterRanges({"cubic": (3e-4, 1e-3)}, amplitude_deg=30.0),
+    "known_disturbance": ParameterRanges({"gain": (0.1, 0.3)}, alone=False),
     "cogging": ParameterRanges(
         {"amplitude": (0.8, 1.6), "period": (10.0, 25.0), "phase": (-3.0, 3.0)}
     ),

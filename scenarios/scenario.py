@@ -13,9 +13,11 @@ from msgspec import Meta
 from servosight.models import excitation as shapes
 from servosight.models.core import (
     APART,
+    DISTURBANCE,
     Array,
     Camera,
     InputError,
+    Signals,
     read_settings,
     validated,
     validated_value,
@@ -66,6 +68,25 @@ class CommandSettings:
     high_hz: Annotated[float, within(1e-3, 5e3, "Hz and more than low_hz")] = 9.0
 
 
+@dataclass(frozen=True)
+class DisturbanceSettings:
+    """Pulses of a known disturbance for the effect known_disturbance, up and down in turn."""
+
+    amplitude: Annotated[float, within(-1e6, 1e6, "in its unit")] = 20.0
+    period_s: Annotated[float, within(1e-2, 600.0, "seconds")] = 1.7
+    width_s: Annotated[float, within(1e-3, 600.0, "seconds and less than period_s")] = 0.4
+    unit: str = "N"
+
+    def signals(self, duration_s: float) -> Signals:
+        """The rows at which it changes."""
+        starts = np.arange(0.5 * self.period_s, duration_s, self.period_s)
+        sizes = np.where(np.arange(starts.size) % 2 == 0, self.amplitude, -self.amplitude)
+        width = min(self.width_s, 0.999 * self.period_s)
+        time_s = np.concatenate([[0.0], np.stack([starts, starts + width], axis=1).ravel()])
+        values = np.concatenate([[0.0], np.stack([sizes, 0.0 * sizes], axis=1).ravel()])
+        return Signals(time_s, {f"{DISTURBANCE}{self.unit}": values})
+
+
 CommandFunction = Callable[[Array, CommandSettings, int], Array]
 
 _SHAPES: Mapping[str, CommandFunction] = {
@@ -95,6 +116,7 @@ class Scenario:
     camera: Camera = field(default_factory=Camera)
     filming: Annotated[VideoSettings, APART] = field(default_factory=VideoSettings)
     effects: Effects = field(default_factory=dict)
+    disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
 
     @classmethod
     def load(cls, path: Path) -> Scenario:
@@ -116,7 +138,13 @@ class Scenario:
         return scenario
 
     def excitation(self) -> Excitation:
-        """The command's rows."""
+        """The command's rows, and the known disturbance where an effect takes it."""
+        rows = self._command()
+        if "known_disturbance" not in self.effects:
+            return rows
+        return replace(rows, disturbance=self.disturbance.signals(self.duration_s))
+
+    def _command(self) -> Excitation:
         motion = self.motion
         if motion.kind == "standard":
             return shapes.standard(self.duration_s, motion.amplitude_deg, self.seed, motion.rate_hz)

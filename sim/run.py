@@ -52,15 +52,18 @@ def run(
     for effect, values in chosen:
         effect.edit(assembly, values)
         line = effect.command(line, values)
+    start = float(excitation.time_s[0])
+    settled = start - SETTLE * bench.T
+    rows = _disturbance_rows(excitation)
     try:
-        twin = Twin(assembly)
+        twin = Twin(assembly, settled, rows)
     except ValueError as error:  # from MuJoCo's compiler
         raise _impossible(chosen, " ".join(str(error).split())) from None
 
-    start = float(excitation.time_s[0])
     points = math.ceil(excitation.duration_s / GRID_S - 1e-6) + 1
     grid = start + GRID_S * np.arange(points, dtype=np.float64)
-    edges = steps_between(start - SETTLE * bench.T, line[0], float(grid[-1]), step_s)
+    knots = np.concatenate([line[0], rows[0]])
+    edges = steps_between(settled, knots, float(grid[-1]), step_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     wanted = np.radians(bench.gain * np.interp(middles, *line) + bench.bias_deg)
 
@@ -86,6 +89,15 @@ def run(
         excitation.at(grid),
         excitation,
     )
+
+
+def _disturbance_rows(excitation: Excitation) -> Polyline:
+    """Times and values of the known disturbance; one row of zero where there is none."""
+    known = excitation.disturbance
+    if known is None:
+        return excitation.time_s[:1], np.zeros(1)
+    (values,) = known.values.values()
+    return known.time_s, values
 
 
 @contextmanager
@@ -170,4 +182,5 @@ def angle_recording(
         angle_deg=trajectory.mean_angle(time_s, camera.exposure_s) + noise,
         sigma_deg=np.full(time_s.size, noise_deg) if with_sigma and noise_deg > 0.0 else None,
         exposure_s=camera.exposure_s,
+        signals=trajectory.excitation.disturbance,
     )

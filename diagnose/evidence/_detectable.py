@@ -15,7 +15,7 @@ from servosight.diagnose.selection import (
     Trial,
 )
 from servosight.identify.fit import Detectable, Fit, fitted_solution, size_shown
-from servosight.identify.problem import Problem, thinned, usable_views
+from servosight.identify.problem import Problem, offered, thinned, usable_views
 from servosight.models.core import Array, Recording, Table
 from servosight.models.effects import Effect
 
@@ -50,7 +50,7 @@ def with_detectable(
     tolerance = float(np.sqrt(max(fit.floor_deg**2 - fit.noise_deg**2, 0.0)))
     criterion = AcceptanceCriterion(fit.floor_deg, tolerance, SelectionPolicy())
     covered = {*fit.effects, *(one for name in fit.effects for one in catalogue[name].contains)}
-    names = [name for name in catalogue if name not in covered]
+    names = [name for name in offered(catalogue, scored) if name not in covered]
     still = _never_reverses([angles[0] for angles in base.problem.predict(base.outcome.point)])
     found = []
     for name in names:

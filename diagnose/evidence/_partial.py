@@ -66,8 +66,9 @@ STEPS = {
     "recording.toml).",
     "gain": "Record the same command at two more gains of the loop (relative_gain in "
     "recording.toml).",
-    "disturbance": "Fit and test on runs without the known disturbance, which is no input of any "
-    "model; then compare the model with this run: what remains is what the disturbance moves.",
+    "disturbance": "Fit a run with the known disturbance as well (effect known_disturbance), or "
+    "fit and test on runs without it and compare the model with this run: what remains is what "
+    "the disturbance moves.",
 }
 """The next step for what the error depends on most."""
 DURING = {

@@ -75,8 +75,8 @@ class Regime:
 
 
 WITHOUT_IT = (
-    "Test on a run without the known disturbance, or leave its time out: no model has it as an "
-    "input."
+    "Fit a run with the known disturbance as well, which the effect known_disturbance takes as an "
+    "input, or test on a run without it."
 )
 
 
@@ -229,7 +229,7 @@ class _Case:
             fitted = f"the fitted data reach {rounded(end)} {unit}"
         way_out = "fit this recording too" if not one.fitted.any() else "record longer"
         if self.quantity.kind == "input":
-            way_out = "no model has it as an input, so test on a run without it"
+            way_out = "fit a run with it as well, or test on a run without it"
         return (
             f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies at {where}; "
             f"{fitted}: {way_out}"

@@ -153,7 +153,18 @@ def _result(
             *exporter.notes(request),
             *(() if response is None else response.notes),
             *_refit_note(request, exporter.target, rows, difference, whole),
+            *_input_note(request),
         ),
+    )
+
+
+def _input_note(request: ExportRequest) -> tuple[str, ...]:
+    """What an export does not take: its one input is the command."""
+    named = [name for name in request.actuator.effects if request.catalogue[name].needs_disturbance]
+    return tuple(
+        f"{name}: an export has no input for a known disturbance, so it answers as where there is "
+        f"none"
+        for name in named
     )
 
 

@@ -20,8 +20,9 @@ STANDARD = f"standard command of {AMPLITUDE_DEG:g} deg over {DURATION_S:g} s"
 def trial_of(actuator: Actuator, recording: Recording | None) -> Trial:
     """The recording's command, or the standard one: rest, steps, chirp, triangles, multisine.
 
-    The servo is at rest at first, where the first command leads a linear one. Raises InputError
-    for a recording of another gain or load than the model's own.
+    The servo is at rest at first, where the first command leads a linear one. No export has an
+    input for a known disturbance: the trial is without it. Raises InputError for a recording of
+    another gain or load than the model's own.
     """
     if recording is None:
         rows = standard(DURATION_S, AMPLITUDE_DEG, rate_hz=RATE_HZ)
@@ -36,7 +37,7 @@ def trial_of(actuator: Actuator, recording: Recording | None) -> Trial:
         )
     first = float(recording.command_at(recording.time_s[:1])[0])
     return Trial(
-        recording=recording,
+        recording=replace(recording, signals=None),
         start_deg=actuator.value("k") * first + actuator.value("bias"),
     )
 

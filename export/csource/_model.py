@@ -44,7 +44,7 @@ def model_source(request: ExportRequest, name: str | None = None, kind: str = "c
     name = name or request.name
     layout = layout_of(request)
     program = Program(kernel_source(layout.effects), name)
-    words = _types(program, layout.width)
+    words = _types(program, layout.width + layout.has_input)
     names = layout.names()
     bounds = parameters_of(layout)
     words |= {

@@ -59,7 +59,8 @@ def size_shown(
     # Of several sizes those move that the guess moves, and the first of them is told.
     away = np.zeros(guess.size)
     away[sized] = (guess - start)[sized]
-    away[np.abs(away) <= LEAST_REACH * (high - low)] = 0.0
+    measured = np.array([not c.parameter.free_unit for c in problem.coordinates])
+    away[measured & (np.abs(away) <= LEAST_REACH * (high - low))] = 0.0
     place = next((j for j in sized if away[j] != 0.0), sized[0])
     if away[place] == 0.0:
         up = high[place] - start[place] > start[place] - low[place]

@@ -24,8 +24,10 @@ from servosight.identify.problem import (
     effect_starts,
     joint_noise_deg,
     linear_start,
+    offered,
     search_box,
     thinned,
+    unused_disturbances,
     usable_views,
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
@@ -64,6 +66,7 @@ def identify(
     chosen = tuple(select(known, effects))
     given = [recordings] if isinstance(recordings, Recording) else recordings
     whole, left_out = usable_views(given)
+    offered(known, whole, chosen)
     scored, notes = thinned(whole)
     held = checked_held(fix or {}, chosen, known)
     problem = Problem.of(scored, known, chosen, held=held)
@@ -85,7 +88,13 @@ def identify(
         method=method,
         seconds=time.perf_counter() - began,
         stopped=str(solution.outcome.stopped),
-        warnings=(*left_out, *notes, *solution.notes, *warnings),
+        warnings=(
+            *left_out,
+            *unused_disturbances(whole, chosen, known),
+            *notes,
+            *solution.notes,
+            *warnings,
+        ),
         effects=chosen,
         fixed=tuple(held),
         recordings=tuple(recording.name for recording in whole),

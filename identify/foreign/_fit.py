@@ -15,7 +15,7 @@ from servosight.identify.foreign._joint import EffectsAround, effects_around
 from servosight.identify.foreign._own import bounds_of, own_start, predicted, trusted
 from servosight.identify.foreign._result import FmuFit
 from servosight.identify.foreign._runs import Interface
-from servosight.identify.problem import joint_noise_deg, thinned, usable_views
+from servosight.identify.problem import joint_noise_deg, thinned, unused_disturbances, usable_views
 from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.identify.uncertainty import Matrix, determined_inverse, weighted_normal
 from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
@@ -85,7 +85,7 @@ def identify_fmu(
         method=METHOD,
         seconds=time.perf_counter() - began,
         stopped=end.stopped,
-        warnings=(*left_out, *notes, *unknown),
+        warnings=(*left_out, *unused_disturbances(whole), *notes, *unknown),
         fixed=tuple(held),
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),

@@ -1,6 +1,8 @@
 """The fit as a search problem: parameters in, residuals out."""
 
 from servosight.identify.problem._held import checked_held as checked_held
+from servosight.identify.problem._inputs import offered as offered
+from servosight.identify.problem._inputs import unused_disturbances as unused_disturbances
 from servosight.identify.problem._jacobian import coordinate_scale as coordinate_scale
 from servosight.identify.problem._jacobian import difference_quotient as difference_quotient
 from servosight.identify.problem._noise import command_periods as command_periods

@@ -1,30 +1,85 @@
-"""Known disturbances that were recorded and that a model does not have as an input."""
+"""Known disturbances: the effects that take them, and those recorded that no effect takes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from servosight.models.core import Recording, rounded
+from servosight.models.core import InputError, Recording, rounded
+from servosight.models.effects import Effect
+from servosight.models.plant import Plant
 
 
-def unused_disturbances(recordings: Sequence[Recording]) -> list[str]:
-    """A sentence for each recording with a known disturbance, which no model has as an input.
+class Offered(dict[str, Effect]):
+    """The effects that recordings can show at all, on the plant of the whole catalogue.
+
+    One kernel is then compiled, whatever the recordings hold.
+    """
+
+    def __init__(self, catalogue: Mapping[str, Effect], recordings: Sequence[Recording]) -> None:
+        pushed = any(one.disturbance_unit is not None for one in recordings)
+        super().__init__(
+            {name: one for name, one in catalogue.items() if pushed or not one.needs_disturbance}
+        )
+        self.whole = catalogue
+
+    @property
+    def plant(self) -> Plant:
+        """What ``Plant.of`` returns for this catalogue."""
+        return Plant.of(self.whole)
+
+
+def offered(
+    catalogue: Mapping[str, Effect],
+    recordings: Sequence[Recording],
+    wanted: Sequence[str] = (),
+) -> Mapping[str, Effect]:
+    """``catalogue`` without effects of a known disturbance where no recording has one.
+
+    InputError where one of them is ``wanted``.
+
+    >>> from servosight.models.effects import catalogue
+    >>> t = np.arange(0.0, 1.0, 0.01)
+    >>> "known_disturbance" in offered(catalogue(), [Recording("run", t, t, t, t)])
+    False
+    """
+    found = Offered(catalogue, recordings)
+    for name in wanted:
+        if name in catalogue and name not in found:
+            raise InputError(
+                f"effect {name} acts by a known disturbance, and none of the recordings has one, "
+                f"expected a column disturbance_UNIT in signals.csv; import one with "
+                f"--map disturbance=COLUMN:UNIT, or leave the effect out"
+            )
+    return catalogue if len(found) == len(catalogue) else found
+
+
+def unused_disturbances(
+    recordings: Sequence[Recording],
+    effects: Sequence[str] = (),
+    catalogue: Mapping[str, Effect] | None = None,
+) -> list[str]:
+    """A sentence for each recording with a known disturbance that none of ``effects`` takes.
 
     >>> from servosight.models.core import Signals
     >>> t = np.arange(0.0, 1.0, 0.01)
-    >>> pushed = Recording("run", t, t, t, t, signals=Signals(t, {"disturbance_N": 20.0 * (t > 1)}))
-    >>> unused_disturbances([pushed])
-    []
+    >>> pushed = Recording("run", t, t, t, t, signals=Signals(t, {"disturbance_N": 20 * (t > 0.5)}))
+    >>> unused_disturbances([pushed])[0][:44]
+    'run: a known disturbance (up to 20.0 N) is r'
     """
+    known = {} if catalogue is None else catalogue
+    if any(known[name].needs_disturbance for name in effects if name in known):
+        return []
+    takers = [name for name, one in known.items() if one.needs_disturbance]
+    way = f"; the effect {takers[0]} takes it as one" if takers else ""
     notes = []
     for one in recordings:
-        if one.disturbance_unit is None:
+        if one.disturbance_unit is None or one.side == "horn":
             continue
-        largest = float(np.max(np.abs(one.disturbance_at(one.time_s))))
+        largest = float(np.max(np.abs(one.disturbance_rows[1])))
         notes.append(
             f"{one.name}: a known disturbance (up to {rounded(largest)} {one.disturbance_unit}) is "
-            f"recorded and not used as an input, so what it moves counts as error of the model"
+            f"recorded and not used as an input, so what it moves counts as error of the model{way}"
         )
     return notes

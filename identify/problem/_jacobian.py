@@ -18,6 +18,8 @@ def coordinate_scale(problem: Problem, point: Array) -> Array:
             scale[j] = 0.05
         if coordinate.parameter.reciprocal:
             scale[j] = max(abs(point[j]), 1e-4)
+        if coordinate.parameter.free_unit:
+            scale[j] = abs(point[j]) or 1.0
     return scale
 
 

@@ -16,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.problem._inputs import unused_disturbances
 from servosight.identify.problem._noise import resolution_deg
 from servosight.identify.problem._old_values import held_values, old_values
 from servosight.identify.problem._read_limits import LIMITS, ReadErrorLimits
@@ -32,7 +31,7 @@ def usable_views(
     One sentence for each kind of fault in each recording, behind those on how a log was read; and
     where the recordings differ in what they are fitted as if they had in common.
     """
-    found, notes = [], [*setup_doubts(recordings), *unused_disturbances(recordings)]
+    found, notes = [], setup_doubts(recordings)
     for recording in views(recordings):
         notes += [note for note in recording.notes if recording.side == "surface"]
         wrong = wrong_reads(recording, limits)

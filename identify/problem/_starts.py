@@ -89,7 +89,8 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         angle = recording.angle_deg
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle
-        columns.append((command, angle, speed, drive, angle - model[0]))
+        pushed = recording.disturbance_at(recording.time_s)
+        columns.append((command, angle, speed, drive, angle - model[0], pushed))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
     @functools.cache
@@ -107,8 +108,10 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         return np.concatenate([lfilter(b, a, part, axis=1) for (b, a), part in parts], axis=1)
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
-    command, angle, speed, drive, residual = joined
-    return ResidualFeatures(command, angle, speed, drive, residual, intervals[-1], k, respond)
+    command, angle, speed, drive, residual, pushed = joined
+    return ResidualFeatures(
+        command, angle, speed, drive, residual, intervals[-1], k, respond, pushed
+    )
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,7 @@ from servosight.models.core._parameter import Parameter as Parameter
 from servosight.models.core._parameter import Scaling as Scaling
 from servosight.models.core._plots import axes_of as axes_of
 from servosight.models.core._plots import plot_prediction as plot_prediction
+from servosight.models.core._recording import DISTURBANCE as DISTURBANCE
 from servosight.models.core._recording import Hold as Hold
 from servosight.models.core._recording import Recording as Recording
 from servosight.models.core._recording import Signals as Signals

@@ -41,7 +41,8 @@ class Parameter:
     ``low`` and ``high`` bound the value in its own unit; ``high`` may be infinite only together
     with an infinite ``neutral``. A ``circular`` value begins anew at its bounds, as a phase does:
     the search may pass them by a whole turn. Where ``jumpy``, a prediction jumps with the value,
-    and no slope leads to the best one.
+    and no slope leads to the best one. Where ``free_unit``, the recording chooses its unit, and the
+    bounds say nothing of its size.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Parameter:
     scaling: Scaling = FIXED
     circular: bool = False
     jumpy: bool = False
+    free_unit: bool = False
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:

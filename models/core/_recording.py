@@ -177,6 +177,15 @@ class Recording:
         return np.zeros(np.shape(time_s))
 
     @property
+    def disturbance_rows(self) -> Array:
+        """Times and values of the known disturbance where it changes, (2, rows); 0 where none."""
+        for _, values in self._disturbances:
+            assert self.signals is not None
+            changes = np.diff(values, prepend=np.nan) != 0.0
+            return np.array([self.signals.time_s[changes], values[changes]])
+        return np.zeros((2, 1))
+
+    @property
     def disturbance_unit(self) -> str | None:
         """Its unit, None where no disturbance is known or it is zero throughout."""
         for name, _ in self._disturbances:

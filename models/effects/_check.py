@@ -30,6 +30,7 @@ _AT = {
     "T": 0.05,
     "acceleration": 3e3,
     "angle": 3.0,
+    "disturbance": 2.0,
     "drive": 4.0,
     "far_theta": 2.9,
     "far_w": 25.0,

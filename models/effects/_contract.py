@@ -125,6 +125,11 @@ class Effect:
                 )
 
     @property
+    def needs_disturbance(self) -> bool:
+        """True where it acts by a known disturbance alone, which a recording may not have."""
+        return self.place is Place.INPUT
+
+    @property
     def memory(self) -> int:
         """How many numbers the term keeps from one turn of the motor to the next."""
         return {Place.REDUCER: 1, Place.BRISTLE: 2}.get(self.place, 0)

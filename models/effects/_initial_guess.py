@@ -32,7 +32,7 @@ class ResidualFeatures:
 
     ``residual_deg`` is measured minus model, ``command_deg`` in the command's own degrees, with the
     fitted gain ``k``. ``respond`` gives the loop's responses (shapes, samples) [deg] to torques
-    (shapes, samples) [deg].
+    (shapes, samples) [deg]. ``disturbance`` is the known one, in its own unit.
     """
 
     command_deg: Array = field(default_factory=lambda: _NONE)
@@ -43,6 +43,7 @@ class ResidualFeatures:
     interval_s: float = 0.0
     k: float = 1.0
     respond: Callable[[Array], Array] = _itself
+    disturbance: Array = field(default_factory=lambda: _NONE)
 
     def projected(self, shapes: Array) -> Array:
         """Responses to the shapes (shapes, samples), without what a refit would explain."""

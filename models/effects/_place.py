@@ -30,6 +30,8 @@ class Place(enum.Enum):
     - ``BRISTLE``: ``(theta, start, last) -> torque``, friction by hysteresis: ``last`` the term's
       own output at the angle ``start``, since when the motor has not turned round.
     - ``LOAD``: ``(theta, w) -> torque`` that opposes positive motion where positive.
+    - ``INPUT``: ``(disturbance) -> torque`` that a known disturbance, in its own unit, has in the
+      direction of positive motion; the kernel holds each row of the disturbance to the next.
     - ``SHAFT``: ``(theta, w, T, far_theta, far_w) -> (reaction, share, d_far_theta, d_far_w)``;
       a second inertia behind a spring, ``share`` its part of the total inertia.
     - ``TRANSMISSION``: ``(angle, last) -> angle``, ``last`` the term's own output so far.
@@ -47,6 +49,7 @@ class Place(enum.Enum):
     LOAD = "load"
     SHAFT = "shaft"
     TRANSMISSION = "transmission"
+    INPUT = "known disturbance"
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ SIGNATURES: dict[Place, Signature] = {
         stateful=True,
     ),
     Place.TRANSMISSION: Signature(("angle", "last"), ("angle",), "angle"),
+    Place.INPUT: Signature(("disturbance",), ("torque",), ""),
 }
 """The contract of each place."""
 

@@ -30,6 +30,7 @@ CATALOGUE: tuple[str, ...] = (
     "quadratic_drag",
     "gravity_load",
     "hinge_hardening",
+    "known_disturbance",
     "cogging",
     "supply_sag",
     "flexible_shaft",

@@ -9,16 +9,20 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models import io as series
-from servosight.models.core import Array, InputError, command_at, write_text
+from servosight.models.core import Array, InputError, Signals, command_at, write_text
 from servosight.models.io import read_sheet, table_text
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """Rows of a command: ``time_s`` rising, ``command_deg`` held from each row to the next."""
+    """Rows of a command: ``time_s`` rising, ``command_deg`` held from each row to the next.
+
+    ``disturbance`` is the known one that acts meanwhile, where there is one.
+    """
 
     time_s: Array
     command_deg: Array
+    disturbance: Signals | None = None
 
     @property
     def duration_s(self) -> float:

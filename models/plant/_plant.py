@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,7 @@ class Stimulus:
     ``time_s`` (rows,) rising, ``command_deg`` (rows,), ``linear`` True where rows are joined by
     lines; ``samples_s`` (samples * nodes,) rising; ``weights`` (nodes,) average the nodes of one
     sample's exposure. ``horn`` True where the horn's angle is wanted: before shaft and linkage.
+    ``disturbance`` (2, rows): times and values of the known disturbance, held between rows.
     """
 
     time_s: Array
@@ -30,10 +31,11 @@ class Stimulus:
     samples_s: Array
     weights: Array
     horn: bool = False
+    disturbance: Array = field(default_factory=lambda: np.zeros((2, 1)))
 
     def __post_init__(self) -> None:
         # The kernel is compiled anew, half a minute long, for every other layout in memory.
-        for name in ("time_s", "command_deg", "samples_s"):
+        for name in ("time_s", "command_deg", "samples_s", "disturbance"):
             values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
             object.__setattr__(self, name, values)
 
@@ -48,6 +50,7 @@ class Stimulus:
             samples,
             weights,
             recording.side == "horn",
+            recording.disturbance_rows,
         )
 
 
@@ -89,6 +92,7 @@ class Plant:
             stimulus.time_s,
             stimulus.command_deg,
             stimulus.linear,
+            stimulus.disturbance,
             stimulus.samples_s,
             stimulus.horn,
             0.0 if step_s is None else step_s,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from servosight.models.core import Array
 from servosight.sim.bench import STEPS_PER_T, Assembly, BenchParameters
@@ -22,8 +23,14 @@ class Twin:
     held over it, which errs by the step squared only; one from its start would lag by half a step.
     """
 
-    def __init__(self, assembly: Assembly) -> None:
+    def __init__(
+        self, assembly: Assembly, start_s: float = 0.0, disturbance: Polyline | None = None
+    ) -> None:
         self.bench: BenchParameters = assembly.bench
+        self.start_s = start_s
+        """The command's clock when the simulation's is zero [s]."""
+        self.disturbance = disturbance or (np.zeros(1), np.zeros(1))
+        """Rows of the known disturbance of the run: times [s], and values in its own unit."""
         self.model = assembly.spec.compile()
         self.data = mujoco.MjData(self.model)
         self._state = self.data.qpos, self.data.qvel, self.data.qacc

@@ -91,10 +91,11 @@ def test_json_to_the_letter(found: Any) -> None:
     assert (last["added"], last["effects"], last["explained"]) == ("backlash", ["backlash"], True)
     assert last["parameters"]["backlash.gap"]["unit"] == "deg"
 
-    assert {one["effect"] for one in answer["candidates"]} == set(CATALOGUE)
+    offered = set(CATALOGUE) - {"known_disturbance"}  # the recording has none
+    assert {one["effect"] for one in answer["candidates"]} == offered
     for one in answer["candidates"]:
         assert one.keys() >= {"effect", "held_out_rmse_deg", "evidence", "confounded_with"}
-        assert set(one["confounded_with"]) <= set(CATALOGUE) - {one["effect"]}
+        assert set(one["confounded_with"]) <= offered - {one["effect"]}
     evidence = [one["evidence"] for one in answer["candidates"]]
     assert evidence == sorted(evidence, reverse=True)
 

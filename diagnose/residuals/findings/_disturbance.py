@@ -1,4 +1,4 @@
-"""What of the error a known disturbance of the log accounts for, which no model has as an input."""
+"""What of the error a known disturbance of the log accounts for."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _disturbance(case: Case) -> Iterator[Finding]:
         "disturbance",
         f"The known disturbance (up to {rounded(largest)} {first.disturbance_unit}) can account "
         f"for {100 * share:.0f} % of the squared error where it acts: a filter of it alone removes "
-        f"so much, and no model has it as an input.",
+        f"so much.",
         share * square / max(every, 1e-300),
         found.p,
     )

@@ -143,6 +143,8 @@ static void remember(@name@_model *m, double angle)
 
 void @name@_defaults(@name@_model *m)
 {
+    static const @Row@ none = {{0}};
+    m->p = none;
     for (int i = 0; i < @NAME@_PARAMETERS; ++i) {
         m->p.v[i] = @name@_card[i];
     }

@@ -29,11 +29,13 @@ from servosight.models.plant.kernel._terms import (
     command_start,
     flags,
     has_command_terms,
+    has_input,
     latency,
     memory_commit,
     output_chain,
     start_states,
     unpack,
+    with_input,
 )
 
 FEWEST_STEPS = 20_000
@@ -88,14 +90,16 @@ def first_motion(p, friction, angle):
 
 # One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
-def _row(row_values, times, values, linear, samples, horn, steps, out):
+def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out or the
     motion runs away.
 
+    ``pushes``: times and values of the known disturbance, held from each row to the next.
     ``steps``: where something has just changed, and the longest, to which they grow from there on.
     """
     p = unpack(row_values)
     on = flags(p)
+    pushed = has_input(on)
     gain, bias = p[0], p[3]
     shaped = has_command_terms(on)
     acts = branches(p, on)
@@ -116,7 +120,11 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
     row = np.searchsorted(times, t - shift, side="right") - 1
     started = False
     n = 0
+    push_row = -1
     length = (stop - t) / step + len(times)
+    if pushed:
+        push_row = np.searchsorted(pushes[0], t, side="right") - 1
+        length += len(pushes[0])
     budget = FEWEST_STEPS + int(STEPS_SHARE * length)
     pieces = FEWEST_PIECES + int(PIECES_SHARE * length)
     while n < len(samples):
@@ -128,6 +136,10 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
             value, slope, horizon = command_chain(
                 p, on, value, slope, horizon, last, piece_value, piece_slope
             )
+        if pushed:
+            push_row, push, _, until = recorded_piece(pushes[0], pushes[1], False, push_row, t)
+            p = with_input(p, on, push)
+            horizon = min(horizon, until)
         span = (t, max(min(horizon, stop - t + step), 2.0 * TINY))
         line = (gain * value + bias, gain * slope)
         if t == samples[0]:
@@ -148,14 +160,15 @@ def _row(row_values, times, values, linear, samples, horn, steps, out):
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, samples, horn, step, out):
+def simulate_rows(rows, times, values, linear, pushes, samples, horn, step, out):
     """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples).
 
+    ``pushes`` (2, rows) are the times and values of the known disturbance.
     ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`.
     """
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
-        _row(rows[b], times, values, linear, samples, horn, steps, out[b])
+        _row(rows[b], times, values, linear, pushes, samples, horn, steps, out[b])
 
 
 @njit

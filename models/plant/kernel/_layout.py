@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from servosight.models.core import CORE, OWN
-from servosight.models.effects import Effect
+from servosight.models.effects import Effect, Place
 
 N_BASE = len(CORE) + len(OWN)
 
@@ -29,6 +29,11 @@ class Layout:
             offsets.append(width)
             width += len(effect.parameters)
         return cls(ordered, tuple(offsets), width)
+
+    @property
+    def has_input(self) -> bool:
+        """True where an effect takes the known disturbance, whose torque stands behind a row."""
+        return any(effect.place is Place.INPUT for effect in self.effects)
 
     def names(self) -> list[str]:
         """Names of all parameters of a row, effects' as ``effect.parameter``."""

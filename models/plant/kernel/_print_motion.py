@@ -31,8 +31,9 @@ def _load(slots: Slots) -> list[str]:
         f"if on[{i}]:\n    load += {slots.hysteresis(i, effect)}"
         for i, effect in slots.at(Place.BRISTLE)
     ]
+    pushed = f" - p[{slots.layout.width}]" if slots.layout.has_input else ""
     return [
-        "load = 0.0",
+        f"load = 0.0{pushed}",
         *slots.guarded(Place.LOAD, loads),
         *slots.guarded(Place.BRISTLE, bristles),
     ]

@@ -38,18 +38,36 @@ def rows(slots: Slots) -> str:
         lines.append(f"f{slots.any_at(place)} = {acts}")
     tests = ", ".join(f"f{i}" for i in range(len(slots.layout.effects) + len(Place)))
     row = ", ".join(f"row[{j}]" for j in range(slots.layout.width))
+    more = " 0.0," if slots.layout.has_input else ""
     return "\n\n".join(
         [
-            function("unpack(row)", [], f"return ({row},)"),
+            function("unpack(row)", [], f"return ({row},{more})"),
+            _with_input(slots),
             function("flags(p)", lines, f"return ({tests})"),
         ]
     )
 
 
+def _with_input(slots: Slots) -> str:
+    """The torque of the known disturbance is computed once for each of its rows."""
+    terms = [
+        f"if on[{i}]:\n    torque += {symbol(e, 'term')}(value, {slots.values(i)})"
+        for i, e in slots.at(Place.INPUT)
+    ]
+    row = ", ".join(f"p[{j}]" for j in range(slots.layout.width))
+    signature = "with_input(p, on, value)"
+    if not terms:
+        return function(signature, [], "return p")
+    return function(signature, ["torque = 0.0", *terms], f"return ({row}, torque)")
+
+
 def queries(slots: Slots) -> str:
     """What the flags say of a row, for the integrator's branches."""
     varying = [i for i, e in slots.at(Place.FRICTION) if not _steady(e)]
-    plant = (Place.REDUCER, Place.FEEDBACK, Place.DRIVE, Place.LOAD, Place.BRISTLE)
+    plant = (
+        *(Place.REDUCER, Place.FEEDBACK, Place.DRIVE, Place.LOAD, Place.BRISTLE),
+        Place.INPUT,
+    )
     effects = list(enumerate(slots.layout.effects))
     groups = {
         "has_command_terms": [i for i, e in slots.at(Place.COMMAND) if e.term is not None],
@@ -61,6 +79,7 @@ def queries(slots: Slots) -> str:
         "has_resolutions": [i for i, e in effects if e.resolution is not None],
         "has_shaft": [slots.any_at(Place.SHAFT)],
         "has_states": [i for i, e in effects if e.states and e.place is not Place.COMMAND],
+        "has_input": [slots.any_at(Place.INPUT)],
         "has_plant_terms": [slots.any_at(place) for place in plant],
     }
     return "\n\n".join(

@@ -28,9 +28,14 @@ def unpack(row: Memory) -> Row:
     return tuple(row)
 
 
+def with_input(p: Row, on: Flags, value: float) -> Row:
+    """The row with the torque of the known disturbance [deg] behind the parameters."""
+    return p
+
+
 def flags(p: Row) -> Flags:
     """True for each effect with a parameter away from its neutral value, then for each place."""
-    return (False,) * 9
+    return (False,) * 10
 
 
 def has_command_terms(on: Flags) -> bool:
@@ -75,6 +80,11 @@ def has_shaft(on: Flags) -> bool:
 
 def has_states(on: Flags) -> bool:
     """True where a term with a state acts."""
+    return False
+
+
+def has_input(on: Flags) -> bool:
+    """True where the known disturbance acts."""
     return False
 
 

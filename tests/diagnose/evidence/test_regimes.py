@@ -63,7 +63,7 @@ def test_the_sentence_says_how_much_where_and_the_way_out() -> None:
     assert "Name fast among the fitted recordings" in found[0].remedy
 
 
-def test_a_disturbance_that_no_fitted_run_had_comes_first_and_is_no_reason_to_fit_it() -> None:
+def test_a_disturbance_that_no_fitted_run_had_comes_first() -> None:
     force = np.where((TIME_S > 4.0) & (TIME_S < 5.0), 20.0, 0.0)
     tested = run(10.0, 0.5, np.where(force > 0.0, 1.0, 0.02), TEST, "pushed")
     signals = Signals(TIME_S, {"disturbance_N": force})
@@ -72,10 +72,10 @@ def test_a_disturbance_that_no_fitted_run_had_comes_first_and_is_no_reason_to_fi
     assert found.leading
     assert (found.quantity, found.unit, found.reached) == ("known disturbance", "N", 20.0)
     assert found.sentence.endswith(
-        "lies at a known disturbance above 0 N; the fitted data reach 0 N: no model has it as an "
-        "input, so test on a run without it"
+        "lies at a known disturbance above 0 N; the fitted data reach 0 N: fit a run with it as "
+        "well, or test on a run without it"
     )
-    assert found.remedy.startswith("Test on a run without the known disturbance")
+    assert found.remedy.startswith("Fit a run with the known disturbance as well")
 
 
 def test_a_wider_run_is_beyond_in_angle_on_both_sides_and_in_swing() -> None:

@@ -8,7 +8,7 @@ effect without an entry is held to its own first start.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import identify
-from servosight.models.core import Actuator, Array, Estimate, Recording
+from servosight.models.core import Actuator, Array, Estimate, Recording, Signals
 from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
@@ -55,16 +55,25 @@ def with_values(name: str, values: tuple[float, ...]) -> Array:
 
 
 def signal(kind: str) -> Stimulus:
-    """Steps of up to 20 deg at instants on no grid, or a chirp of 12 deg to 12 Hz."""
+    """Steps of up to 20 deg at instants on no grid, or a chirp of 12 deg to 12 Hz.
+
+    Beside them pulses of a known disturbance, which only what takes one feels.
+    """
+    pushes = np.array([[0.0, 0.1017, 0.2511, 0.6113, 0.7301], [0.0, 4.0, -2.0, 6.0, 0.0]])
     samples = np.arange(0.0, 1.0, 0.0013)
     if kind == "steps":
         times = np.array([0.0, 0.0531, 0.2003, 0.3517, 0.4409, 0.5211, 0.6007, 0.7001])
         return Stimulus(
-            times, np.array([0, 20.0, -12, 3, 4.5, 1, 1.2, 1]), False, samples, np.ones(1)
+            times,
+            np.array([0, 20.0, -12, 3, 4.5, 1, 1.2, 1]),
+            False,
+            samples,
+            np.ones(1),
+            disturbance=pushes,
         )
     times = np.arange(0.0, 1.0, 0.004)
     chirp = 12.0 * np.sin(2 * np.pi * (times + 5.5 * times**2))
-    return Stimulus(times, chirp, False, samples, np.ones(1))
+    return Stimulus(times, chirp, False, samples, np.ones(1), disturbance=pushes)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -281,6 +290,7 @@ TRUTHS: dict[str, Truth] = {
         {"amplitude": 1.1, "period": 24.0, "phase": -3.0}, independent=False
     ),
     "feedback_backlash": Truth({"gap": 1.4}, independent=False),
+    "known_disturbance": Truth({"gain": 0.15}, independent=False),
 }
 
 
@@ -297,6 +307,12 @@ def synthetic(name: str, reference: Any) -> Recording:
     truth = truth_of(name)
     command = standard(12.0, truth.amplitude_deg, seed=3, rate_hz=50.0)
     time_s = 0.004 + np.arange(1430) / 120.0
+    signals = None
+    if effect_of(name).needs_disturbance:
+        rows_s = np.arange(0.0, 12.0, 0.85)
+        signals = Signals(rows_s, {"disturbance_N": 20.0 * (np.arange(rows_s.size) % 3 - 1.0)})
+    rows = command.time_s, command.command_deg
+    blank = Recording(name, *rows, time_s, 0.0 * time_s, signals=signals)
     start = truth.bias if name != "gravity_load" else 0.0
     if name in TRUTHS and truth.independent:
         angle = reference(
@@ -308,11 +324,11 @@ def synthetic(name: str, reference: Any) -> Recording:
         row[plant().index("gravity_load.cosine")] += truth.weight
         angle = plant().simulate(
             row,
-            Stimulus(command.time_s, command.command_deg, False, time_s, np.ones(1)),
+            Stimulus.of(blank),
             STEP_SHARE * truth.T / 16,
         )
     noise = np.random.default_rng(7).normal(0.0, NOISE_DEG, time_s.size)
-    return Recording(name, command.time_s, command.command_deg, time_s, angle + noise)
+    return replace(blank, angle_deg=angle + noise)
 
 
 def assert_recovered(name: str, parameters: dict[str, Estimate]) -> None:

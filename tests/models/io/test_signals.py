@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from servosight.identify.problem import usable_views
+from servosight.identify.problem import unused_disturbances
 from servosight.models.core import InputError
 from servosight.models.io import load_recording, save_recording
 from servosight.models.io.importers import Request, import_recording, parse_map
@@ -46,9 +46,10 @@ def test_a_disturbance_is_never_ignored_in_silence(tmp_path: Path) -> None:
     recording = import_recording(log(tmp_path / "a.csv"), request)
     save_recording(recording, tmp_path / "rec")
     for one in (recording, load_recording(tmp_path / "rec")):
-        (note,) = usable_views([one])[1]
+        (note,) = unused_disturbances([one])
         assert "a known disturbance (up to 2.00 N) is recorded and not used" in note
-    assert usable_views([import_recording(log(tmp_path / "b.csv", force=0.0), request)])[1] == []
+    still = import_recording(log(tmp_path / "b.csv", force=0.0), request)
+    assert unused_disturbances([still]) == []
 
 
 def renamed(path: Path, name: str) -> Path:
@@ -106,4 +107,4 @@ def test_the_pulses_of_emps(tmp_path: Path) -> None:
     recording = import_recording(path, Request())
     assert recording.signals is not None
     np.testing.assert_array_equal(recording.signals.values["disturbance_N"], pulses[:, 0])
-    assert "up to 20.0 N" in usable_views([recording])[1][0]
+    assert "up to 20.0 N" in unused_disturbances([recording])[0]

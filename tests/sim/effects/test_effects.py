@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, InputError, Signals
 from servosight.models.effects import catalogue
 from servosight.models.effects._registry import CATALOGUE
 from servosight.models.excitation import Excitation
@@ -35,12 +35,19 @@ TIMES = [0.0078, 0.02]
 
 
 def command() -> Excitation:
-    """Steps large and small, then a sine in stairs, with rows off the twin's time grid."""
+    """Steps large and small, then a sine in stairs, with rows off the twin's time grid.
+
+    Beside them a known disturbance, which only the effect that takes it feels.
+    """
     stairs = 1.21 + np.arange(40) / 50.0
     time_s = np.array([0.0, 0.05, 0.35, 0.65, 0.9, 1.1, *stairs, 2.05])
     wave = 9.0 * np.sin(2 * np.pi * 2.5 * (stairs - 1.21)) + 1.0
     angle = np.array([0.0, 20.0, -12.003, 3.0, 4.5, 1.0, *wave, 1.0])
-    return Excitation(time_s + 3.7e-5 * (time_s > 0.0), angle)
+    pushes = Signals(
+        np.array([0.0, 0.1004, 0.25, 0.8, 1.3, 1.71]),
+        {"disturbance_N": np.array([0.0, 20.0, -10.0, 0.0, 15.0, 0.0])},
+    )
+    return Excitation(time_s + 3.7e-5 * (time_s > 0.0), angle, pushes)
 
 
 def nothing(_: float) -> float:
@@ -331,7 +338,16 @@ def plant_angle(T: float, effects: list[str], trajectory: Trajectory, time_s: Ar
     for name, value in values.items():
         row[plant.index(name)] = value
     rows = command()
-    asked = Stimulus(rows.time_s, rows.command_deg, False, np.ascontiguousarray(time_s), np.ones(1))
+    pushes = rows.disturbance
+    assert pushes is not None
+    asked = Stimulus(
+        rows.time_s,
+        rows.command_deg,
+        False,
+        np.ascontiguousarray(time_s),
+        np.ones(1),
+        disturbance=np.array([pushes.time_s, pushes.values["disturbance_N"]]),
+    )
     return plant.simulate(row, asked, step_s=T / 20.0)
 
 
