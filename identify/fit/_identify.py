@@ -11,6 +11,7 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._latencies import latency_notes
 from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
@@ -93,6 +94,7 @@ def identify(
             *unused_disturbances(whole, chosen, known),
             *notes,
             *solution.notes,
+            *latency_notes(solution),
             *warnings,
         ),
         effects=chosen,

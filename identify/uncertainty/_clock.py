@@ -27,26 +27,33 @@ def offset_slopes(problem: Problem, point: Array) -> tuple[Array, Array]:
     (offsets,) [s], infinite where nothing is known. The initial state belongs to the first sample,
     whatever its time.
     """
-    scored = [int(mask.sum()) for mask in problem.masks]
-    ends = np.cumsum(scored)
     slopes: list[Array] = []
     sigmas: list[float] = []
     for r, recording in enumerate(problem.recordings):
         if recording.offset_sigma_s == 0.0:
             continue
-        rows = problem.rows(point[None, :], r)
-        late, early = (
-            problem.plant.simulate(
-                rows, Stimulus.of(replace(recording, time_s=recording.time_s + step_s))
-            )[0]
-            for step_s in (_STEP_S, -_STEP_S)
-        )
-        own = np.zeros(int(ends[-1]))
-        change = (early - late) / (2.0 * _STEP_S) * problem.weights[r]
-        own[ends[r] - scored[r] : ends[r]] = change[problem.masks[r]]
+        own = clock_slope(problem, point, r)
         if recording.side == "horn" and slopes:
             slopes[-1] += own
         else:
             slopes.append(own)
             sigmas.append(recording.offset_sigma_s)
-    return np.stack([np.zeros(int(ends[-1])), *slopes], axis=1)[:, 1:], np.array(sigmas)
+    none = np.zeros(sum(int(mask.sum()) for mask in problem.masks))
+    return np.stack([none, *slopes], axis=1)[:, 1:], np.array(sigmas)
+
+
+def clock_slope(problem: Problem, point: Array, r: int) -> Array:
+    """Change of the weighted residuals, (scored,) [deg/s], with what is added to the times of
+    recording ``r``."""
+    recording = problem.recordings[r]
+    rows = problem.rows(point[None, :], r)
+    late, early = (
+        problem.plant.simulate(
+            rows, Stimulus.of(replace(recording, time_s=recording.time_s + step_s))
+        )[0]
+        for step_s in (_STEP_S, -_STEP_S)
+    )
+    change = (early - late) / (2.0 * _STEP_S) * problem.weights[r]
+    parts = [np.zeros(int(mask.sum())) for mask in problem.masks]
+    parts[r] = change[problem.masks[r]]
+    return np.concatenate(parts)

@@ -162,6 +162,14 @@ class Recording:
         """
         return command_at(self.command_time_s, self.command_deg, time_s, self.hold)
 
+    def shifted(self, by_s: float) -> Recording:
+        """The same with the times of its angles later by ``by_s``; the command stays."""
+        if by_s == 0.0:
+            return self
+        horn = self.horn
+        moved = None if horn is None else replace(horn, time_s=horn.time_s + by_s)
+        return replace(self, time_s=self.time_s + by_s, horn=moved)
+
     def disturbance_at(self, time_s: Array) -> Array:
         """The known disturbance at ``time_s`` (any shape), in its own unit; 0 where there is none.
 

@@ -145,7 +145,7 @@ def load_recording(
         shared_deg=shared_error.read_shared(place, read.time_s, scale),
         notes=(*read.notes, *notes),
         signals=signals,
-    )
+    ).shifted(-settings.latency_s)
 
 
 def recording_of(

@@ -31,6 +31,7 @@ def save_recording(
     the details, to the last digit). The video stays where it is.
     """
     table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
+    recording = recording.shifted(float(table.get("latency_s", 0.0)))
     table.pop("command_hold", None)
     table["hold"] = recording.hold
     for key in ("relative_gain", "relative_load"):

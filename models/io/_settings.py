@@ -103,6 +103,7 @@ class _SettingsKeys:
     command_hold: _Hold | None = None
     video_offset_s: float = 0.0
     offset_sigma_s: _OffsetSigma | None = None
+    latency_s: float = 0.0
     unit_scale: float = 1.0
     deg_per_us: float | None = None
     neutral_us: float | None = None
@@ -120,7 +121,8 @@ class RecordingSettings:
     """The keys of recording.toml that change how numbers are read; ``details`` is all of it.
 
     ``video_offset_s`` is added to a video's times to give the command's clock, and
-    ``offset_sigma_s`` its standard deviation: infinite where it is not known. ``unit_scale``
+    ``offset_sigma_s`` its standard deviation: infinite where it is not known. ``latency_s`` is
+    taken off the times of the angle. ``unit_scale``
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
@@ -132,6 +134,7 @@ class RecordingSettings:
     hold: Hold = "zero"
     video_offset_s: float = 0.0
     offset_sigma_s: float = 0.0
+    latency_s: float = 0.0
     unit_scale: float = 1.0
     deg_per_us: float | None = None
     neutral_us: float | None = None
@@ -163,6 +166,7 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         hold=_hold(path, table, keys),
         video_offset_s=keys.video_offset_s,
         offset_sigma_s=sigma_s,
+        latency_s=keys.latency_s,
         unit_scale=keys.unit_scale,
         deg_per_us=keys.deg_per_us,
         neutral_us=keys.neutral_us,
