@@ -13,7 +13,6 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,18 +93,13 @@ class BenchLayers:
 def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> BenchLayers:
     """Draw the bench for ``camera`` with the surfaces that belong to ``seed``.
 
-    ``room_px``: how far beyond the picture the bench is drawn. The last layers drawn are kept, for
-    a sweep through videos of one size; they are not to be written to.
+    ``room_px``: how far beyond the picture the bench is drawn.
     """
-    return _drawn_layers(Viewport.of(camera), seed, room_px)
-
-
-@lru_cache(maxsize=1)
-def _drawn_layers(viewport: Viewport, seed: int, room_px: int) -> BenchLayers:
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before anything imports OpenGL
     os.environ.setdefault("PYGLET_HEADLESS", "1")  # pyrender imports pyglet: no X libraries
     import pyrender
 
+    viewport = Viewport.of(camera)
     renderer = pyrender.OffscreenRenderer(64, 64)
     try:
         still = _still(renderer, viewport, seed, room_px)  # first: it needs the most memory
