@@ -18,6 +18,7 @@ _GAP = 1.5  # frame times
 _SAME = 0.9  # of the information on the angle: a repeated picture, but for the codec's changes
 _MEDIAN = 0.6745  # median of the absolute value of unit normal scatter
 _SCATTER = 15  # frames over which scatter is averaged
+_OUTLYING = 3.5  # times the neighbours' scatter
 _NEAR = 7  # frames
 _FEWEST = 50  # frames to estimate a scatter
 _EIGHTH = 12870.0  # sum of the squares of the weights of an eighth difference
@@ -127,12 +128,16 @@ def shown_share(fits: Sequence[AngleFit | None]) -> float:
 def scatter(angle: Array) -> Array:
     """Scatter of the angle from frame to frame about a smooth motion; (frames,).
 
-    By fourth differences, which remove a smooth motion over five frames; the median over some
-    neighbours, so that a start or a stop does not count.
+    By fourth differences, which remove a smooth motion over five frames; the mean square over some
+    neighbours, in which a start or a stop counts little. At least that of neighbours and all frames
+    together: where a codec's errors last for some frames, they hardly scatter there.
     """
     size = np.abs(np.convolve(angle, (1.0, -4.0, 6.0, -4.0, 1.0), "valid")) / np.sqrt(70.0)
-    near = ndimage.median_filter(size, min(_SCATTER, size.size), mode="nearest")
-    return np.asarray(np.pad(near / _MEDIAN, 2, "edge"))
+    near = ndimage.median_filter(size, min(_SCATTER, size.size), mode="nearest") / _MEDIAN
+    limited = np.minimum(size, _OUTLYING * near) ** 2
+    local = ndimage.uniform_filter1d(limited, min(_SCATTER, size.size), mode="nearest")
+    shared = 0.5 * (local + limited.mean())
+    return np.asarray(np.pad(np.sqrt(np.maximum(local, shared)), 2, "edge"))
 
 
 def speeds(angle: Array, time_s: Array) -> tuple[Array, Array]:
