@@ -73,6 +73,7 @@ def track_frames(
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
     check_hints(film.path, options, film.images[0].shape)
     film = film.stabilised()
+    options = film.in_first(options)
     with refused_with_picture(film):
         part = find_moving_part(film, options)
         setup = prepare(film, part)

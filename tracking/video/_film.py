@@ -86,6 +86,30 @@ class Film:
         """All frames in order; memory does not grow with the video's length."""
         return prefetch(map(self._still, frames(self.path)), _AHEAD)
 
+    def in_first(self, options: TrackOptions) -> TrackOptions:
+        """The options with what points at another frame given in the first one's pixels, where the
+        camera has moved between the two."""
+        if self.stabiliser is None or options.at_s is None:
+            return options
+        motion = self.stabiliser.motion(frame_at(self.path, options.at_s).image)
+        if motion is None:
+            return options
+        back = motion.before
+        pivot, tip, box = options.pivot, options.tip, options.template
+        if box is not None:
+            x, y, width, height = box
+            across = np.array([0.5 * width, 0.5 * height])
+            low = back((x + across[0], y + across[1])) - across
+            room = np.array(self.images[0].shape[1::-1]) - (width, height)
+            x, y = (int(v) for v in np.clip(np.round(low), 0, room))
+            box = (x, y, width, height)
+        return replace(
+            options,
+            pivot=None if pivot is None else tuple(back(pivot).tolist()),
+            tip=None if tip is None else tuple(back(tip).tolist()),
+            template=box,
+        )
+
     def frame_at(self, at_s: float) -> Frame:
         """The frame whose presentation time is nearest to ``at_s``; InputError beyond the end."""
         return self._still(frame_at(self.path, at_s))

@@ -41,6 +41,11 @@ class Motion:
     shift_px: Array
     sigma_px: float
 
+    def before(self, point_px: tuple[float, float]) -> Array:
+        """Where a point of the image lies without the motion (2,)."""
+        point = np.array(point_px) - self.matrix[:, 2]
+        return np.asarray(np.linalg.solve(self.matrix[:, :2], point))
+
 
 @dataclass(frozen=True)
 class Stabiliser:

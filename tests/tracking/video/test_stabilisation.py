@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
-from servosight.tracking.video import LEAST_PX, Stabiliser, camera_motion_px
+from servosight.models.core import Array, Image
+from servosight.tracking.core import TrackOptions
+from servosight.tracking.video import LEAST_PX, Stabiliser, camera_motion_px, open_film
+
+Write = Callable[[Path, list[Image], Array], Path]
 
 RNG = np.random.default_rng(7)
 BENCH = cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 2.0) * 60.0 + 100.0
@@ -48,3 +55,17 @@ def test_a_picture_is_laid_on_the_first() -> None:
     assert still.sigma_px < 0.1
     assert np.hypot(*left) < 4.0 * still.sigma_px
     assert abs(still.roll_rad) < 0.001
+
+
+def test_what_points_at_a_later_frame_is_found_on_the_first(tmp_path: Path, write: Write) -> None:
+    """The camera has moved by 6 and -4 px in the frame pointed at; whole pixels for a box."""
+    shifts = [(0.5 * n, -n / 3.0) for n in range(25)]
+    images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
+    video = write(tmp_path / "held.mkv", images, np.arange(25) / 25.0)
+    options = TrackOptions(
+        pivot=(106.0, 116.0), tip=(46.0, 86.0), template=(26, 56, 40, 30), at_s=12 / 25.0
+    )
+    first = open_film(video, options).stabilised().in_first(options)
+    assert first.pivot == pytest.approx((100.0, 120.0), abs=0.2)
+    assert first.tip == pytest.approx((40.0, 90.0), abs=0.2)
+    assert first.template == (20, 60, 40, 30)
