@@ -51,9 +51,13 @@ def _matched(first: tuple[Any, Any], second: tuple[Any, Any]) -> Match:
     """Matches of keypoints and descriptors, which are None where nothing is found."""
     if any(one[1] is None or len(one[1]) < 2 for one in (first, second)):
         return np.empty(0, np.intp), np.empty((0, 2)), np.empty((0, 2))
-    pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first[1], second[1], k=2)
-    good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < _RATIO * p[1].distance]
-    before = np.array([first[0][match.queryIdx].pt for match in good], np.float64)
-    after = np.array([second[0][match.trainIdx].pt for match in good], np.float64)
-    index = np.array([match.queryIdx for match in good], np.intp)
-    return index, before.reshape(-1, 2), after.reshape(-1, 2)
+    # By a product of matrices: faster than comparing pairs, and exact, as SIFT's numbers are whole.
+    before, after = (np.asarray(one[1], np.float32) for one in (first, second))
+    apart = (before**2).sum(1)[:, None] - 2.0 * before @ after.T + (after**2).sum(1)
+    rows = np.arange(len(before))
+    nearest = np.argmin(apart, axis=1)
+    least = apart[rows, nearest]
+    apart[rows, nearest] = np.inf
+    good = np.flatnonzero(least < _RATIO**2 * apart.min(1))
+    places = [np.array([k.pt for k in one[0]], np.float64) for one in (first, second)]
+    return good, places[0][good], places[1][nearest[good]]

@@ -24,6 +24,7 @@ _PACE_PX = (
     24.0,
 )  # at the tip, from frame to frame: less holds no information, more cannot be tracked
 _STEPS = 8  # of a frame time, at first
+_THINNED = 4  # at first, of the pixels
 _FINER = 3
 _AROUND = 2
 _ROUNDS = 8  # of the finer steps, three steps at most each
@@ -32,6 +33,8 @@ _SURE = 4.0
 # on the twin's videos readouts came out within 2 % of a frame time, exposures within 5 %.
 _TIMES, _AT_LEAST = 2.0, 0.02
 _UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
+
+Left = Callable[[Shutter], Array]
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,11 @@ def find_shutter(
         )
         return Shutters(np.zeros(1), 0.0, unknown, note)
 
-    found = best_shutter(lambda shutter: _left(refine, moving, shutter), frame_s)
+    rough = refine.thinned(_THINNED)
+    found = best_shutter(
+        lambda shutter: _left(refine, moving, shutter), frame_s,
+        lambda shutter: _left(rough, moving, shutter),
+    )  # fmt: skip
     opens_s, rolls_s = found.shutter.exposure_s, found.shutter.readout_s
     opens_doubt_s, rolls_doubt_s = (
         float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
@@ -96,23 +103,24 @@ class ShutterEstimate:
     readout_doubt_s: float
 
 
-def best_shutter(left: Callable[[Shutter], Array], frame_s: float) -> ShutterEstimate:
+def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
     """The shutter with the least squared residuals ``left`` (frames,) of the frames.
 
-    Exposure and readout in turn, over a whole frame time and then in finer steps until both
-    converge: a wrong exposure can look like a readout.
+    ``rough`` are less exact ones, and cheaper, for the first steps. Exposure and readout in turn,
+    over a whole frame time and then in finer steps until both converge: a wrong exposure can look
+    like a readout.
     """
 
-    def readout(at_s: Array, opens_s: float) -> tuple[float, float]:
-        return _least(at_s, [left(Shutter(opens_s, s)) for s in at_s.tolist()])
+    def readout(at_s: Array, opens_s: float, by: Left = left) -> tuple[float, float]:
+        return _least(at_s, [by(Shutter(opens_s, s)) for s in at_s.tolist()])
 
-    def exposure(at_s: Array, rolls_s: float) -> tuple[float, float]:
-        return _least(at_s, [left(Shutter(s, rolls_s)) for s in at_s.tolist()])
+    def exposure(at_s: Array, rolls_s: float, by: Left = left) -> tuple[float, float]:
+        return _least(at_s, [by(Shutter(s, rolls_s)) for s in at_s.tolist()])
 
     step_s = frame_s / _STEPS
     coarse: Array = step_s * np.arange(-_STEPS, _STEPS + 1.0)
-    rolls_s, _ = readout(coarse, 0.0)
-    opens_s, _ = exposure(coarse[_STEPS:], rolls_s)
+    rolls_s, _ = readout(coarse, 0.0, rough)
+    opens_s, _ = exposure(coarse[_STEPS:], rolls_s, rough)
     for _ in range(_ROUNDS):
         before_s = rolls_s, opens_s
         rolls_s, rolls_doubt_s = readout(_about(rolls_s, -frame_s, frame_s), opens_s)

@@ -52,7 +52,7 @@ def test_a_wrong_exposure_may_pass_for_a_readout(exposure_s: float, readout_s: f
         rolls = (shutter.readout_s - readout_s) / 0.002 - 0.4 * opens
         return noise + opens**2 + 0.5 * rolls**2
 
-    found = best_shutter(left, 1.0 / 120.0)
+    found = best_shutter(left, 1.0 / 120.0, left)
 
     assert found.shutter.exposure_s == pytest.approx(exposure_s, abs=1e-4)
     assert found.shutter.readout_s == pytest.approx(readout_s, abs=1e-4)
