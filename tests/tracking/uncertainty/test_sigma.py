@@ -65,5 +65,5 @@ def test_scatter_of_a_quiet_stretch_is_not_that_of_the_stretch_alone() -> None:
     error = 0.02 * rng.standard_normal(400)
     error[200:220] = 0.03 + 0.002 * rng.standard_normal(20)
     found = scatter(error)
-    assert found[100] == pytest.approx(0.02, rel=0.4)
+    assert np.median(found[20:180]) == pytest.approx(0.02, rel=0.2)
     assert found[210] > 0.01

@@ -59,11 +59,11 @@ def test_a_picture_is_laid_on_the_first() -> None:
 
 def test_what_points_at_a_later_frame_is_found_on_the_first(tmp_path: Path, write: Write) -> None:
     """The camera has moved by 6 and -4 px in the frame pointed at; whole pixels for a box."""
-    shifts = [(0.5 * n, -n / 3.0) for n in range(25)]
-    images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
-    video = write(tmp_path / "held.mkv", images, np.arange(25) / 25.0)
+    shifts = [(0.25 * n, -n / 6.0) for n in range(50)]
+    images = [picture(x, y, 1.0, float(n)) for n, (x, y) in enumerate(shifts)]
+    video = write(tmp_path / "held.mkv", images, np.arange(50) / 25.0)
     options = TrackOptions(
-        pivot=(106.0, 116.0), tip=(46.0, 86.0), template=(26, 56, 40, 30), at_s=12 / 25.0
+        pivot=(106.0, 116.0), tip=(46.0, 86.0), template=(26, 56, 40, 30), at_s=24 / 25.0
     )
     first = open_film(video, options).stabilised().in_first(options)
     assert first.pivot == pytest.approx((100.0, 120.0), abs=0.2)
