@@ -18,13 +18,22 @@ from servosight.identify.search import (
     half_squares,
 )
 from servosight.identify.uncertainty import Uncertainty
-from servosight.models.core import Array
+from servosight.models.core import Array, Mask
 
 POLISH_BUDGET = 4_000
 """Evaluations of one descent."""
 FIRST_GENERATIONS = 3
 """Generations from each start, after which the best descent alone goes on."""
-_PERTURBATIONS = np.outer([-1.0, 1.0], np.geomspace(1e-5, 0.1, 40)).ravel()
+_MOVES = np.geomspace(1e-5, 0.1, 150)
+"""Discontinuous parameters are moved at random by such shares of their values,"""
+_MOVED_STARTS = 3
+"""and descents begin at so many of the cheapest points."""
+_DRAWS = 2
+"""So often such moves are drawn before a fit is taken for the best."""
+_WIDE = 100.0
+_SMOOTHED = 1_000.0
+"""Steps of difference quotients, times this, reach across the jumps of a prediction: about 1 %."""
+_SMOOTHED_BUDGET = 200
 _CLEARLY = 0.999
 _LESS = 1.0 - 1e-9  # a smaller gain is rounding
 
@@ -81,30 +90,55 @@ class Solution:
 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Solution:
     """Descend from each start for a few generations, then to the end from the best."""
+    fit = _from_best(problem, starts, budget)
+    for _ in problem.coordinates:
+        better = None if fit.out_of_budget else _better(fit)
+        if better is None:
+            break
+        fit = better
+    return fit
+
+
+def _from_best(problem: Problem, starts: Iterable[Array], budget: int) -> Solution:
+    if jumpy(problem).any():
+        starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     descents = [_descent(problem, start) for start in starts]
     if len(descents) > 1:
         first = FIRST_GENERATIONS * (len(problem.coordinates) + 7)
         trials = [drive(descent, problem.residuals, first) for descent in descents]
         best = min(range(len(trials)), key=lambda i: trials[i].cost)
         descents = [descents[best].resumed()]
-    fit = Solution(problem, drive(descents[0], problem.residuals, budget))
-    for _ in problem.coordinates:
-        better = None if fit.out_of_budget else _better(fit)
-        if better is None:
-            break
-        fit = Solution(problem, drive(_descent(problem, better), problem.residuals, POLISH_BUDGET))
-    return fit
+    return Solution(problem, drive(descents[0], problem.residuals, budget))
 
 
-def _descent(problem: Problem, start: Array) -> LevenbergMarquardt:
+def _descent(problem: Problem, start: Array, wider: float = 0.0) -> LevenbergMarquardt:
     low, high = problem.bounds
-    return LevenbergMarquardt(start, low, high, coordinate_scale(problem, start))
+    scale = coordinate_scale(problem, start)
+    return LevenbergMarquardt(start, low, high, scale + wider * (scale + np.abs(start)))
 
 
-def _better(fit: Solution) -> Array | None:
-    """A point with a lower cost, where a descent on a rugged cost ended early; None without one."""
-    neutral = _neutral(fit.problem, fit.outcome)
-    return neutral if neutral is not None else _perturbed(fit.problem, fit.outcome)
+def jumpy(problem: Problem) -> Mask:
+    """True for the coordinates with whose values a prediction jumps."""
+    return np.array([one.parameter.jumpy for one in problem.coordinates])
+
+
+def _smoothed(problem: Problem, starts: Iterable[Array], budget: int) -> list[Array]:
+    """Where descents end whose difference quotients reach across a prediction's jumps."""
+    descents = [_descent(problem, start, _SMOOTHED) for start in starts]
+    return [drive(descent, problem.residuals, budget).point for descent in descents]
+
+
+def _better(fit: Solution) -> Solution | None:
+    """A fit of lower cost, where a descent on a rugged cost ended early; None without one."""
+    problem, outcome = fit.problem, fit.outcome
+    neutral = _neutral(problem, outcome)
+    if neutral is not None:
+        return _from_best(problem, [neutral], POLISH_BUDGET)
+    for seed in range(_DRAWS if jumpy(problem).any() else 0):
+        found = _from_best(problem, _moved(problem, outcome.point, seed), POLISH_BUDGET)
+        if found.outcome.cost < _CLEARLY * outcome.cost:
+            return found
+    return None
 
 
 def _neutral(problem: Problem, outcome: Outcome) -> Array | None:
@@ -124,15 +158,24 @@ def _neutral(problem: Problem, outcome: Outcome) -> Array | None:
     return _cheapest(problem, trials, _LESS * outcome.cost)
 
 
-def _perturbed(problem: Problem, outcome: Outcome) -> Array | None:
-    """The point with one discontinuous parameter changed a little, if that costs clearly less."""
-    trials = []
-    for j, coordinate in enumerate(problem.coordinates):
-        if coordinate.parameter.jumpy:
-            moved = np.tile(outcome.point, (_PERTURBATIONS.size, 1))
-            moved[:, j] *= 1.0 + _PERTURBATIONS
-            trials.append(np.clip(moved, *problem.bounds))
-    return _cheapest(problem, trials, _CLEARLY * outcome.cost)
+def _moved(problem: Problem, point: Array, seed: int) -> Array:
+    """Starts for discontinuous parameters: moved together, the rest following, (starts, all).
+
+    The others go where the difference quotient has the prediction change least: one parameter
+    alone seldom leaves a minimum that it shares with them.
+    """
+    moved = jumpy(problem)
+    wide = _WIDE * np.maximum(np.abs(point), 1.0 / _WIDE)
+    # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
+    jacobian = np.nan_to_num(difference_quotient(problem, point, wide), posinf=0.0, neginf=0.0)
+    drawn = np.random.default_rng(seed).normal(size=(_MOVES.size, int(moved.sum())))
+    moves = np.zeros((_MOVES.size, point.size))
+    moves[:, moved] = _MOVES[:, None] * drawn * point[moved]
+    slopes = np.linalg.lstsq(jacobian[:, ~moved], jacobian[:, moved], rcond=None)[0]
+    moves[:, ~moved] = -moves[:, moved] @ slopes.T
+    points = np.clip(point + moves, *problem.bounds)
+    costs = half_squares(problem.residuals(points))
+    return np.asarray(points[np.argsort(costs)[:_MOVED_STARTS]])
 
 
 def _cheapest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:

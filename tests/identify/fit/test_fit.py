@@ -64,9 +64,9 @@ def test_a_descent_comes_to_an_end_where_rounding_always_promises_less(
     start = neutral_start(problem, linear.as_base)
     offered = []
 
-    def same(found: Solution) -> Any:
+    def same(found: Solution) -> Solution:
         offered.append(found)
-        return found.outcome.point
+        return found
 
     monkeypatch.setattr(_solution, "_better", same)
     found = polish(problem, [start])
