@@ -29,7 +29,7 @@ class SelectionPolicy:
     removes, as an rms, must be this share of the floor. ``min_evidence``: its gain in
     log-likelihood, parameters counted, must be this plus the logarithm of how many were tried.
     ``learnt``: it must lower the rmse of the fitted samples by this share. Parameters that these do
-    not move are guesses, and a guess that suits the validation data by chance has earned nothing.
+    not move are guesses, and a guess that suits the validation data has earned nothing.
 
     ``explained``: a model explains data where its rmse is within this factor of the floor.
     ``chance``: of few samples the rmse may exceed that where noise alone does so in this share of
@@ -38,15 +38,13 @@ class SelectionPolicy:
 
     An effect that contains another must be better by ``nested`` in log-likelihood, remove
     ``visible`` times the tolerance as an rms, and may raise the validation rmse by the factor
-    ``worse`` at most. Pairs are tried where the rmse exceeds ``far`` times the floor and a model
-    accounts for less than ``most`` of the squared error. ``max_steps`` ends the selection.
-
-    Beyond ``far`` times the floor other sets of effects are searched, too, and the one of the
-    lowest price is taken each of whose effects is accepted: the logarithm of the validation
-    rmse, ``effect_price`` an effect or a fitted k, ``rare_price`` an effect that is not in
-    ``ordinary``, and ``parameter_price`` a parameter. Where the best single effect leaves
-    ``hopeless`` times the floor, these sets are searched before any step. Neither with fewer than
-    ``fewest`` samples.
+    ``worse`` at most. Pairs are tried where the larger rmse of fitted and validation data exceeds
+    ``far`` times the floor and less than ``most`` of the squared error is accounted for.
+    ``max_steps`` ends the steps. Beyond ``far`` other sets are searched, too, and that of
+    the lowest price is taken each of whose effects is accepted: log of the validation rmse,
+    ``effect_price`` an effect or a fitted k, ``rare_price`` an effect not in ``ordinary``, and
+    ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
+    floor, these sets come before any step. Neither with fewer than ``fewest`` samples.
     """
 
     min_gain: float = 0.05
@@ -60,7 +58,7 @@ class SelectionPolicy:
     nested: float = 3.0
     visible: float = 1.0 / 3.0
     worse: float = 1.03
-    far: float = 3.0
+    far: float = 2.0
     most: float = 0.9
     max_steps: int = 6
     learnt: float = 0.01
@@ -173,10 +171,9 @@ class AcceptanceCriterion:
         """True where the gain shows on validation data, in degrees and in evidence.
 
         A real servo differs from every model a little everywhere, and with thousands of samples
-        any effect then gains significantly: so it must also account for a fair share of what is
-        unexplained. Where the validation samples show nothing amiss, all samples are compared, and
-        the validation error must stay at the floor, below which differences are chance. ``tried``:
-        among how many it was the best.
+        any effect gains significantly: so it must also account for a fair share of what is left.
+        Where the validation samples show nothing, all samples are compared, and the validation
+        error must stay at the floor. ``tried``: among how many it was the best.
         """
         after, before = score.validation_rmse_deg, base.validation_rmse_deg
         if self.explained(base):
@@ -247,9 +244,8 @@ class AcceptanceCriterion:
         return size + effects + self.policy.parameter_price * score.parameters
 
     def wants_search(self, score: Score) -> bool:
-        """True where the step by step path has ended far from the floor."""
-        beyond = score.validation_rmse_deg > self.policy.far * self.floor_deg
-        return beyond and score.samples >= self.policy.fewest
+        """True where single steps have ended far from the floor."""
+        return self._far(score) and score.samples >= self.policy.fewest
 
     def hopeless(self, single: Score) -> bool:
         """True where the best single effect is so far from the floor that no second will do."""
@@ -258,8 +254,12 @@ class AcceptanceCriterion:
 
     def leaves_much(self, score: Score, linear: Score) -> bool:
         """True where a model leaves so much that its first effect may be the wrong one."""
-        beyond = score.validation_rmse_deg > self.policy.far * self.floor_deg
-        return beyond and self.closed(score, linear) < self.policy.most
+        return self._far(score) and self.closed(score, linear) < self.policy.most
+
+    def _far(self, score: Score) -> bool:
+        """True where fitted or validation data leave much: what is missing may show in one only."""
+        larger = max(score.train_rmse_deg, score.validation_rmse_deg)
+        return larger > self.policy.far * self.floor_deg
 
     def wants_pairs(self, reached: Score, first: Score) -> bool:
         """True where no effect was added to the first model on its own, and one is missing."""

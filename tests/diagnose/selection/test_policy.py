@@ -52,7 +52,7 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "nested": 3.0,
         "visible": 1.0 / 3.0,
         "worse": 1.03,
-        "far": 3.0,
+        "far": 2.0,
         "most": 0.9,
         "max_steps": 6,
         "learnt": 0.01,
@@ -295,10 +295,17 @@ def test_closed_is_the_share_of_the_squared_error_above_the_floor() -> None:
 
 
 def test_far() -> None:
-    """Beyond three times the floor, where a model accounts for little."""
-    linear = score(0.4)
-    assert CRITERION.leaves_much(score(0.3 + JUST, "a"), linear)
-    assert not CRITERION.leaves_much(score(0.3 - JUST, "a"), linear)
+    """Beyond twice the floor, where a model accounts for little."""
+    linear = score(0.25)
+    assert CRITERION.leaves_much(score(0.2 + JUST, "a"), linear)
+    assert not CRITERION.leaves_much(score(0.2 - JUST, "a"), linear)
+
+
+def test_far_is_the_larger_error_of_fitted_and_of_validation_data() -> None:
+    near, far = 0.2 - JUST, 0.2 + JUST
+    for one in (score(near, train_rmse_deg=far), score(far, train_rmse_deg=near)):
+        assert CRITERION.leaves_much(one, score(0.25))
+        assert CRITERION.wants_search(one)
 
 
 def test_most() -> None:
@@ -341,10 +348,9 @@ def test_a_parameter_has_a_price() -> None:
     assert CRITERION.price(score(five + JUST, "b", parameters=5)) > CRITERION.price(four)
 
 
-def test_a_wider_search_is_made_beyond_three_times_the_floor() -> None:
-    assert CRITERION.wants_search(score(0.3 + JUST))
-    assert not CRITERION.wants_search(score(0.3 - JUST))
-    assert not CRITERION.wants_search(score(0.9, "a", validation_rmse_deg=0.3 - JUST))
+def test_a_wider_search_is_made_beyond_twice_the_floor() -> None:
+    assert CRITERION.wants_search(score(0.2 + JUST))
+    assert not CRITERION.wants_search(score(0.2 - JUST))
 
 
 def test_a_wider_search_needs_two_hundred_samples() -> None:

@@ -123,7 +123,8 @@ def test_an_effect_at_the_bound_of_its_range_is_passed_over() -> None:
 def test_the_steps_end_at_their_most(most: int, expected: list[str]) -> None:
     errors = {"": 0.29, "a": 0.22, "b": 0.27, "c": 0.27, "ab": 0.15, "abc": 0.1}
     no_pairs = replace(EFFORT, pairs=0, partners=0)
-    assert selected(errors, no_pairs, replace(POLICY, max_steps=most))[0] == expected
+    steps_alone = replace(POLICY, max_steps=most, far=3.0)
+    assert selected(errors, no_pairs, steps_alone)[0] == expected
 
 
 def test_a_selection_that_has_used_up_its_simulations_ends_with_a_step() -> None:
@@ -168,8 +169,8 @@ def test_far_from_the_floor_sets_are_found_to_which_no_step_leads() -> None:
     assert steps[-1] == "abc"
     assert [len(step) for step in steps] == [0, 1, 2, 3]
     assert all(step.removed is None for step in found.steps)
-    near = {name: 0.1 * error for name, error in errors.items() if name != "abc"} | {"abc": 0.1}
-    assert selected(near)[0] == [""], "within three times the floor nothing wider is searched"
+    near = {name: 0.06 * error for name, error in errors.items() if name != "abc"} | {"abc": 0.1}
+    assert selected(near)[0] == [""], "within twice the floor nothing wider is searched"
 
 
 def test_only_so_many_are_fitted_as_the_effort_says() -> None:
