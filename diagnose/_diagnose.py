@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from servosight.diagnose._ladder import told_ladder
 from servosight.diagnose.discrepancy import reported_law
 from servosight.diagnose.evidence import (
     Evidence,
@@ -14,18 +15,16 @@ from servosight.diagnose.evidence import (
     firm,
     gather,
     run_floor,
-    taken,
     undetermined,
 )
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.residuals import (
-    EXPLAINED,
     findings,
     held_out_rms,
     held_out_samples_of,
     worst_windows,
 )
-from servosight.diagnose.result import Candidate, Diagnosis, LadderStep, Verdict, recording_uses
+from servosight.diagnose.result import Candidate, Diagnosis, Verdict, recording_uses
 from servosight.diagnose.result.wording import Levels, assumed, doubts, ended, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
@@ -36,7 +35,6 @@ from servosight.diagnose.selection import (
     Selected,
     SelectionPolicy,
     Split,
-    Step,
     StepwiseSelector,
     Trial,
     alternatives,
@@ -44,8 +42,8 @@ from servosight.diagnose.selection import (
     cut,
     stretches,
 )
-from servosight.identify.fit import dynamics, floor_deg, parameter_table, step_size_deg
-from servosight.identify.foreign import base_of, is_around_fmu
+from servosight.identify.fit import floor_deg
+from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import (
     TOLERANCE_SHARE,
     joint_noise_deg,
@@ -54,7 +52,7 @@ from servosight.identify.problem import (
     unused_disturbances,
     usable_views,
 )
-from servosight.models.core import Actuator, Estimate, Recording, StageProgress, Table, silent
+from servosight.models.core import Recording, StageProgress, Table, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import CommandLimits
@@ -115,7 +113,7 @@ def diagnose(
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
-    ladder = _with_taken([_step(models, criterion, step) for step in selected.steps])
+    ladder = told_ladder(models, criterion, selected.steps)
     open_ = models.known.removable(ladder[-1].effects) if auto else ()
     stable = replace(stable, undetermined=undetermined(ladder[-1].parameters, open_, catalogue))
     verdict = _verdict(models, criterion, last)
@@ -204,35 +202,6 @@ def _models(
     if criterion.settled(score) and not criterion.explained(score) and not validate:
         return models.with_split(Split.of(recordings, validate, test, choice=1))
     return models
-
-
-def _step(models: ModelSelection, criterion: AcceptanceCriterion, step: Step) -> LadderStep:
-    fit, score = step.trial.fit, step.trial.score
-    table, warnings = fit.uncertainty.shared_estimates()
-    held_out = held_out_rms(models.tested(step.trial))
-    covariance = fit.uncertainty.matrix(table)
-    actuator = Actuator({**table, "bias": Estimate(0.0, None, "deg")}, step.trial.effects)
-    size_deg = step_size_deg(models.recordings)
-    return LadderStep(
-        added=step.added,
-        removed=step.removed,
-        effects=step.trial.effects,
-        train_rmse_deg=score.train_rmse_deg,
-        validation_rmse_deg=score.validation_rmse_deg,
-        held_out_rmse_deg=held_out,
-        explained=held_out <= EXPLAINED * criterion.floor_deg,
-        parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
-        own=models.own(step.trial),
-        warnings=(*fit.notes, *warnings),
-        correlation=covariance.correlation,
-        dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
-        base=base_of(models.catalogue),
-    )
-
-
-def _with_taken(steps: Sequence[LadderStep]) -> Table[LadderStep]:
-    shares = taken([step.held_out_rmse_deg for step in steps])
-    return Table(replace(step, taken=share) for step, share in zip(steps, shares, strict=True))
 
 
 def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Verdict:

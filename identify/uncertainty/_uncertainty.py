@@ -199,19 +199,22 @@ class Uncertainty:
             return None
         return float(np.mean(found) * self.sigma[index] / plain)
 
-    def estimate(self, index: int) -> tuple[Estimate, str | None]:
+    def estimate(self, index: int, profiled: bool = True) -> tuple[Estimate, str | None]:
         """A coordinate's value with its sigma, and a warning where it has none."""
         coordinate, x = self.problem.coordinates[index], float(self.point[index])
         value = coordinate.from_search(x)
         if not np.isfinite(value):
             value = coordinate.from_search(1e-9)
-        sigma, warning = self._sigma(index, coordinate, value)
+        sigma, warning = self._sigma(index, coordinate, value, profiled)
         return Estimate(value, sigma, coordinate.parameter.unit), warning
 
-    def shared_estimates(self) -> tuple[dict[str, Estimate], list[str]]:
-        """Shared parameters by name, and a warning for each whose sigma is unknown."""
+    def shared_estimates(self, profiled: bool = True) -> tuple[dict[str, Estimate], list[str]]:
+        """Shared parameters by name, and a warning for each whose sigma is unknown.
+
+        Where they are not ``profiled`` each sigma is the Jacobian's, which costs no further fit.
+        """
         names = [coordinate.name for coordinate in self.problem.coordinates]
-        found = [self.estimate(index) for index in range(self.problem.physical)]
+        found = [self.estimate(index, profiled) for index in range(self.problem.physical)]
         table = {name: one for name, (one, _) in zip(names, found, strict=False)}
         return table, [warning for _, warning in found if warning is not None]
 
@@ -248,7 +251,7 @@ class Uncertainty:
         return Matrix(names, self.covariance[:count, :count] * np.outer(slopes, slopes))
 
     def _sigma(
-        self, index: int, coordinate: Coordinate, value: float
+        self, index: int, coordinate: Coordinate, value: float, profiled: bool
     ) -> tuple[float | None, str | None]:
         if self.problem.pinned[index]:
             return 0.0, None
@@ -268,7 +271,7 @@ class Uncertainty:
         sigma: float | None = None
         if np.isfinite(self.plain_sigma[index]):
             sigma = float(self.sigma[index])
-            if not self.parabolic[index]:
+            if profiled and not self.parabolic[index]:
                 sigma = self.profiled_sigma(index)
         if sigma is not None:
             sigma *= abs(coordinate.slope(float(self.point[index])))

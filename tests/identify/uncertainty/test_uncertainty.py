@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import fit_effects, identify, polish
-from servosight.identify.problem import Problem
+from servosight.identify.problem import Problem, Work
 from servosight.identify.uncertainty import Uncertainty
 from servosight.identify.uncertainty._correlation import autoregression, weighted_normal
 from servosight.models.core import Recording
@@ -130,6 +130,19 @@ def test_the_profile_agrees_with_the_jacobian_on_a_parabola(record: Any) -> None
     reach = found.profile.reach(0, 3.0 * sigma)
     assert reach == pytest.approx(sigma, rel=0.05)
     assert found.parabolic[0]
+
+
+def test_without_profiles_no_model_is_fitted_again(record: Any) -> None:
+    """Every sigma is the Jacobian's, whatever the likelihood looks like."""
+    work = Work()
+    found = fit_effects(Problem.of([record(3.0)], catalogue(), [], work=work)).uncertainty
+    sigma, coordinates = found.sigma, found.problem.coordinates[: found.problem.physical]
+    before = work.simulations
+    table, _ = found.shared_estimates(profiled=False)
+    assert work.simulations == before
+    for index, coordinate in enumerate(coordinates):
+        slope = abs(coordinate.slope(float(found.point[index])))
+        assert table[coordinate.name].sigma == pytest.approx(sigma[index] * slope)
 
 
 def test_a_state_that_nothing_shows_leaves_the_other_sigmas_alone(record: Any) -> None:

@@ -1,0 +1,55 @@
+"""The ladder as it is told: each step's errors, parameters and what the model does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from servosight.diagnose.evidence import taken
+from servosight.diagnose.residuals import EXPLAINED, held_out_rms
+from servosight.diagnose.result import LadderStep
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step
+from servosight.identify.fit import dynamics, parameter_table, step_size_deg
+from servosight.identify.foreign import base_of
+from servosight.models.core import Actuator, Estimate, Table
+
+
+def told_ladder(
+    models: ModelSelection, criterion: AcceptanceCriterion, steps: Sequence[Step]
+) -> Table[LadderStep]:
+    """The steps with the share of the first one's squared test error that each removes.
+
+    The first and the last step are reported with profiles of the likelihood where a parabola does
+    not hold. These take a fit for each distance: on a step between, whose model was left, its
+    sigmas are the Jacobian's.
+    """
+    ends = 0, len(steps) - 1
+    told = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
+    shares = taken([step.held_out_rmse_deg for step in told])
+    return Table(replace(step, taken=share) for step, share in zip(told, shares, strict=True))
+
+
+def _step(
+    models: ModelSelection, criterion: AcceptanceCriterion, step: Step, profiled: bool
+) -> LadderStep:
+    fit, score = step.trial.fit, step.trial.score
+    table, warnings = fit.uncertainty.shared_estimates(profiled)
+    held_out = held_out_rms(models.tested(step.trial))
+    covariance = fit.uncertainty.matrix(table)
+    actuator = Actuator({**table, "bias": Estimate(0.0, None, "deg")}, step.trial.effects)
+    size_deg = step_size_deg(models.recordings)
+    return LadderStep(
+        added=step.added,
+        removed=step.removed,
+        effects=step.trial.effects,
+        train_rmse_deg=score.train_rmse_deg,
+        validation_rmse_deg=score.validation_rmse_deg,
+        held_out_rmse_deg=held_out,
+        explained=held_out <= EXPLAINED * criterion.floor_deg,
+        parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),
+        own=models.own(step.trial),
+        warnings=(*fit.notes, *warnings),
+        correlation=covariance.correlation,
+        dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
+        base=base_of(models.catalogue),
+    )
