@@ -67,10 +67,14 @@ def transmission(angle: float, last: float, size: float) -> float:
     return angle - size * last
 
 
+def pushed(disturbance: float, size: float) -> float:
+    return size * disturbance
+
+
 RIGHT = dict(
     zip(
         Place,
-        (command, reducer, feedback, drive, friction, bristle, load, shaft, transmission),
+        (command, reducer, feedback, drive, friction, bristle, load, shaft, transmission, pushed),
         strict=True,
     )
 )
@@ -78,7 +82,7 @@ RIGHT = dict(
 
 @pytest.mark.parametrize("place", Place)
 def test_every_place_takes_its_own_signature_and_no_other(place: Place) -> None:
-    """Of the nine functions, each fits its own place; what differs in arity fits no other."""
+    """Of the ten functions, each fits its own place; what differs in arity fits no other."""
     states = 2 if place is Place.SHAFT else 0
     assert declared(place, RIGHT[place], states=states).place is place
     for other, term in RIGHT.items():
