@@ -169,7 +169,7 @@ def _explained_by(one: Reference, view: PolarView, gains: Gains, change: Change)
     share = _share(best, view, change)
     if one.number is not None:
         share[one.number] = 0.0
-    return float(share[change.telling].mean())
+    return _mean_where_telling(share, change)
 
 
 def _share(gain: Array, view: PolarView, change: Change) -> Array:
@@ -177,6 +177,12 @@ def _share(gain: Array, view: PolarView, change: Change) -> Array:
     # The raster's weight is the area, so that gains are those of pixels.
     share = gain * view.step_rad * view.step_px / np.maximum(change.energy, 1.0)
     return np.asarray(np.clip(share, 0.0, 1.0))
+
+
+def _mean_where_telling(share: Array, change: Change) -> float:
+    """Mean share (pictures,) of the pictures that tell anything; 0 where none does."""
+    telling = share[change.telling]
+    return float(telling.mean()) if telling.size else 0.0
 
 
 def learnt(
@@ -221,7 +227,7 @@ def learnt(
             return None
         gains = Gains.of(view, seen, behind)
     gain = gains.by(part, cover)
-    explained = float(_share(gain.max(1), view, change)[change.telling].mean())
+    explained = _mean_where_telling(_share(gain.max(1), view, change), change)
     return TurningPart(view, angles[np.argmax(gain, axis=1)], behind, part, cover, explained)
 
 
