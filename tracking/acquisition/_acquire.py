@@ -40,9 +40,10 @@ def acquire(
 ) -> Surface:
     """Learn the surface and its pivot from a sample of a video's frames, the first one first.
 
-    ``pivot_px`` is fixed where given; ``template`` (x, y, width, height) is the part of the first
-    one where the surface is looked for; ``features`` are the pictures', where others ask for them
-    as well. Raises ``InputError`` where nothing turns.
+    ``pivot_px`` is a click near the pivot, from where that is refined: of a pivot off by a pixel
+    the angle is wrong by hundredths of a degree. ``template`` (x, y, width, height) is the part of
+    the first one where the surface is looked for; ``features`` are the pictures', where others ask
+    for them as well. Raises ``InputError`` where nothing turns.
     """
     if pivot_px is not None and template is not None:
         angles, mask, grid = _from_pointing(images, pivot_px, template)
@@ -55,7 +56,7 @@ def acquire(
                 "surface and its hinge, move the box or the pivot."
             )
         chosen = np.flatnonzero(found)
-        rough, exact = learn([images[int(i)] for i in chosen], angles[chosen], mask, grid, True)
+        rough, exact = learn([images[int(i)] for i in chosen], angles[chosen], mask, grid)
         angles[chosen] = exact
     else:
         motions = motions_of(video, images, template, features or Features())
@@ -82,7 +83,7 @@ def acquire(
                 f"expected a textured surface that turns, {POINT}."
             )
         shown = [images[int(i)] for i in learnt]
-        rough, exact = learn(shown, angles[learnt], mask, grid, pivot_px is not None)
+        rough, exact = learn(shown, angles[learnt], mask, grid)
         grid = _recentred(grid, rough.pivot_px)
         angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
     assert rough is not None

@@ -86,7 +86,6 @@ def track_frames(
         part.view,
         setup.shutters,
         learnt=len(film.calm),
-        pivot_given=options.pivot is not None,
         correlated=film.predicted or film.stabiliser is not None,
     )
     plane = part.view.plane

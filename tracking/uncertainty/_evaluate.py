@@ -69,18 +69,17 @@ def evaluate(
     shutters: Shutters,
     *,
     learnt: int,
-    pivot_given: bool,
     correlated: bool,
 ) -> EvaluatedAngles:
     """Angles at mid-exposure of the middle row, ``time_s`` (frames,), with their sigma.
 
     ``learnt`` is the number of frames from which the part's picture was learnt.
-    ``pivot_given`` keeps the pivot as it is. ``correlated`` adds the scatter from frame to frame,
+    ``correlated`` adds the scatter from frame to frame,
     where the pixels' own errors do not account for it: a predicting codec, a moving camera.
     """
     flags = np.array([flags_of(fit) for fit in measured.fits], np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
-    refined = refine_pivot(measured.fits, view, learnt, pivot_given=pivot_given)
+    refined = refine_pivot(measured.fits, view, learnt)
     fits = refined.fits
     if shutters.readout_s != 0.0:
         fits, timing = at_middle_row(time_s, fits, measured.exposures, shutters.readout_s)

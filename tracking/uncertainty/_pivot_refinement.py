@@ -36,10 +36,8 @@ class PivotRefinement:
     notes: tuple[str, ...] = ()
 
 
-def refine_pivot(
-    fits: list[AngleFit | None], view: CameraView, learnt: int, *, pivot_given: bool
-) -> PivotRefinement:
-    """Refine the pivot unless it is given, and the plane unless it was calibrated.
+def refine_pivot(fits: list[AngleFit | None], view: CameraView, learnt: int) -> PivotRefinement:
+    """Refine the pivot, and the plane unless it was calibrated.
 
     ``learnt`` is the number of frames from which the moving part's picture was learnt. Its noise is
     in the residuals of all frames, and does not average out over them: a mean over n frames less
@@ -52,13 +50,12 @@ def refine_pivot(
     """
     angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
     of_view = np.nan_to_num(view.shared_rad(angle - angle[np.isfinite(angle)][0]))
-    first = PIVOT.stop if pivot_given else PIVOT.start
-    by_pivot = _refined(fits, slice(first, PIVOT.stop))
+    by_pivot = _refined(fits, PIVOT)
     wider = np.sqrt(1.0 + sum(fit is not None for fit in fits) / learnt)
     kept = replace(by_pivot, shared_rad=np.hstack([wider * by_pivot.shared_rad, of_view]))
     if view.calibrated:
         return kept
-    by_both = _refined(fits, slice(first, PLANE.stop))
+    by_both = _refined(fits, slice(PIVOT.start, PLANE.stop))
     sigma = _rms(by_both.shared_rad)
     by_both = replace(by_both, shared_rad=wider * by_both.shared_rad)
     if view.found:

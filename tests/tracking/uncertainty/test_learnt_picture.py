@@ -49,7 +49,6 @@ def evaluated(tilt_px: float, learnt: int) -> EvaluatedAngles:
         view,
         Shutters(np.zeros(1), 0.0),
         learnt=learnt,
-        pivot_given=False,
         correlated=False,
     )
 

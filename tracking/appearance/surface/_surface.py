@@ -21,7 +21,6 @@ from servosight.tracking.fit import (
     Sample,
     gauss_newton,
     sample,
-    turn,
     turn_and_shift,
 )
 
@@ -195,7 +194,7 @@ def single(image: Image, mask: Mask, grid: PolarGrid) -> Surface:
 
 
 def learn(
-    images: Sequence[Image], angles_rad: Array, mask: Mask, grid: PolarGrid, fixed_pivot: bool
+    images: Sequence[Image], angles_rad: Array, mask: Mask, grid: PolarGrid
 ) -> tuple[Surface, Array]:
     """Average the frames to the surface's picture, and refine angles and pivot at the same time.
 
@@ -211,28 +210,26 @@ def learn(
     pivot = np.array(grid.pivot_px)
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
     reach = edge_distance(on_grid(mask, grid, fine), fine)
-    for round_number in range(_ROUNDS):
-        settled = fixed_pivot and round_number > 0
+    for _ in range(_ROUNDS):
         fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
         chosen = np.flatnonzero(used)
         chosen = chosen[spread(angles[chosen], _ROUND_FRAMES)]
         mean = average([splines[i] for i in chosen], angles[chosen], shifts[chosen], fine)
         surface = Surface(fine, mean, reach, np.empty((0, 2)), 0.0, 0.0)
-        fits = _fits(surface, images, angles, fixed_pivot)
+        fits = _fits(surface, images, angles)
         used = _trusted(fits)
         angles = np.array(
             [fit.angle_rad if fit else a for fit, a in zip(fits, angles, strict=True)]
         )
         shifts = np.array([fit.shift_px if fit else (0.0, 0.0) for fit in fits])
-        if not fixed_pivot and used.sum() >= 3:
+        if used.sum() >= 3:
             moved, common = pivot_error(angles[used], shifts[used])
             pivot = pivot + moved
-            settled = float(np.hypot(*moved)) < _SETTLED_PX
+            if float(np.hypot(*moved)) < _SETTLED_PX:
+                break
             # Remove from the shifts what the new pivot explains.
             shifts = shifts - np.array([(np.eye(2) - turning(a)) @ moved for a in angles])
             shifts -= np.array([turning(a) @ common for a in angles])
-        if settled:
-            break
     fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
     chosen = np.flatnonzero(used)
     mean = average([splines[i] for i in chosen], angles[chosen], np.zeros((len(chosen), 2)), fine)
@@ -248,14 +245,11 @@ def learn(
     return surface, np.where(used, angles, np.nan)
 
 
-def _fits(
-    surface: Surface, images: Sequence[Image], angles_rad: Array, fixed_pivot: bool
-) -> list[AngleFit | None]:
+def _fits(surface: Surface, images: Sequence[Image], angles_rad: Array) -> list[AngleFit | None]:
     pixels = surface.pixels(images[0].shape)
     still = surface.blurred(0.0)
-    motion = turn if fixed_pivot else turn_and_shift
     return [
-        gauss_newton(lambda a: still.at(pixels, a), motion, image, float(angle))
+        gauss_newton(lambda a: still.at(pixels, a), turn_and_shift, image, float(angle))
         for image, angle in zip(images, angles_rad, strict=True)
     ]
 
