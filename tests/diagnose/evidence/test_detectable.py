@@ -11,9 +11,12 @@ from servosight.diagnose import with_detectable
 from servosight.diagnose.evidence import detectable
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
 from servosight.identify.fit import Detectable, Fit, identify, smallest
+from servosight.identify.problem import offered
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 
+OFFERED = catalogue().keys() - {"known_disturbance"}
+"""What a recording without a disturbance could have shown."""
 CRITERION = AcceptanceCriterion(0.035, 0.01)
 TIME_S = np.arange(0.0, 6.0, 0.02)
 
@@ -21,7 +24,7 @@ TIME_S = np.arange(0.0, 6.0, 0.02)
 def shown(
     recording: Recording, criterion: AcceptanceCriterion = CRITERION
 ) -> dict[str, Detectable]:
-    models = ModelSelection(Split.of([recording]), catalogue())
+    models = ModelSelection(Split.of([recording]), offered(catalogue(), [recording]))
     return {one.effect: one for one in detectable(models, models.linear(), criterion)}
 
 
@@ -44,7 +47,7 @@ def test_a_rich_command_shows_every_effect_from_the_size_of_the_floor_on(
     from_play: dict[str, Detectable],
 ) -> None:
     """Seen: 0.05 deg of play, 0.03 deg of friction, at a floor of 0.035 deg."""
-    assert from_play.keys() == set(catalogue())
+    assert from_play.keys() == OFFERED
     assert all(one.value is not None for one in from_play.values())
     for name in ("backlash", "coulomb_friction", "dead_zone"):
         value = from_play[name].value
@@ -90,7 +93,7 @@ def test_a_fit_says_the_same_of_its_recordings() -> None:
     assert not fit.detectable
     found = with_detectable(fit, run, catalogue())
     values = {one.effect: one.value for one in found.detectable}
-    assert values.keys() == catalogue().keys()
+    assert values.keys() == OFFERED
     assert values["coulomb_friction"] is None
     assert values["asymmetric_gain"] is None
     assert values["rate_limit"] is not None
@@ -98,4 +101,4 @@ def test_a_fit_says_the_same_of_its_recordings() -> None:
 
     rubbed = identify(run, ["stribeck_friction"], method="gradient")
     named = {one.effect for one in with_detectable(rubbed, run, catalogue()).detectable}
-    assert named == catalogue().keys() - {"stribeck_friction", "coulomb_friction"}
+    assert named == OFFERED - {"stribeck_friction", "coulomb_friction"}
