@@ -145,13 +145,17 @@ def test_fast_steps_are_followed_and_their_blur_modelled(drawn: Draw, scene: Any
 
 
 def test_pointing_at_the_surface_is_enough(swinging: tuple[Path, Any]) -> None:
-    """With pivot and template given, nothing is searched for: the pivot is held as it is."""
+    """With pivot and template given nothing is searched for, and a click is not exact to the pixel.
+
+    The click is off by 2.2 px. About it the angle would be wrong by a tenth of a degree.
+    """
     path, truth = swinging
+    x, y = truth.pivot_px
     result = track(
         path,
-        TrackOptions(pivot=truth.pivot_px, template=(180, 140, 110, 40), exposure_s=EXPOSURE_S),
+        TrackOptions(pivot=(x + 2.0, y - 1.0), template=(180, 140, 110, 40), exposure_s=EXPOSURE_S),
     )
-    assert result.pivot_px == pytest.approx(truth.pivot_px)
+    assert result.pivot_px == pytest.approx(truth.pivot_px, abs=0.05)
     assert result.template_px == (180, 140, 110, 40)
     error = error_deg(result, truth)
     assert np.sqrt(np.mean(error**2)) < 0.005

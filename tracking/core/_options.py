@@ -19,7 +19,8 @@ class TrackOptions:
 
     Attributes:
         method: a name in ``servosight.tracking.methods.METHODS``: "refine", "match" or "marker".
-        pivot: x, y [px] of the centre of rotation (integer pixel centres, y down).
+        pivot: x, y [px] about where the centre of rotation is (integer pixel centres, y down):
+            ``refine`` finds it from there.
         template: x, y, width, height [px] of a box around the moving part.
         tip: x, y [px] of a point on the moving part, far from its pivot.
         at_s: time in the video [s] of the frame that ``pivot``, ``template`` and ``tip`` point at;

@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_hints(parser: argparse.ArgumentParser) -> None:
     hints = parser.add_argument_group("which part is meant; each is enough by itself")
-    hints.add_argument("--pivot", metavar="X,Y", type=point, help="centre of rotation [px]")
+    hints.add_argument("--pivot", metavar="X,Y", type=point, help="about where the centre is [px]")
     hints.add_argument("--template", metavar="X,Y,W,H", type=box, help="box around the part [px]")
     hints.add_argument(
         "--tip", metavar="X,Y", type=point, help="a point of the part, far from its pivot [px]"
