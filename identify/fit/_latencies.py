@@ -13,7 +13,7 @@ import numpy as np
 
 from servosight.identify.fit._solution import Solution, polish
 from servosight.identify.problem import projected_out
-from servosight.identify.uncertainty import clock_slope, weighted_normal
+from servosight.identify.uncertainty import by_recording, clock_slope, weighted_normal
 from servosight.models.core import Array, uncertain
 
 CLEAR = 3.0
@@ -70,12 +70,8 @@ def own_latencies(fit: Solution) -> tuple[Array, Array, float]:
     columns = projected_out(slopes @ from_mean, fit.jacobian)
     inverse = np.linalg.pinv(columns.T @ columns)
     found = inverse @ (columns.T @ fit.residual)
-    ends = np.cumsum([0, *(int(mask.sum()) for mask in problem.masks)])
-    meat = np.zeros(inverse.shape)
-    for mask, first, last in zip(problem.masks, ends, ends[1:], strict=False):
-        table, error = np.zeros((mask.size, count - 1)), np.zeros(mask.size)
-        table[mask], error[mask] = columns[first:last], fit.residual[first:last]
-        meat += weighted_normal(table, error, mask)
+    parts = zip(*by_recording(problem.masks, columns, fit.residual), problem.masks, strict=True)
+    meat = sum((weighted_normal(*one) for one in parts), np.zeros(inverse.shape))
     spread = from_mean @ inverse @ meat @ inverse @ from_mean.T
     sigma_s = 2.0 * np.sqrt(np.maximum(np.diag(spread), 0.0))
     square = float(fit.residual @ fit.residual)

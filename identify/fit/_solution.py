@@ -134,7 +134,9 @@ def _better(fit: Solution) -> Solution | None:
     neutral = _neutral(problem, outcome)
     if neutral is not None:
         return _from_best(problem, [neutral], POLISH_BUDGET)
-    for seed in range(_DRAWS if jumpy(problem).any() else 0):
+    if not jumpy(problem).any():
+        return None
+    for seed in range(_DRAWS):
         found = _from_best(problem, _moved(problem, outcome.point, seed), POLISH_BUDGET)
         if found.outcome.cost < _CLEARLY * outcome.cost:
             return found

@@ -7,6 +7,8 @@ covariance exactly; else the sandwich accounts for the correlation (den Haan and
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from servosight.models.core import Array, Mask
@@ -63,6 +65,23 @@ def weighted_normal(jacobian: Array, residuals: Array, scored: Mask) -> Array:
     twice[0] = twice[-1] = 1.0
     weighted = columns * (twice * spectrum / size)[:, None]
     return np.asarray((columns.conj().T @ weighted).real)
+
+
+def by_recording(
+    masks: Sequence[Mask], jacobian: Array, residuals: Array
+) -> tuple[list[Array], list[Array]]:
+    """Recordings' own parts of ``jacobian`` (scored, coordinates) and ``residuals`` (scored,).
+
+    For each recording (samples, coordinates) and (samples,), zero where its mask does not score.
+    """
+    ends = np.cumsum([0, *(int(mask.sum()) for mask in masks)])
+    jacobians, errors = [], []
+    for mask, first, last in zip(masks, ends, ends[1:], strict=False):
+        jacobians.append(np.zeros((mask.size, jacobian.shape[1])))
+        jacobians[-1][mask] = jacobian[first:last]
+        errors.append(np.zeros(mask.size))
+        errors[-1][mask] = residuals[first:last]
+    return jacobians, errors
 
 
 def _lagged_products(values: Array, lags: int) -> Array:

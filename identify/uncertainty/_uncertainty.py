@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servosight.identify.problem import Coordinate, Problem, projected_out, sample_noise_deg
 from servosight.identify.uncertainty._clock import offset_slopes
-from servosight.identify.uncertainty._correlation import weighted_normal
+from servosight.identify.uncertainty._correlation import by_recording, weighted_normal
 from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
 from servosight.identify.uncertainty._misfit import misfit_covariance
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
@@ -114,15 +114,7 @@ class Uncertainty:
     def _by_recording(self, known: NDArray[np.bool_]) -> tuple[list[Array], list[Array]]:
         """Jacobian (samples, known) and residuals (samples,) of each, zero where not scored."""
         residuals = self.problem.residuals(self.point[None, :])[0]
-        jacobians, errors, begin = [], [], 0
-        for scored in self.problem.masks:
-            end = begin + int(scored.sum())
-            jacobians.append(np.zeros((scored.size, int(known.sum()))))
-            jacobians[-1][scored] = self.jacobian[begin:end, known]
-            errors.append(np.zeros(scored.size))
-            errors[-1][scored] = residuals[begin:end]
-            begin = end
-        return jacobians, errors
+        return by_recording(self.problem.masks, self.jacobian[:, known], residuals)
 
     @cached_property
     def _offsets(self) -> tuple[Array, Array]:
