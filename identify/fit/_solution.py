@@ -90,6 +90,8 @@ class Solution:
 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Solution:
     """Descend from each start for a few generations, then to the end from the best."""
+    if jumpy(problem).any():
+        starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     fit = _from_best(problem, starts, budget)
     for _ in problem.coordinates:
         better = None if fit.out_of_budget else _better(fit)
@@ -100,8 +102,6 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
 
 
 def _from_best(problem: Problem, starts: Iterable[Array], budget: int) -> Solution:
-    if jumpy(problem).any():
-        starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     descents = [_descent(problem, start) for start in starts]
     if len(descents) > 1:
         first = FIRST_GENERATIONS * (len(problem.coordinates) + 7)
