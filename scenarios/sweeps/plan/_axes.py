@@ -152,8 +152,8 @@ def _drawn(
     require(not keys.steps, source, f"axes.{key}.steps", keys.steps, "none for an axis with draw")
     if not points:
         raise InputError(
-            f"{source}: key points is missing, expected how many points are drawn; add it, as "
-            f"axes.{key} is drawn"
+            f"{source}: key axes.{key} is drawn and points is missing, expected how many are "
+            f"drawn; add points = 20 above the tables"
         )
     rng = np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big"))
     if keys.draw == "random":

@@ -115,6 +115,12 @@ def _set(table: dict[str, Any], name: str, value: Any, source: str) -> None:
     *path, last = name.split(".")
     if path[:1] == ["effects"]:
         _check_effect(name, source)
+    elif name in table_names() or name not in _defaults():
+        known = [key for key in _defaults() if key not in _OWN and not key.startswith("effects.")]
+        raise InputError(
+            f"{source}: unknown key {name}, expected one of {', '.join([HIDDEN, STRENGTH, *known])}"
+            f" or effects.EFFECT.PARAMETER{did_you_mean(name, known)}; rename or remove it"
+        )
     place = table
     for depth, part in enumerate(path, start=1):
         inner = place.setdefault(part, {})
@@ -125,12 +131,6 @@ def _set(table: dict[str, Any], name: str, value: Any, source: str) -> None:
                 f"the name"
             )
         place[part] = place = dict(inner)
-    if not path and (name in table_names() or name not in _defaults()):
-        known = [HIDDEN, STRENGTH, *(key for key in _defaults() if key not in _OWN)]
-        raise InputError(
-            f"{source}: unknown key {name}, expected one of {', '.join(known)} or "
-            f"effects.EFFECT.PARAMETER{did_you_mean(name, known)}; rename or remove it"
-        )
     place[last] = value
 
 

@@ -180,6 +180,7 @@ def _base(given: str | Mapping[str, Any], source: str, folder: Path) -> dict[str
     """The scenario's table, without what the sweep sets."""
     if isinstance(given, str):
         path = folder / given
+        require(path.is_file(), source, "scenario", given, "a file with a scenario in TOML")
         given = read_settings(path, f"the scenario in TOML that {source} names in its key scenario")
         Scenario.of(given, str(path))
     return {key: value for key, value in given.items() if key not in ("seed", "video")}

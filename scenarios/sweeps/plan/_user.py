@@ -31,8 +31,8 @@ def user_function(name: str, source: str) -> UserFunction:
         choices = ("identify", "diagnose", *known)
         if name not in known:
             raise InputError(
-                f"{source}: key do is {name!r}, expected of {', '.join(choices)} or "
-                f"module:function{did_you_mean(name, choices)}; correct the name"
+                f"{source}: key do is {name!r}, expected one of {', '.join(choices)} "
+                f"or module:function{did_you_mean(name, choices)}; correct the name"
             )
         point = known[name]
     try:

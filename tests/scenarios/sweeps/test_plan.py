@@ -134,7 +134,8 @@ noise_deg = [0.01, 0.1]
         ("[0.01, 0.1]", "{ from = 1, to = 2 }", ["line 8", "steps is missing"]),
         ("[0.01, 0.1]", '{ from = 0, to = 2, steps = 3, scale = "log" }', ["more than 0"]),
         ("[0.01, 0.1]", "{ from = 1, to = 2, stps = 3 }", ["stps", "steps"]),
-        ("[0.01, 0.1]", '{ from = 1, to = 2, draw = "latin" }', ["points is missing"]),
+        ("[0.01, 0.1]", '{ from = 1, to = 2, draw = "latin" }', ["line 8", "points is missing"]),
+        ("noise_deg =", '"camra.rate_hz" =', ["line 8", "camra.rate_hz", "camera.rate_hz?"]),
         ("seeds = 2", "seeds = 0", ["line 1", "seeds"]),
         ("seeds = 2", "seeds = [1, 1]", ["line 1", "different ones"]),
         ("seeds = 2", "sedes = 2", ["line 1", "sedes", "seeds"]),
@@ -165,6 +166,9 @@ def test_a_scenario_beside_the_sweep_is_read(tmp_path: Path) -> None:
     assert read_sweep(path).base == {"duration_s": 7.0}
     (tmp_path / "base.toml").write_text("duration = 7.0\n")
     with pytest.raises(InputError, match=r"base\.toml: unknown key duration"):
+        read_sweep(path)
+    (tmp_path / "base.toml").unlink()
+    with pytest.raises(InputError, match=r"line 1: key scenario is 'base\.toml'"):
         read_sweep(path)
     with pytest.raises(InputError, match="did you mean resolution"):
         read_sweep("resolutoin")
