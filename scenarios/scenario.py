@@ -23,6 +23,7 @@ from servosight.models.core import (
     validated_value,
     within,
 )
+from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.scenarios.camera_settings import TABLES, read_filming
 from servosight.scenarios.limits import LARGEST_DEG, check_scenario
@@ -70,7 +71,7 @@ class CommandSettings:
 
 @dataclass(frozen=True)
 class DisturbanceSettings:
-    """Pulses of a known disturbance for the effect known_disturbance, up and down in turn."""
+    """Pulses of a known disturbance for effects that need one, up and down in turn."""
 
     amplitude: Annotated[float, within(-1e6, 1e6, "in its unit")] = 20.0
     period_s: Annotated[float, within(1e-2, 600.0, "seconds")] = 1.7
@@ -138,9 +139,10 @@ class Scenario:
         return scenario
 
     def excitation(self) -> Excitation:
-        """The command's rows, and the known disturbance where an effect takes it."""
+        """The command's rows, and the known disturbance where an effect needs one."""
         rows = self._command()
-        if "known_disturbance" not in self.effects:
+        known = catalogue()
+        if not any(known[name].needs_disturbance for name in self.effects if name in known):
             return rows
         return replace(rows, disturbance=self.disturbance.signals(self.duration_s))
 

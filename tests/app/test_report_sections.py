@@ -16,7 +16,7 @@ import servosight as ss
 from servosight.app.main import main
 from servosight.app.report import write_report
 from servosight.diagnose import Diagnosis
-from servosight.models.core import Estimate, Recording, uncertain
+from servosight.models.core import Estimate, Recording, Signals, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus, bandwidth_hz
 
@@ -150,3 +150,17 @@ def test_a_report_says_where_recordings_are_missing(
     words = ["report", str(tmp_path / "diagnosis.json"), "-o", str(tmp_path / "one.html")]
     assert main(words) == 2
     assert "does not say where its recordings are" in capsys.readouterr().err
+
+
+def test_a_known_disturbance_is_drawn_below_the_error(
+    found: Diagnosis, recording: Recording, page: str, tmp_path: Path
+) -> None:
+    pulses = np.where(recording.time_s % 2.0 < 0.5, 20.0, 0.0)
+    pushed = replace(recording, signals=Signals(recording.time_s, {"disturbance_N": pulses}))
+    path = tmp_path / "pushed.html"
+    write_report(path, found, [pushed], at=datetime(2026, 3, 4, tzinfo=UTC), command="-")
+    written = path.read_text(encoding="utf-8")
+    assert "disturbance [N]" in written
+    assert "the known disturbance drawn in the lowest panel" in section(written, "angle")
+    assert "predicted from the command alone" in section(page, "angle")
+    assert "disturbance [N]" not in page

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from servosight.app.report.figure import (
     AFTER,
     BEFORE,
+    FAINT,
     MEASURED,
     NOISE,
     drawn_twice,
@@ -59,6 +61,7 @@ def section(story: Story) -> Section:
             "models": [model.name for model in story.models],
             "noise_deg": story.noise_deg,
             "band": BAND,
+            "pushed": _pushed(story, range(len(story.recordings))),
             "blocks": any(_held_out(story, i).any() for i in order),
         },
     )
@@ -71,17 +74,24 @@ def _held_out(story: Story, number: int) -> NDArray[np.bool_]:
     return np.asarray(one.uses == TEST if split else np.zeros(one.uses.size, dtype=bool))
 
 
+def _pushed(story: Story, numbers: Iterable[int]) -> bool:
+    """True where one of the recordings has a known disturbance."""
+    return any(story.recordings[i].disturbance_unit is not None for i in numbers)
+
+
 def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Markup:
-    """Angle above, error below; ``span_s`` cuts out a window."""
+    """Angle above, error below, then a known disturbance; ``span_s`` cuts out a window."""
     recording = story.recordings[number]
+    pushed = _pushed(story, [number])
     time_s = recording.time_s
     low, high = (time_s[0], time_s[-1]) if span_s is None else span_s
     seen = (time_s >= low) & (time_s <= high)
     close = span_s is not None
 
     def paint(figure: Figure) -> None:
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        for axes in (upper, lower):
+        panels = figure.subplots(2 + pushed, 1, sharex=True, height_ratios=(6, 4, 3)[: 2 + pushed])
+        upper, lower = panels[:2]
+        for axes in panels:
             axes.set_xlim(max(low, time_s[0]), min(high, time_s[-1]))
             shade(axes, time_s[seen], _held_out(story, number)[seen])
         (line,) = thinned(time_s[seen], recording.angle_deg[seen])
@@ -108,20 +118,25 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
             lower.plot(*error, color=colour, linewidth=1.0 if close else 0.7)
         upper.set_ylabel("angle [deg]")
         lower.set_ylabel("error [deg]")
-        lower.set_xlabel("time [s]")
-        handles = [handle for axes in figure.axes for handle in axes.lines if axes is not lower]
+        handles = [h for axes in figure.axes for h in axes.lines if axes is not lower]
+        if pushed:
+            (push,) = thinned(time_s[seen], recording.disturbance_at(time_s[seen]))
+            panels[-1].plot(*push, color=FAINT, linewidth=1.0, drawstyle="steps-post")
+            panels[-1].set_ylabel(f"disturbance [{recording.disturbance_unit}]")
+        panels[-1].set_xlabel("time [s]")
         labels = [str(handle.get_label()) for handle in handles]
         figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns(figure))
-        figure.align_ylabels([upper, lower])
+        figure.align_ylabels(panels)
 
     where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
     errors = ", ".join(
         f"{model.name}: {degrees(_rms(model.judged[number].error_deg[seen]))} rms"
         for model in story.models
     )
-    alt = f"Measured and predicted angle {where}, and the error below. Error of the {errors}."
+    below = ", the error and the known disturbance below" if pushed else ", and the error below"
+    alt = f"Measured and predicted angle {where}{below}. Error of the {errors}."
     name = f"angle-{number}{'-close' if close else ''}"
-    return drawn_twice(name, 4.4, alt, paint)
+    return drawn_twice(name, 5.4 if pushed else 4.4, alt, paint)
 
 
 def _own_scale(command: Array, angle: Array) -> bool:
