@@ -13,6 +13,7 @@ from servosight.tracking.calibration import CameraView
 from servosight.tracking.core import Exposure, Flag, Shutters, principal
 from servosight.tracking.fit import AngleFit
 from servosight.tracking.uncertainty._flicker import light_centre
+from servosight.tracking.uncertainty._lasting import lasting
 from servosight.tracking.uncertainty._middle_row import at_middle_row
 from servosight.tracking.uncertainty._pivot_refinement import refine_pivot
 from servosight.tracking.uncertainty._sigma import (
@@ -74,7 +75,7 @@ def evaluate(
     """Angles at mid-exposure of the middle row, ``time_s`` (frames,), with their sigma.
 
     ``learnt`` is the number of frames from which the part's picture was learnt.
-    ``correlated`` adds the scatter from frame to frame,
+    ``correlated`` adds the scatter from frame to frame, and what lasts for some of them,
     where the pixels' own errors do not account for it: a predicting codec, a moving camera.
     """
     flags = np.array([flags_of(fit) for fit in measured.fits], np.uint8)
@@ -96,7 +97,7 @@ def evaluate(
         + uneven(angle, time_s, shutters.exposures_s) ** 2
         + _by_alignment(measured) ** 2
         + (shared**2).sum(1)
-        + (scatter(angle) ** 2 if correlated else 0.0)
+        + ((lasting(angle) * scatter(angle)) ** 2 if correlated else 0.0)
     )
     return EvaluatedAngles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
 
