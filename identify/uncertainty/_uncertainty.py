@@ -23,6 +23,9 @@ _NOISY = 1.1
 """Residuals above the noise by no more than this factor are taken for noise."""
 _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
+_MOSTLY, _VISIBLE = 0.5, 0.02
+"""A sigma of so large a share of the value, with so large a share of its variance from the clocks'
+offsets, is said to come from them."""
 _TIMED = 0.02
 """A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 _ROUNDING_DEG2 = 1e-24
@@ -203,12 +206,35 @@ class Uncertainty:
     def shared_estimates(self, profiled: bool = True) -> tuple[dict[str, Estimate], list[str]]:
         """Shared parameters by name, and a warning for each whose sigma is unknown.
 
-        Where they are not ``profiled`` each sigma is the Jacobian's, which costs no further fit.
+        A further one names those whose sigma is the clocks'. Where they are not ``profiled`` each
+        sigma is the Jacobian's, which costs no further fit.
         """
         names = [coordinate.name for coordinate in self.problem.coordinates]
         found = [self.estimate(index, profiled) for index in range(self.problem.physical)]
         table = {name: one for name, (one, _) in zip(names, found, strict=False)}
-        return table, [warning for _, warning in found if warning is not None]
+        warnings = [warning for _, warning in found if warning is not None]
+        return table, warnings + self._of_clocks(table)
+
+    def _of_clocks(self, table: Mapping[str, Estimate]) -> list[str]:
+        """A sentence on the parameters that the offset of the clocks leaves uncertain."""
+        _, offset_sigmas_s = self._offsets
+        inverse = np.nan_to_num(self.inverse)
+        variances = np.sum((inverse @ (self.jacobian.T @ self._timing)) ** 2, axis=1)
+        told = [
+            f"{name} (by {100.0 * one.sigma / abs(one.value):.2g} %)"
+            for (name, one), mine, whole in zip(
+                table.items(), variances, self.sigma**2, strict=False
+            )
+            if mine > _MOSTLY * whole and one.sigma and one.sigma > _VISIBLE * abs(one.value)
+        ]
+        if not told:
+            return []
+        offset_ms = 1e3 * float(np.max(offset_sigmas_s[np.isfinite(offset_sigmas_s)]))
+        return [
+            f"the clocks leave {', '.join(told)} uncertain: the offset between the time stamps of "
+            f"command and angle is known to {offset_ms:.2g} ms, which more samples do not improve; "
+            f"film a light that the command switches more often, or log both by one clock"
+        ]
 
     def own_estimates(self, name: str) -> tuple[Estimate, ...]:
         """One of the recordings' own parameters (``bias``), for each recording."""

@@ -239,6 +239,11 @@ def test_dead_time_is_no_surer_than_the_clock(record: Any) -> None:
     recording = replace(record(6.0, dead_time__delay=0.011), offset_sigma_s=0.0018)
     found = identify([recording], ["dead_time"], catalogue=catalogue(), method="gradient")
     assert found.actuator.parameters["dead_time.delay"].sigma == pytest.approx(0.0018, rel=0.02)
+    (warning,) = found.warnings
+    assert "the clocks leave dead_time.delay (by 16 %) uncertain" in warning
+    assert "known to 1.8 ms" in warning
+    one_clock = replace(recording, offset_sigma_s=0.0)
+    assert not identify([one_clock], ["dead_time"], method="gradient").warnings
 
 
 def test_an_unknown_clock_is_confounded_with_dead_time(record: Any) -> None:
