@@ -32,6 +32,7 @@ from servosight.identify.problem import (
     usable_views,
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
+from servosight.identify.transmission import transmissions
 from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
@@ -106,6 +107,7 @@ def identify(
         history=history,
         discrete=to_difference(linear, sample_time_s),
         dynamics=dynamics(model, covariance, step_size_deg(whole), known),
+        transmissions=transmissions(whole),
     )
 
 

@@ -15,6 +15,7 @@ from servosight.identify.fit._dynamics import Dynamics
 from servosight.identify.fit._fitted import FittedParameters
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
+from servosight.identify.transmission import Transmission
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import (
     Actuator,
@@ -51,7 +52,8 @@ class Fit(FittedParameters):
     Beside what every fit has, ``own`` has a line for each recording, ``history`` (generations,) is
     the best cost after each generation of the search, and ``discrete`` the model as a difference
     equation. ``information`` says whether the command suffices, where that was asked for
-    (:func:`with_information`). ``dynamics`` are bandwidth, step metrics and the like.
+    (:func:`with_information`). ``dynamics`` are bandwidth, step metrics and the like, and
+    ``transmissions`` what lies between horn and surface, where both were measured.
 
     >>> from servosight.identify.fit import identify
     >>> from servosight.models.core import Recording
@@ -73,6 +75,7 @@ class Fit(FittedParameters):
     information: InformationSummary | None = None
     dynamics: Dynamics | None = None
     detectable: Table[Detectable] = field(default_factory=Table)
+    transmissions: Table[Transmission] = field(default_factory=Table)
 
     @property
     def biases(self) -> tuple[Estimate, ...]:

@@ -57,6 +57,7 @@ from servosight.models.core._plots import plot_prediction as plot_prediction
 from servosight.models.core._recording import DISTURBANCE as DISTURBANCE
 from servosight.models.core._recording import Hold as Hold
 from servosight.models.core._recording import Recording as Recording
+from servosight.models.core._recording import Side as Side
 from servosight.models.core._recording import Signals as Signals
 from servosight.models.core._recording import Stream as Stream
 from servosight.models.core._recording import command_at as command_at

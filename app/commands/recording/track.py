@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from servosight.app.arguments import add_force, any_path, box, number, point, rank
 from servosight.app.output import check_outputs, check_target, console
@@ -135,6 +135,8 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"note: {note}")
     for place, track in zip((output, output.with_name(HORN)), tracks, strict=False):
         _tell(out, place, track)
+    for between in _between(tracks):
+        out.print(f"between the two: {between}")
     _draw(args, output, tracks, out)
 
 
@@ -194,6 +196,21 @@ def _tell(out: Console, place: Path, track: Track) -> None:
         out.print(
             f"note: {missing} frames left out: the part was not found, or the picture repeated"
         )
+
+
+def _between(tracks: Sequence[Track]) -> list[str]:
+    """Ratio and play from the second part to the first, where there are two."""
+    from servosight.identify.transmission import transmissions
+    from servosight.models.core import Recording, Side
+
+    views: list[Recording] = []
+    for side, track in zip(get_args(Side), tracks, strict=False):
+        seen = track.measured
+        time_s, angle, sigma = (
+            values[seen] for values in (track.time_s, track.angle_deg, track.sigma_deg)
+        )
+        views.append(Recording("video", time_s, angle, time_s, angle, sigma, side=side))
+    return [one.sentence for one in transmissions(views)]
 
 
 def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: Console) -> None:

@@ -1,0 +1,251 @@
+"""The ratio of surface to horn over the angle, and the play between them, from both angles.
+
+The surface follows a smooth curve of where play leaves it. The curve is a polynomial, whose degree
+other stretches of time choose than fit it; its slope is the ratio. Uncertainties account for
+stretches of time that differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from servosight.identify.problem import noise_deg
+from servosight.identify.transmission._play import driven
+from servosight.models.core import Array, Estimate, InputError, Mask, Recording, Table, uncertain
+
+HIGHEST_DEGREE = 9
+FEWEST_SAMPLES = 100
+SHOWN = 3.0
+"""Play of fewer sigmas is not distinguished from none."""
+OF_NOISE = 6.0
+"""Nor is play of fewer standard deviations of the horn's noise: a gap that wide smooths noise."""
+_BLOCKS = 20
+_BETTER = 0.99
+"""A higher degree is taken where it lowers the error on other stretches to this share."""
+_MOST = 5_000
+"""The gap is sought on so many samples; a curve through more costs time and changes nothing."""
+_GAPS = 41
+_ROUNDS = 5
+_PLACES = 9
+_REACH = 2
+"""Motion is judged over so many samples to either side."""
+_INNER = (0.02, 0.98)
+"""The ratio is told between these quantiles of the horn's angle: beyond, it is extrapolated."""
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """What lies between horn and surface.
+
+    ``horn_deg`` (places,) are angles of the horn over its range, ``ratio`` and ``ratio_sigma``
+    (places,) the surface's motion over the horn's there [-]. ``play_deg`` is the full width of the
+    play, in degrees of the horn, None where none was seen; ``rmse_deg`` what curve and play leave
+    of the surface's angle, ``noise_deg`` what the noise of both angles leaves of it, and ``degree``
+    the curve's; ``sentence`` says all that in words.
+    """
+
+    recording: str
+    horn_deg: Array
+    ratio: Array
+    ratio_sigma: Array
+    play_deg: Estimate | None
+    rmse_deg: float
+    noise_deg: float
+    degree: int
+    sentence: str = ""
+
+
+def transmission(surface: Recording, horn: Recording) -> Transmission:
+    """What the two angles of one run tell of the transmission between horn and surface.
+
+    Raises InputError for too few samples, or too little motion.
+
+    >>> t = np.arange(0.0, 8.0, 0.01)
+    >>> turned = 20.0 * np.sin(t)
+    >>> horn = Recording("run (horn)", t, turned, t, turned, side="horn")
+    >>> surface = Recording("run", t, turned, t, 0.8 * turned)
+    >>> transmission(surface, horn).ratio.round(3).max()
+    np.float64(0.8)
+    """
+    time_s = surface.time_s
+    seen = (time_s >= horn.time_s[0]) & (time_s <= horn.time_s[-1])
+    if int(seen.sum()) < FEWEST_SAMPLES:
+        raise InputError(
+            f"{surface.name}: shows horn and surface together in {int(seen.sum())} samples, "
+            f"expected {FEWEST_SAMPLES} or more; record longer"
+        )
+    angle = np.interp(time_s[seen], horn.time_s, horn.angle_deg)
+    noises = noise_deg(surface), noise_deg(horn)
+    return _fitted(surface.name, angle, surface.angle_deg[seen], noises)
+
+
+def transmissions(views: Sequence[Recording]) -> Table[Transmission]:
+    """That of each of ``views`` whose horn comes behind it, as far as it moves enough."""
+    found = []
+    for surface, horn in pairwise(views):
+        if horn.side == "horn" and surface.side == "surface":
+            with suppress(InputError):
+                found.append(transmission(surface, horn))
+    return Table(found)
+
+
+def _curve(driver_deg: Array, range_deg: tuple[float, float], degree: int) -> Array:
+    """Legendre polynomials over the horn's range, (samples, degree + 1)."""
+    low, high = range_deg
+    return np.asarray(legendre.legvander((2.0 * driver_deg - low - high) / (high - low), degree))
+
+
+def _slopes(driver_deg: Array, range_deg: tuple[float, float], degree: int) -> Array:
+    """Their derivatives, (samples, degree + 1) [1/deg]."""
+    low, high = range_deg
+    place = (2.0 * driver_deg - low - high) / (high - low)
+    every = [legendre.legval(place, legendre.legder(one)) for one in np.eye(degree + 1)]
+    return np.asarray(np.stack(every, axis=1) * (2.0 / (high - low)))
+
+
+def _solved(rows: Array, wanted: Array) -> Array:
+    """Least squares by the normal equations: the polynomials are nearly orthogonal."""
+    return np.asarray(np.linalg.pinv(rows.T @ rows, hermitian=True) @ (rows.T @ wanted))
+
+
+def _left(angle: Array, follower: Array, gaps: Array) -> Array:
+    """Mean square that the best curve leaves behind each gap, (gaps,) [deg^2]."""
+    places, known = driven(angle, gaps)
+    found = []
+    every = max(follower.size // _MOST, 1)
+    for place, good in zip(places[:, ::every], known[:, ::every], strict=True):
+        rows = _curve(place[good], _range(angle), HIGHEST_DEGREE)
+        if rows.shape[0] < FEWEST_SAMPLES:
+            found.append(np.inf)
+            continue
+        wanted = follower[::every][good]
+        values = _solved(rows, wanted)
+        found.append(float(np.mean((wanted - rows @ values) ** 2)))
+    return np.array(found)
+
+
+def _range(angle: Array) -> tuple[float, float]:
+    return float(angle.min()), float(angle.max())
+
+
+def _gap(angle: Array, follower: Array) -> float:
+    """The gap with which a curve leaves least, by ever finer grids [deg]."""
+    low, high = 0.0, 0.5 * float(np.ptp(angle))
+    best = 0.0
+    for _ in range(_ROUNDS):
+        gaps = np.linspace(low, high, _GAPS)
+        best = float(gaps[np.argmin(_left(angle, follower, gaps))])
+        step = (high - low) / (_GAPS - 1)
+        low, high = max(best - 2.0 * step, 0.0), best + 2.0 * step
+    return best
+
+
+def _pushed(place: Array, known: Mask, noise: float) -> Mask:
+    """Samples in clear motion: at rest the horn's noise alone pushes its largest values on."""
+    reach = np.abs(place[2 * _REACH :] - place[: -2 * _REACH])
+    moving = np.zeros(place.size, dtype=bool)
+    moving[_REACH:-_REACH] = reach > OF_NOISE * noise
+    return moving & known
+
+
+def _degree(place: Array, wanted: Array, range_deg: tuple[float, float]) -> int:
+    """The lowest degree beyond which the error on stretches left out hardly falls."""
+    block = np.arange(place.size) * _BLOCKS // place.size
+    errors: list[float] = []
+    for degree in range(1, HIGHEST_DEGREE + 1):
+        rows = _curve(place, range_deg, degree)
+        left = np.empty(place.size)
+        for out in range(_BLOCKS):
+            kept = block != out
+            values = _solved(rows[kept], wanted[kept])
+            left[~kept] = wanted[~kept] - rows[~kept] @ values
+        errors.append(float(np.median(np.abs(left))))
+    chosen = 0
+    for i in range(1, HIGHEST_DEGREE):
+        if errors[i] < _BETTER * errors[chosen]:
+            chosen = i
+    return chosen + 1
+
+
+def _jackknife(jacobian: Array, residuals: Array) -> Array:
+    """Covariance of a least-squares fit from leaving out stretches of time in turn.
+
+    ``jacobian`` (samples, coordinates), ``residuals`` (samples,). The jackknife on blocks, which
+    holds where residuals are correlated or are the model's own (Kuensch, Annals of Statistics 17
+    (1989), section 2).
+    """
+    normal = jacobian.T @ jacobian
+    block = np.arange(residuals.size) * _BLOCKS // residuals.size
+    moves = []
+    for out in range(_BLOCKS):
+        rows, left = jacobian[block == out], residuals[block == out]
+        moves.append(np.linalg.pinv(normal - rows.T @ rows) @ (rows.T @ left))
+    spread = np.array(moves) - np.mean(moves, axis=0)
+    return np.asarray((_BLOCKS - 1) / _BLOCKS * spread.T @ spread)
+
+
+def _fitted(name: str, angle: Array, follower: Array, noises: tuple[float, float]) -> Transmission:
+    """Curve and play, with their covariance; ``noises`` of surface and horn [deg]."""
+    noise = noises[1]
+    ends = _range(angle)
+    gap = _gap(angle, follower)
+    step = 1e-3 * max(gap, noise, 1e-6 * (ends[1] - ends[0]))
+    (place, wider), known = driven(angle, np.array([gap, gap + step]))
+    good = _pushed(place, known[0] & known[1], noise)
+    if int(good.sum()) < FEWEST_SAMPLES:
+        raise InputError(
+            f"{name}: the horn moves clearly in {int(good.sum())} samples, expected "
+            f"{FEWEST_SAMPLES} or more; record longer, or more motion"
+        )
+    place, wider, wanted = place[good], wider[good], follower[good]
+    degree = _degree(place, wanted, ends)
+    rows = _curve(place, ends, degree)
+    values = _solved(rows, wanted)
+    residuals = wanted - rows @ values
+    moved = (_curve(wider, ends, degree) - rows) @ values / step
+    covariance = _jackknife(np.column_stack([rows, moved]), residuals)
+    low, high = np.quantile(place, _INNER)
+    shown = np.linspace(float(low), float(high), _PLACES)
+    slopes = _slopes(shown, ends, degree)
+    variance = np.einsum("ij,jk,ik->i", slopes, covariance[:-1, :-1], slopes)
+    finer = _solved(_curve(place, ends, degree + 2), wanted)
+    missing = _slopes(shown, ends, degree + 2) @ finer - slopes @ values
+    own = float(np.sqrt(covariance[-1, -1]))
+    seen = gap > max(SHOWN * own, OF_NOISE * noise)
+    found = Transmission(
+        recording=name,
+        horn_deg=shown,
+        ratio=slopes @ values,
+        ratio_sigma=np.sqrt(variance + missing**2),
+        play_deg=Estimate(gap, own, "deg") if seen else None,
+        noise_deg=float(np.hypot(noises[0], np.mean(np.abs(slopes @ values)) * noises[1])),
+        rmse_deg=float(np.sqrt(np.mean(residuals**2))),
+        degree=degree,
+    )
+    return replace(found, sentence=_sentence(found))
+
+
+def _sentence(found: Transmission) -> str:
+    """The ratio's range and the play."""
+    low, high = int(np.argmin(found.ratio)), int(np.argmax(found.ratio))
+    spread = found.ratio[high] - found.ratio[low]
+    ends = [
+        f"{' ± '.join(uncertain(found.ratio[i], found.ratio_sigma[i]))} times "
+        f"(horn at {found.horn_deg[i]:.3g} deg)"
+        for i in (low, high)
+    ]
+    if spread < SHOWN * np.hypot(found.ratio_sigma[low], found.ratio_sigma[high]):
+        ends = [ends[0].partition(" (")[0]]
+    play = "no play is seen"
+    if found.play_deg is not None:
+        play = f"play of {' ± '.join(uncertain(found.play_deg.value, found.play_deg.sigma))} deg"
+    return (
+        f"the surface turns {' to '.join(ends)} as far as the horn; {play}; {found.rmse_deg:.2g} "
+        f"deg rms remain, where noise makes {found.noise_deg:.2g}"
+    )
