@@ -111,8 +111,9 @@ def _measure(
     if fit is None:
         moving = STILL
         fit = stage.fit_near(frame.image, stage.search(frame.image, last_rad, np.pi), STILL)
-    elif last is not None and last.fit is not None and _doubtful(fit, last.fit):
-        # Where the surface accelerates fast, a fit can find a neighbouring optimum: search near it.
+    elif last is not None and (not _moving(before) or _doubtful(fit, before[-1].fit)):
+        # Where the surface accelerates fast, or no speed is known yet, a fit can find a
+        # neighbouring optimum: search near it.
         found = stage.fit_near(
             frame.image, stage.search(frame.image, last_rad, _NEAR_RAD), moving, copied
         )
@@ -126,9 +127,14 @@ def _same(one: Image, other: Image) -> bool:
     return np.array_equal(one[::_ROWS], other[::_ROWS]) and np.array_equal(one, other)
 
 
-def _doubtful(fit: AngleFit, before: AngleFit) -> bool:
+def _moving(before: list[TrackedFrame]) -> bool:
+    """Whether the speed is known: the last two frames were fitted."""
+    return len(before) > 1 and all(seen.fit is not None for seen in before[-2:])
+
+
+def _doubtful(fit: AngleFit, before: AngleFit | None) -> bool:
     """True where a fit correlates much less than the one before it."""
-    return 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
+    return before is None or 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
 
 
 def _extrapolated(before: list[TrackedFrame], time_s: float) -> tuple[float, float, float]:
@@ -137,7 +143,7 @@ def _extrapolated(before: list[TrackedFrame], time_s: float) -> tuple[float, flo
     By the parabola through the last three frames, or the line through two; all 0 where one of the
     last two was lost.
     """
-    if len(before) < 2 or any(seen.fit is None for seen in before[-2:]):
+    if not _moving(before):
         return 0.0, 0.0, 0.0
     t = [seen.frame.time_s for seen in before]
     a = [seen.angle_rad for seen in before]

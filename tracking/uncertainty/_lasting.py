@@ -8,10 +8,11 @@ import numpy as np
 
 from servosight.models.core import Array
 
-_STRIDES = (1, 2, 3, 4)  # frames
+_STRIDES = (1, 2, 3)  # frames
 _LOW, _HIGH = 6, 8  # orders
 _ALIKE = 1.15
-_MOST = 4.0  # more is motion: on composed clips up to 3.3
+_ALIKE_OF_NEIGHBOURS = 1.3  # errors that last may themselves decrease with the order
+_MOST = 5.0  # more is motion: on composed clips up to 4.1
 _OUTLYING, _ROUNDS = 3.0, 8
 _FEWEST = 30  # differences
 
@@ -21,7 +22,7 @@ def lasting(angle: Array) -> float:
 
     A predicting codec corrects a block only some frames after it began to be wrong, and the motion
     of a background that it copies is measured too small: neighbouring frames share such an error,
-    and differences between them are too small by it. Differences over two to four frames contain
+    and differences between them are too small by it. Differences over two or three frames contain
     it. They contain motion as well, but unlike noise that decreases with the order of the
     difference: strides count up to the first at which two orders differ, or at which the scatter
     is so large that it must be motion. A sudden motion is outlying. Of white noise
@@ -32,7 +33,8 @@ def lasting(angle: Array) -> float:
         if angle.size < _HIGH * stride + _FEWEST:
             break
         low, high = (_size(angle, order, stride) for order in (_LOW, _HIGH))
-        if low > _ALIKE * high or (sizes and high > _MOST * sizes[0]):
+        alike = _ALIKE if sizes else _ALIKE_OF_NEIGHBOURS
+        if low > alike * high or (sizes and high > _MOST * sizes[0]):
             break
         sizes.append(high)
     return max(sizes) / sizes[0] if sizes and sizes[0] > 0.0 else 1.0

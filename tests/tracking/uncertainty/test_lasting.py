@@ -49,3 +49,13 @@ def test_steps_are_no_error(apart: int) -> None:
 def test_few_frames_tell_nothing() -> None:
     assert lasting(errors_deg(0.6)[:30]) == 1.0
     assert lasting(np.zeros(FRAMES)) == 1.0
+
+
+def test_smooth_errors_are_seen_although_they_decrease_with_the_order() -> None:
+    """Errors of 0.02 deg that a codec corrects within some two frames: 0.005 deg of scatter."""
+    error = ndimage.gaussian_filter1d(errors_deg(0.0), 0.82)
+    error *= SIZE_DEG / error.std()
+    angle = 10.0 * np.sin(np.arange(FRAMES) / 16.0) + error
+    usual = np.sqrt(np.mean(scatter(angle) ** 2))
+    assert usual < 0.3 * SIZE_DEG
+    assert SIZE_DEG < lasting(angle) * usual < 1.5 * SIZE_DEG
