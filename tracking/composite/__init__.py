@@ -1,5 +1,6 @@
 """Footage as people film it: part and background as one model, from dense pictures alone."""
 
+from servosight.tracking.composite._entering import entering as entering
 from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter
 from servosight.tracking.composite._measure import outline_of as outline_of
@@ -7,7 +8,6 @@ from servosight.tracking.composite._model import PoseFit as PoseFit
 from servosight.tracking.composite._search import FoundPart as FoundPart
 from servosight.tracking.composite._search import find_parts as find_parts
 from servosight.tracking.composite._search import found_about as found_about
-from servosight.tracking.composite._search import without_entering as without_entering
 from servosight.tracking.composite._steady import SteadySample as SteadySample
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite._entering import enough_left, without_entering
 from servosight.tracking.composite._hint import Hint
 from servosight.tracking.composite._model import CompositeModel, cover_in, covers_in, pivot_step
 from servosight.tracking.composite._part import (
@@ -20,6 +21,7 @@ from servosight.tracking.composite._part import (
     pivot_scores,
     references_of,
 )
+from servosight.tracking.composite._trust import TRUST
 
 _ROUGH_PX, _COARSE_PX, _MIDDLE_PX = 80, 160, 240  # the longer side
 _STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
@@ -32,8 +34,6 @@ _REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
 _MARGIN = 1.25  # of a part's radius, in which it is learnt anew
 _LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is looked for
 _GAP_PX, _SHADOW_PX = 15, 11
-_BORDER_PX, _JOINED_PX = 3, 7
-_LEAST_LEFT = 0.3  # of a usual picture's change, without what enters it
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
 
@@ -41,12 +41,14 @@ _COVERED = 0.1
 @dataclass(frozen=True)
 class FoundPart:
     """A part that turns: its pivot in pixels of the given pictures, its model in pictures
-    ``scale`` times as large, and the mean share of a picture's change that it explains."""
+    ``scale`` times as large, and the mean share of a picture's change that it explains;
+    ``inside`` says that what enters the picture was left out."""
 
     pivot_px: tuple[float, float]
     scale: float
     part: TurningPart
     explained: float
+    inside: bool = False
 
 
 def find_parts(
@@ -56,9 +58,32 @@ def find_parts(
     width) of one camera position. With a hint, only those that it points at.
 
     ``content`` (height, width) is what is known in all pictures, everything if None. Without a
-    hint, a second search follows where the best part does not pass, if enough changes there.
+    hint, what enters the picture is left out where enough else changes; where no part explains
+    enough of the change so, the other way is tried as well.
     """
-    seen = chosen_of(pictures, hint, content)
+    found: list[FoundPart] = []
+    for inside in (False,) if hint is not None else _ways(pictures, content):
+        seen = chosen_of(pictures, hint, content, inside)
+        found += [replace(one, inside=inside) for one in _found_in(seen, hint)]
+        if any(one.explained >= TRUST.least_explained for one in found):
+            break
+    return _distinct(
+        sorted(found, key=lambda one: -one.explained), _APART * max(pictures.shape[1:])
+    )
+
+
+def _ways(pictures: Single, content: Mask | None) -> tuple[bool, ...]:
+    """Whether to leave out what enters the pictures, the more promising way first."""
+    cleared = without_entering(pictures, content)
+    if cleared is pictures:
+        return (False,)
+    inside = enough_left(pictures, cleared)
+    return inside, not inside
+
+
+def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
+    """The parts in chosen pictures. Without a hint, a second search follows where the best part
+    does not pass, if enough changes there."""
     found = _parts(seen, hint)
     if found and hint is None:
         away = _beside(seen, found[0])
@@ -66,59 +91,39 @@ def find_parts(
         if share > _LEFT_SHARE:
             others = _parts(away, None, 1)
             found += [replace(one, explained=share * one.explained) for one in others]
-    return _distinct(
-        sorted(found, key=lambda one: -one.explained), _APART * max(pictures.shape[1:])
-    )
+    return found
 
 
 def found_about(
-    pictures: Single, pivot_px: Array, hint: Hint | None = None, content: Mask | None = None
-) -> FoundPart | None:
+    pictures: Single, pivot_px: Array, hint: Hint | None = None, content: Mask | None = None,
+    inside: bool = True,
+) -> FoundPart | None:  # fmt: skip
     """The part learnt anew about a pivot (2,) that is better known; None where nothing holds.
+
+    ``inside``: what enters the picture is left out.
 
     A part that was learnt about a wrong pivot has a wrong shape: some of it is taken for
     background, and its angles are then too small.
     """
-    seen = chosen_of(pictures, hint, content)
+    seen = chosen_of(pictures, hint, content, inside)
     middle, scale = _scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)
     references = _references(middle, change, hint.scaled(scale) if hint is not None else None)
     x, y = (pivot_px + 0.5) * scale - 0.5
     reach = _FAR * max(middle.shape[1:])
     part = learnt(middle, change, (float(x), float(y)), reach, references)
-    return _as_found(_converged(middle, change, part, references), scale) if part else None
+    if part is None:
+        return None
+    return replace(_as_found(_converged(middle, change, part, references), scale), inside=inside)
 
 
-def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None) -> Single:
-    """Some of the pictures (n, height, width) that differ most, without what enters them from
-    outside, or only with what is connected with the place pointed at."""
+def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None, inside: bool) -> Single:
+    """Some of the pictures (n, height, width) that differ most; with a hint, only with what is
+    connected with the place pointed at, else without what enters them if ``inside``."""
     if hint is not None:
         return _connected(pictures[diverse(pictures, _PICTURES)], hint.place)
-    inside = without_entering(pictures, content)
-    return inside[diverse(inside, _PICTURES)]
-
-
-def without_entering(pictures: Single, content: Mask | None = None) -> Single:
-    """Pictures (n, height, width) without the changes that reach the border of what they show: a
-    hand, someone beside the bench. The pictures themselves where little else changes in them, as
-    of a part that leaves the picture."""
-    change = Change.of(pictures)
-    shown = np.ones(pictures.shape[1:], bool) if content is None else content
-    framed = cv2.copyMakeBorder(shown.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    inner = cv2.erode(framed, np.ones((2 * _BORDER_PX + 1,) * 2, np.uint8))[1:-1, 1:-1]
-    border = shown & (inner == 0)
-    kernel = np.ones((_JOINED_PX, _JOINED_PX), np.uint8)
-    cleared = pictures.copy()
-    for picture, moved in zip(cleared, change.moved, strict=True):
-        _, labels = cv2.connectedComponents(cv2.dilate(moved.astype(np.uint8), kernel))
-        entering = np.unique(labels[border & moved])
-        if entering.size:
-            gone = np.isin(labels, entering[entering > 0])
-            picture[gone] = change.usual[gone]
-    left = Change.of(cleared)
-    telling = change.energy > 0.0
-    share = left.energy[telling] / change.energy[telling]
-    return cleared if share.size and np.median(share) > _LEAST_LEFT else pictures
+    seen = without_entering(pictures, content) if inside else pictures
+    return seen[diverse(seen, _PICTURES)]
 
 
 def _as_found(part: TurningPart, scale: float) -> FoundPart:

@@ -22,6 +22,7 @@ from servosight.tracking.composite import (
     PoseFit,
     SteadySample,
     distrust,
+    entering,
     find_parts,
     found_about,
     outline_of,
@@ -124,12 +125,14 @@ class Footage:
         inside = np.arange(len(fits)) >= first
         inside &= np.arange(len(fits)) <= last
         track = track_of(self.film, self.options, meter, self.stamps_s[: len(fits)], fits)
-        return self._confirmed(track, meter, fits, inside), inside
+        return self._confirmed(track, meter, fits, inside, settled.inside), inside
 
     def _confirmed(
-        self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask
-    ) -> Track:
-        """The track with the sigma of its pivot, where the frames confirm it."""
+        self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
+        alone: bool,
+    ) -> Track:  # fmt: skip
+        """The track with the sigma of its pivot, where the frames confirm it; ``alone``: what
+        enters the picture was left out."""
         pictures = list(self.steady.pictures)
         seen = replace(
             self.sample, index=self.steady.index.tolist(), pictures=pictures,
@@ -141,6 +144,7 @@ class Footage:
         verify(
             self.film, self.options, track, np.array(track.pivot_px), line,
             seen, inside, draw,
+            partial(entering, content=self.steady.content) if alone else None,
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
@@ -214,7 +218,7 @@ def _settled(
         # A pixel of the pictures in which the part was found.
         if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
             break
-        better = found_about(steady.pictures, meter.pivot_px, hint, steady.content)
+        better = found_about(steady.pictures, meter.pivot_px, hint, steady.content, part.inside)
         if better is None:
             break
         part, meter = better, PartMeter.of(steady, better)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Image, InputError, Mask
+from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition import POINT, swept
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.drawing import SeenPart, refusal_picture
@@ -33,12 +33,14 @@ def verify(
     film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outline: Array,
     sample: FrameSample, usable: Mask | None = None,
     draw: Callable[[], Image] | None = None,
+    entering: Callable[[Single], Mask] | None = None,
 ) -> None:  # fmt: skip
     """Compare a track with a sample of the frames; ``TrackRefused`` where they contradict it.
 
     ``flat_pivot`` (2,) and ``outline`` (points, 2) lie in the plane of motion, as the sample's
     pictures do. ``usable`` (frames,) marks the frames in which the part was looked for.
-    ``draw`` makes the picture of a refusal; the part on the calm frames where None.
+    ``draw`` makes the picture of a refusal; the part on the calm frames where None. ``entering``
+    marks in pictures (n, height, width) what enters them, which is not asked of the part.
     """
     tried = np.ones(track.frames, bool) if usable is None else usable
     chosen, pictures, rolls = sample.chosen(track.found)
@@ -57,7 +59,9 @@ def verify(
             np.deg2rad(track.sigma_deg[tried]),
             track.found[tried],
             rolls,
-            _elsewhere(options, film, scene.usual.shape),
+            entering(np.stack(pictures))
+            if entering is not None
+            else _elsewhere(options, film, scene.usual.shape),
         )
         why = contradiction(evidence, options.pointed)
     if why is None:

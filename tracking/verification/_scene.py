@@ -94,12 +94,13 @@ class TurningScene:
 
     def changed(self, elsewhere: Mask | None = None) -> tuple[Array, Array]:
         """Of each frame, the pixels that differ from the median frame, and those of them where the
-        part passes; (n,) each. ``elsewhere`` marks pixels of another moving part."""
+        part passes; (n,) each. ``elsewhere`` marks pixels of another moving part, (height, width)
+        or of each frame."""
         away = np.abs(self.frames - self.usual)
         noise = 1.4826 * float(np.median(away[:, ::3, ::3]))
         counted = _inner(self.usual.shape)
         if elsewhere is not None:
-            counted &= ~elsewhere
+            counted = counted & ~elsewhere
         moved = (away > 5.0 * noise + 6.0) & counted
         return moved.sum((1, 2)), (moved & self.swept).sum((1, 2))
 

@@ -72,7 +72,7 @@ def evidence_of(
     """Weigh a track, whose angles, sigmas and marks of found frames are (frames,) each.
 
     ``scene`` is the part as a sample of the frames shows it, ``roll_rad`` the camera's own turns in
-    these, ``elsewhere`` (height, width) marks pixels of another moving part.
+    these, ``elsewhere`` (height, width), or of each frame, marks pixels of other moving things.
     """
     spread = float(np.ptp(np.quantile(angle_rad[found], [0.01, 0.99]))) if found.any() else 0.0
     usual = max(float(np.median(sigma_rad[found])), 1e-12) if found.any() else 1.0

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite import SteadySample, found_about, without_entering
+from servosight.tracking.composite import SteadySample, find_parts, found_about
 from servosight.tracking.composite._camera import longest_rest, motion_between, spread
+from servosight.tracking.composite._entering import enough_left, without_entering
 from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned, turning
 from servosight.tracking.methods._composite import composite
@@ -156,7 +157,19 @@ def test_what_enters_the_picture_is_no_candidate() -> None:
     assert np.array_equal(clear[:6], passed[:6])
     everywhere = drawn.copy()
     everywhere[::2, 20:] += 60.0
+    assert enough_left(passed, clear)
     assert np.array_equal(without_entering(everywhere), everywhere)
+
+
+def test_a_part_is_found_beside_more_that_enters_the_picture() -> None:
+    """Someone who sways at the left border changes far more of the picture than the bar does."""
+    drawn = np.stack([p.astype(np.float32) for p in filmed(ANGLE_DEG[:24], 0.0, 0.0)])
+    for number, picture in enumerate(drawn):
+        picture[:, : 20 + int(12 * np.sin(0.9 * number))] = 250.0
+    assert not enough_left(drawn, without_entering(drawn))
+    best = find_parts(drawn)[0]
+    assert best.inside
+    assert np.hypot(*(np.array(best.pivot_px) - PIVOT)) < 3.0
 
 
 def test_a_part_that_looks_the_same_turned_does_not_jump(tmp_path: Path, write: Write) -> None:
