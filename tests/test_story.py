@@ -71,3 +71,19 @@ def test_the_servo_without_effects_is_identified_through_the_video(
     table = np.loadtxt(tmp_path / "rec" / "truth_angle.csv", delimiter=",", skiprows=1)
     error = recording.angle_deg - np.interp(recording.time_s, table[:, 0], table[:, 1])
     assert np.sqrt(np.mean((error - np.median(error)) ** 2)) < 0.03
+
+
+def test_horn_and_surface_are_tracked_and_the_play_between_them_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The gap within three sigma and 1 %, by which the twin's stops give way."""
+    recording = tmp_path / "rec"
+    truth = filmed(hidden_effect("backlash", 2, video=True), recording)
+    assert main(["track", str(recording), "--second"]) == 0
+    (told,) = [line for line in capsys.readouterr().out.splitlines() if "between" in line]
+    (found,) = answer(capsys, "identify", str(recording), "--effects", "backlash")["transmissions"]
+    assert found["sentence"] in told
+    gap, play = truth["backlash.gap"], found["play_deg"]
+    assert play["value"] == pytest.approx(gap, abs=3.0 * play["sigma"] + 0.01 * gap)
+    assert play["sigma"] < 0.02 * gap
+    assert found["ratio"] == pytest.approx([1.0] * 9, abs=0.01)
