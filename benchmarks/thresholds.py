@@ -42,7 +42,7 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
     "nested": (0.0, 10.0),
     "visible": (0.0, 1.0),
     "worse": (1.0, 1.2),
-    "far": (1.5, 6.0),
+    "far": (1.5, 3.0),
     "most": (0.7, 0.98),
     "max_steps": (2, 10),
 }

@@ -17,7 +17,12 @@ from servosight.identify.foreign._result import FmuFit
 from servosight.identify.foreign._runs import Interface
 from servosight.identify.problem import joint_noise_deg, thinned, unused_disturbances, usable_views
 from servosight.identify.search import LevenbergMarquardt, drive
-from servosight.identify.uncertainty import Matrix, determined_inverse, weighted_normal
+from servosight.identify.uncertainty import (
+    Matrix,
+    by_recording,
+    determined_inverse,
+    weighted_normal,
+)
 from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
@@ -236,14 +241,14 @@ def _covariance(search: _Search, end: _End) -> Array:
     free = (end.point > low) & (end.point < high)
     inverse = determined_inverse(end.jacobian, free)
     known = np.isfinite(np.diag(inverse))
-    meat = np.zeros((int(known.sum()), int(known.sum())))
-    begin = 0
-    for run in search.runs:
-        part = slice(begin, begin + run.recording.time_s.size)
-        every = np.ones(part.stop - begin, dtype=np.bool_)
-        meat += weighted_normal(end.jacobian[part][:, known], end.residuals[part], every)
-        begin = part.stop
-    meat *= begin / max(begin - int(free.sum()), 1)
+    every = [np.ones(run.recording.time_s.size, dtype=np.bool_) for run in search.runs]
+    parts = by_recording(every, end.jacobian[:, known], end.residuals)
+    meat = sum(
+        (weighted_normal(*one) for one in zip(*parts, every, strict=True)),
+        np.zeros((int(known.sum()), int(known.sum()))),
+    )
+    samples = end.residuals.size
+    meat = meat * (samples / max(samples - int(free.sum()), 1))
     found = np.full(inverse.shape, np.nan)
     part_inverse = inverse[np.ix_(known, known)]
     found[np.ix_(known, known)] = part_inverse @ meat @ part_inverse
