@@ -11,13 +11,26 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from servosight.identify.problem import noise_deg
 from servosight.identify.transmission._play import driven
-from servosight.models.core import Array, Estimate, InputError, Mask, Recording, Table, uncertain
+from servosight.models.core import (
+    Array,
+    Estimate,
+    InputError,
+    Mask,
+    Recording,
+    Table,
+    axes_of,
+    uncertain,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 HIGHEST_DEGREE = 9
 FEWEST_SAMPLES = 100
@@ -59,6 +72,15 @@ class Transmission:
     noise_deg: float
     degree: int
     sentence: str = ""
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The ratio over the horn's angle, with two sigma to either side."""
+        axes = axes_of(ax)
+        axes.errorbar(self.horn_deg, self.ratio, 2.0 * self.ratio_sigma, fmt="o-", capsize=3.0)
+        axes.set_xlabel("angle of the horn [deg]")
+        axes.set_ylabel("motion of the surface over that of the horn [-]")
+        axes.set_title(self.recording)
+        return axes
 
 
 def transmission(surface: Recording, horn: Recording) -> Transmission:

@@ -57,6 +57,8 @@ def test_the_ratio_of_a_linkage_is_found_over_the_angle(noise_deg: float) -> Non
     assert np.all(found.ratio_sigma < 0.01)
     assert found.play_deg is None
     assert found.rmse_deg < 1.05 * found.noise_deg
+    (line, *_) = found.plot().lines
+    assert np.array_equal(line.get_ydata(), found.ratio)
 
 
 def test_play_is_told_from_the_linkage_before_it() -> None:
