@@ -29,6 +29,7 @@ _COARSE_PX = 1.5
 _ROUGH_FRAMES = 14
 _LEAST_SCORE = 0.6
 _SEARCH_RAD = np.deg2rad(75.0)
+_LEAST_TURN_PX = 0.5  # features of it that move by less are none
 
 
 def acquire(
@@ -88,6 +89,12 @@ def acquire(
         angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
     assert rough is not None
     good = np.flatnonzero(np.isfinite(exact))
+    if np.ptp(exact[good]) * rough.grid.largest_px < _LEAST_TURN_PX:
+        # Of a plain part, few features move: most of what is learnt is the bench behind it.
+        raise InputError(
+            f"{video}: what the features show of the motion does not turn; expected a textured "
+            f"surface that turns, {POINT}."
+        )
     clear = [even[int(i)] for i in known[good]]
     edge = tightened(clear, exact[good], rough.pivot_px, rough.outline_px)
     return replace(rough, outline_px=edge)
