@@ -59,10 +59,10 @@ def find_parts(
 
     ``content`` (height, width) is what is known in all pictures, everything if None. Without a
     hint, what enters the picture is left out where enough else changes; where no part explains
-    enough of the change so, the other way is tried as well.
+    enough of the change so, or of what a hint points at, the other way is tried as well.
     """
     found: list[FoundPart] = []
-    for inside in (False,) if hint is not None else _ways(pictures, content):
+    for inside in _ways(pictures, hint, content):
         seen = chosen_of(pictures, hint, content, inside)
         found += [replace(one, inside=inside) for one in _found_in(seen, hint)]
         if any(one.explained >= TRUST.least_explained for one in found):
@@ -72,12 +72,12 @@ def find_parts(
     )
 
 
-def _ways(pictures: Single, content: Mask | None) -> tuple[bool, ...]:
+def _ways(pictures: Single, hint: Hint | None, content: Mask | None) -> tuple[bool, ...]:
     """Whether to leave out what enters the pictures, the more promising way first."""
     cleared = without_entering(pictures, content)
     if cleared is pictures:
         return (False,)
-    inside = enough_left(pictures, cleared)
+    inside = hint is None and enough_left(pictures, cleared)
     return inside, not inside
 
 
@@ -118,12 +118,11 @@ def found_about(
 
 
 def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None, inside: bool) -> Single:
-    """Some of the pictures (n, height, width) that differ most; with a hint, only with what is
-    connected with the place pointed at, else without what enters them if ``inside``."""
-    if hint is not None:
-        return _connected(pictures[diverse(pictures, _PICTURES)], hint.place)
+    """Some of the pictures (n, height, width) that differ most; without what enters them if
+    ``inside``, with a hint only with what is connected with the place pointed at."""
     seen = without_entering(pictures, content) if inside else pictures
-    return seen[diverse(seen, _PICTURES)]
+    seen = seen[diverse(seen, _PICTURES)]
+    return _connected(seen, hint.place) if hint is not None else seen
 
 
 def _as_found(part: TurningPart, scale: float) -> FoundPart:

@@ -75,6 +75,22 @@ def test_each_hint_alone_finds_the_shorter_bar(steady: SteadySample, given: str)
     assert np.hypot(*np.subtract(found[0].pivot_px, PIVOTS[1])) < 2.0
 
 
+def test_what_enters_and_touches_the_part_pointed_at_is_left_out(steady: SteadySample) -> None:
+    """A hand covers the lower part in some pictures, and joins the bar with what flutters at the
+    right border: about the pivot given, most of what is connected with it does not turn."""
+    rng = np.random.default_rng(4)
+    passed = steady.pictures.copy()
+    for picture in passed:
+        for top in range(0, SIZE[1], 12):
+            picture[top : top + 12, rng.integers(178, 198) :] = 250.0
+    passed[10:14, 66:, 90:] = 30.0
+    pivot = (PIVOTS[1, 0] + 2.0, PIVOTS[1, 1] - 1.0)
+    hint = Hint.of(steady, small(pictures()[AT], steady.scale), AT, pivot, None)
+    found = find_parts(passed, hint)
+    assert found[0].inside
+    assert np.hypot(*np.subtract(found[0].pivot_px, PIVOTS[1])) < 2.0
+
+
 def test_another_candidate_is_picked(tmp_path: Path, write: Write) -> None:
     """Truth: the drawn angles of the shorter bar; 95 % of the errors are within 3 sigma."""
     video = write(tmp_path / "two.mkv", pictures(), np.arange(FRAMES) / RATE_HZ)
