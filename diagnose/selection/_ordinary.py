@@ -6,13 +6,17 @@ ORDINARY = (
     "gravity_load",
     "load_dependent_friction",
     "torque_saturation",
-    "supply_sag",
     "stribeck_friction",
-    "coulomb_friction",
     "dead_time",
-    "backlash",
     "rate_limit",
+    "supply_sag",
+    "coulomb_friction",
+    "backlash",
     "speed_limit",
     "current_limit",
+    "feedback_backlash",
+    "dead_band",
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
+TOGETHER = 6
+"""So many of the first are fitted at once: with one of them missing the others are fitted wrong."""

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from servosight.diagnose.residuals import EXPLAINED
-from servosight.diagnose.selection._ordinary import ORDINARY
+from servosight.diagnose.selection._ordinary import ORDINARY, TOGETHER
 
 T = TypeVar("T")
 
@@ -44,7 +44,8 @@ class SelectionPolicy:
     the lowest price is taken each of whose effects is accepted: log of the validation rmse,
     ``effect_price`` an effect or a fitted k, ``rare_price`` an effect not in ``ordinary``, and
     ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
-    floor, these sets come before any step. Neither with fewer than ``fewest`` samples.
+    floor, these sets come before any step. Neither with fewer than ``fewest`` samples. So many as
+    ``together`` of the ordinary effects are fitted at once.
     """
 
     min_gain: float = 0.05
@@ -68,6 +69,7 @@ class SelectionPolicy:
     hopeless: float = 25.0
     fewest: int = 200
     ordinary: tuple[str, ...] = ORDINARY
+    together: int = TOGETHER
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,9 +142,14 @@ class AcceptanceCriterion:
         """True where the validation error is at the floor."""
         return self.at_floor(score.validation_rmse_deg, score.validation_samples)
 
+    @property
+    def enough_deg(self) -> float:
+        """The rms error of fitted samples that is at the floor [deg]."""
+        return self.policy.explained * self.floor_deg
+
     def settled(self, score: Score) -> bool:
         """True where the error of the fitted samples is at the floor."""
-        return score.train_rmse_deg <= self.policy.explained * self.floor_deg
+        return score.train_rmse_deg <= self.enough_deg
 
     def done(self, score: Score) -> bool:
         """True where a model is at the floor on fitted and on validation samples.

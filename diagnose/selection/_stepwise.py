@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
-from servosight.diagnose.selection.search import BestSoFar, Visited, searched_widely, simplified
+from servosight.diagnose.selection.search import (
+    BestSoFar,
+    Visited,
+    fitted_jointly,
+    searched_widely,
+    simplified,
+)
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
 
@@ -50,8 +56,8 @@ class StepwiseSelector:
         """
         first = self.first_step()
         linear = first.steps[0].trial
-        hopeless = first.singles and self.criterion.hopeless(first.singles[0].score)
-        if hopeless and len(found := self._searched_widely(list(first.steps))) > 1:
+        found = self._searched_first(first)
+        if len(found) > 1:
             return self._selected(found, first)
         steps = self._extended(list(first.steps), first.singles)
         if len(steps) == 1 and self.models.known.start_effects:
@@ -63,6 +69,16 @@ class StepwiseSelector:
             if pair and self.criterion.beats(pair[-1].trial.score, last.score):
                 steps = self._extended([*first.steps, *pair, *self._settled(pair[-1].trial)])
         return self._selected(self._searched_widely(steps), first)
+
+    def _searched_first(self, first: Selected) -> list[Step]:
+        """What is found before any step where the best single effect leaves much."""
+        steps = list(first.steps)
+        if not first.singles or not self.criterion.wants_search(first.singles[0].score):
+            return steps
+        if self.criterion.hopeless(first.singles[0].score):
+            return self._searched_widely(steps)
+        visited = Visited(self.models, self.criterion)
+        return fitted_jointly(steps, visited, self.effort, self._show)
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""

@@ -9,7 +9,6 @@ from servosight.identify.fit._dynamics import step_response as step_response
 from servosight.identify.fit._dynamics import step_size_deg as step_size_deg
 from servosight.identify.fit._dynamics import step_times as step_times
 from servosight.identify.fit._effects import fit_effects as fit_effects
-from servosight.identify.fit._effects import fit_together as fit_together
 from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects
 from servosight.identify.fit._effects import sketch_effects as sketch_effects
@@ -29,3 +28,5 @@ from servosight.identify.fit._result import parameter_table as parameter_table
 from servosight.identify.fit._solution import POLISH_BUDGET as POLISH_BUDGET
 from servosight.identify.fit._solution import Solution as Solution
 from servosight.identify.fit._solution import polish as polish
+from servosight.identify.fit._together import fit_together as fit_together
+from servosight.identify.fit._together import fit_varied as fit_varied

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 
 from servosight.identify.fit._nested import contains, no_worse
@@ -28,12 +26,6 @@ SHRUNK = (0.5, 0.25)
 """Guesses may be far too strong: these shares of their distance from neutral are starts as well."""
 VARIED_STARTS = 96
 """Variations of the guesses, of which the cheapest are starts."""
-GRID_T_S = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
-GRID_XI = (0.1, 0.25, 0.6, 1.2)
-GRID_SHARES = (1.0, 0.3, 0.1)
-"""The grid of effects that are fitted together; the guesses count in these shares as well,"""
-GRID_STARTS = 6
-"""and so many of the cheapest points are starts."""
 VARIED_BY = 0.6
 """Standard deviation of these variations on a logarithmic scale."""
 
@@ -83,28 +75,6 @@ def search_effects(problem: Problem, base: Solution) -> Solution:
     starts = np.vstack([guesses, _variations(problem, base, guesses)])
     starts = _ordered(starts, _costs(problem, base, starts)[1])
     return polish(problem, starts[:SEARCHED_STARTS])
-
-
-def fit_together(problem: Problem, base: Solution) -> Solution:
-    """Fit the effects that ``base`` lacks at once, from a grid over T, xi and all their guesses.
-
-    Where they matter so much that ``base`` is far from the servo, its T, xi and bias are no start
-    for them, nor is each of them for the next.
-    """
-    guesses = np.array(effect_guesses(problem, base.as_base))
-    neutral = neutral_start(problem, base.as_base)
-    starts = np.vstack([neutral + share * (guesses - neutral) for share in GRID_SHARES])
-    core = np.log(list(itertools.product(GRID_T_S, GRID_XI)))
-    points = np.repeat(starts, len(core), axis=0)
-    points[:, 1:3] = np.tile(core, (len(starts), 1))
-    for r, recording in enumerate(problem.recordings):
-        own = problem.physical + 3 * r
-        k, command = points[:, 0], recording.command_at(recording.time_s)
-        points[:, own] = np.mean(recording.angle_deg) - k * np.mean(command)
-        points[:, own + 1 : own + 3] = recording.angle_deg[0], 0.0
-    points = np.clip(points, *problem.bounds)
-    costs = half_squares(problem.residuals(points))
-    return polish(problem, points[np.argsort(costs)[:GRID_STARTS]])
 
 
 def initial_changes(problem: Problem, base: Solution) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -148,28 +149,35 @@ def effect_guesses(problem: Problem, base: BaseModel) -> list[Array]:
 
     All combinations of the new effects' guesses.
     """
+    new = _new(problem, base)
+    every = itertools.product(*(base.guesses(effect) for effect in new))
+    return [_guessed(problem, base, dict(zip(new, guesses, strict=True))) for guesses in every]
+
+
+def _new(problem: Problem, base: BaseModel) -> list[Effect]:
+    """The effects of ``problem`` that the base lacks."""
+    lacked = set(problem.effects) - set(base.problem.effects)
+    return [effect for effect in problem.plant.layout.effects if effect.id in lacked]
+
+
+def _guessed(
+    problem: Problem, base: BaseModel, guesses: Mapping[Effect, tuple[float, ...]]
+) -> Array:
+    """The base's point with a guess for each effect that it lacks."""
     coordinates = base.problem.coordinates
     known = {(c.name, c.recording): x for c, x in zip(coordinates, base.point, strict=True)}
-    new = [
-        effect
-        for effect in problem.plant.layout.effects
-        if effect.id in problem.effects and effect.id not in base.problem.effects
+    guess = {
+        f"{effect.id}.{parameter.name}": value
+        for effect, values in guesses.items()
+        for parameter, value in zip(effect.parameters, values, strict=True)
+    }
+    start = [
+        known[(c.name, c.recording)]
+        if (c.name, c.recording) in known
+        else c.to_search(guess[c.name])
+        for c in problem.coordinates
     ]
-    found = []
-    for guesses in itertools.product(*(base.guesses(effect) for effect in new)):
-        guess = {
-            f"{effect.id}.{parameter.name}": value
-            for effect, values in zip(new, guesses, strict=True)
-            for parameter, value in zip(effect.parameters, values, strict=True)
-        }
-        start = [
-            known[(c.name, c.recording)]
-            if (c.name, c.recording) in known
-            else c.to_search(guess[c.name])
-            for c in problem.coordinates
-        ]
-        found.append(np.clip(start, *problem.bounds))
-    return found
+    return np.asarray(np.clip(start, *problem.bounds))
 
 
 def effect_starts(problem: Problem, base: BaseModel) -> list[Array]:
@@ -200,8 +208,11 @@ def neutral_start(problem: Problem, base: BaseModel) -> Array:
         for c, x in zip(base.problem.coordinates, base.point, strict=True)
     }
     low, high = problem.bounds
-    guesses = effect_guesses(problem, base)
-    start = guesses[0].copy() if guesses else 0.5 * (low + high)  # terms of a law have no guesses
+    guesses = {effect: base.guesses(effect) for effect in _new(problem, base)}
+    if all(guesses.values()):
+        start = _guessed(problem, base, {effect: own[0] for effect, own in guesses.items()})
+    else:
+        start = 0.5 * (low + high)  # terms of a law have no guesses
     for j, coordinate in enumerate(problem.coordinates):
         neutral, key = coordinate.parameter.neutral, (coordinate.name, coordinate.recording)
         if key in owned:

@@ -124,6 +124,14 @@ class InventedModels:
     def finished(self, trial: InventedTrial) -> InventedTrial:
         return trial
 
+    def together(
+        self, base: InventedTrial, names: Sequence[str], enough_deg: float = 0.0
+    ) -> InventedTrial:
+        return self.fitted((*base.effects, *names), "together")
+
+    def varied(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
+        return self.fitted(trial.effects, "vary")
+
     def searched(self, base: InventedTrial, trial: InventedTrial, name: str) -> InventedTrial:
         return self.fitted(trial.effects, "search")
 

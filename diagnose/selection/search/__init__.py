@@ -8,4 +8,5 @@ from servosight.diagnose.selection.search._preferred import (
 from servosight.diagnose.selection.search._preferred import simplified as simplified
 from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
 from servosight.diagnose.selection.search._visited import Visited as Visited
+from servosight.diagnose.selection.search._wide import fitted_jointly as fitted_jointly
 from servosight.diagnose.selection.search._wide import searched_widely as searched_widely

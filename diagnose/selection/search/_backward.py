@@ -14,10 +14,6 @@ from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
-TOGETHER = 2
-"""So many of the first ordinary effects stay in any case: weight and the friction that it causes
-may both gain nothing alone."""
-
 
 @dataclass(frozen=True)
 class BackwardSearch:
@@ -30,7 +26,12 @@ class BackwardSearch:
 
     def search(self, base: Trial) -> None:
         """Visit the rich model that extends ``base``, and what is left of it effect by effect."""
-        self.reduce(self.rich(base, self.visited.criterion.policy.ordinary))
+        criterion, begun = self.visited.criterion, self.together(base)
+        if not criterion.done(begun.score):
+            rich = self.models.finished(self.rich(begun, criterion.policy.ordinary))
+            if rich.key != begun.key:
+                begun = self._varied(rich, criterion.enough_deg)
+        self.reduce(self.models.finished(begun))
 
     def search_unloaded(self) -> bool:
         """The same with k held at 1; True where the data do not ask for another k.
@@ -39,23 +40,41 @@ class BackwardSearch:
         fits with all three wrong. With k held the others are determined, and from there k is
         fitted, too. Held, the model has a parameter less.
         """
-        criterion, known = self.visited.criterion, self.models.known
-        linear = self.models.unloaded()
+        criterion, linear = self.visited.criterion, self.models.unloaded()
         if linear is None:
             return False
-        first, candidates = criterion.policy.ordinary[:TOGETHER], self.models.candidates(linear)
-        allowed = [name for name in first if name in candidates]
-        begun = tuple(dict.fromkeys((*known.first, *allowed)))
-        if not begun:
-            return False
         self.progress("rich model with k held", 0, len(criterion.policy.ordinary))
-        others = [name for name in criterion.policy.ordinary if name not in begun]
-        self.reduce(self.rich(self.models.together(linear, begun), others))
+        self.search(linear)
         held = [one for one in self.visited.ranked() if one.held == linear.held]
         best = self.models.finished(held[0])
         released = self.models.refitted(best)
         better = criterion.earns(best.score, self.models.first().score, 1)
         return better and not criterion.frees(released.score, best.score)
+
+    def together(self, base: Trial) -> Trial:
+        """``base`` with what the user knows and the first ordinary effects, fitted at once."""
+        models, policy = self.models, self.visited.criterion.policy
+        names = policy.ordinary[: policy.together]
+        known = [name for name in models.known.first if name not in base.effects]
+        there = {*base.effects, *known}
+        able = [name for name in names if name in models.candidates(base) and name not in there]
+        covered = {one for own in (*there, *able) for one in models.catalogue[own].contains}
+        apart = [name for name in able if not set(models.catalogue[name].contains) & there]
+        new = [*known, *(name for name in apart if name not in covered)]
+        if not new or self.effort.is_spent(models):
+            return base
+        criterion = self.visited.criterion
+        begun = models.together(base, new, criterion.enough_deg)
+        if criterion.settled(begun.score) and not criterion.explained(begun.score):
+            begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
+        return begun
+
+    def _varied(self, trial: Trial, enough_deg: float) -> Trial:
+        """``trial`` fitted from variations, as far as simulations are left."""
+        if self.effort.is_spent(self.models):
+            return trial
+        self.progress("varying the model", 0, 1)
+        return self.models.varied(trial, enough_deg)
 
     def rich(self, base: Trial, names: Sequence[str]) -> Trial:
         """``base`` with those effects of an ordinary servo that the fitted data move.
@@ -68,13 +87,13 @@ class BackwardSearch:
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
             larger = self.models.extended(trial, name)
-            needed = name in self.visited.criterion.policy.ordinary[:TOGETHER]
-            if needed or self.visited.criterion.learnt(larger.score, trial.score):
+            if self.visited.criterion.learnt(larger.score, trial.score):
                 trial = larger
-        return self.models.finished(trial)
+        return trial
 
     def reduce(self, trial: Trial) -> None:
-        """Leave out one effect after the other, each time the one that is missed least.
+        """Leave out one effect after the other, each time the one that is missed least, or put a
+        special case in its place.
 
         It ends where all simulations are spent, or where what is left is dearer than the cheapest
         of its line by two effects' prices.
@@ -87,6 +106,7 @@ class BackwardSearch:
             for i, name in enumerate(names):
                 self.progress(f"trying without {name}", i, len(names))
                 smaller.append(self.visited.without(trial, name))
+                smaller += self.visited.special_cases(trial, name)
             trial = min(smaller, key=self.visited.price)
             least = min(least, self.visited.price(trial))
             if self.visited.price(trial) > least + 2.0 * self.visited.criterion.policy.effect_price:

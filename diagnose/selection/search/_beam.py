@@ -23,18 +23,55 @@ class BeamSearch:
     progress: StageProgress
 
     def search(self) -> None:
-        """Extend the cheapest models as long as what they lead to is clearly cheaper."""
+        """Extend the cheapest models as long as what they lead to is clearly cheaper.
+
+        A model at the floor is not extended: no error below it is better.
+        """
         extended: set[Key] = set()
-        while True:
-            best = self.visited.price(self.visited.ranked()[0])
+        while not self.visited.criterion.done(self._cheapest().score):
+            best = self.visited.price(self._cheapest())
             beam = [trial for trial in self._beam() if trial.key not in extended]
             for trial in beam:
                 if self.effort.is_spent(self.models):
                     return
                 extended.add(trial.key)
                 self._extend(self.models.finished(trial))
-            if self.visited.price(self.visited.ranked()[0]) > best - WORTH_GOING_ON:
+            if not self._is_below(best) and not self._varied_below(best):
                 return
+
+    def _cheapest(self) -> Trial:
+        return self.visited.ranked()[0]
+
+    def _is_below(self, price: float) -> bool:
+        """True where a model clearly cheaper than ``price`` is known."""
+        return self.visited.price(self._cheapest()) <= price - WORTH_GOING_ON
+
+    def _varied_below(self, price: float) -> bool:
+        """The same once the cheapest model with effects, and the best of those with one effect
+        more, were fitted from variations of themselves.
+
+        What a wrong minimum hides may show from a lower one: all that is to be tried behind it.
+        """
+        cheapest = self._cheapest()
+        for trial in (cheapest, self._larger(cheapest)):
+            if trial is None or not trial.effects or self.effort.is_spent(self.models):
+                continue
+            self.progress("varying the cheapest models", 0, 1)
+            self.models.varied(self.models.finished(trial), self.visited.criterion.enough_deg)
+            if self._is_below(price):
+                return True
+        return False
+
+    def _larger(self, trial: Trial) -> Trial | None:
+        """Of the models with one effect more than ``trial`` the one that fits best."""
+        larger = [
+            one
+            for one in self.visited.ranked()
+            if one.held == trial.held
+            and set(one.effects) > set(trial.effects)
+            and len(one.effects) == len(trial.effects) + 1
+        ]
+        return min(larger, key=lambda one: one.score.train_rmse_deg, default=None)
 
     def _beam(self) -> list[Trial]:
         """The cheapest models; one that fits as another does is that one by another name."""
@@ -55,8 +92,7 @@ class BeamSearch:
         """Visit ``base`` with each of the effects that promise most, its special cases, and the
         ordinary effects of which it has a special case: these promise little to first order."""
         for name in self.visited.removable(base):
-            for simple in self.models.catalogue[name].contains:
-                self.models.swapped(base, name, simple)
+            self.visited.special_cases(base, name)
         for name in self.models.candidates(base):
             special = set(self.models.catalogue[name].contains) & set(base.effects)
             if special and name in self.visited.criterion.policy.ordinary:

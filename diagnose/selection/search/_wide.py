@@ -9,7 +9,7 @@ from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
 from servosight.diagnose.selection.search._backward import BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch
 from servosight.diagnose.selection.search._visited import Visited
-from servosight.diagnose.selection.trials import Trial
+from servosight.diagnose.selection.trials import Key, Trial
 from servosight.models.core import StageProgress
 
 
@@ -24,12 +24,44 @@ def searched_widely(
     first, last = steps[0].trial, steps[-1].trial
     backward = BackwardSearch(visited.models, visited, effort, progress)
     # At several gains the data determine k, but fits that begin with a wrong one may end there.
-    if not backward.search_unloaded() or not visited.models.at_one_gain:
+    asked = not backward.search_unloaded() or not visited.models.at_one_gain
+    if asked and not visited.criterion.done(visited.ranked()[0].score):
         backward.search(first)
     BeamSearch(visited.models, visited, effort, progress).search()
-    best = visited.best()
+    best = _simplest(visited)
     cheaper = visited.price(best) < visited.price(last)
     return steps_to(steps, visited, best) if cheaper else list(steps)
+
+
+def fitted_jointly(
+    steps: Sequence[Step], visited: Visited, effort: SearchEffort, progress: StageProgress
+) -> list[Step]:
+    """Steps to what is left of the first ordinary effects fitted at once, if they explain the data.
+
+    Else ``steps``. It costs less than one step: several effects that explain the data only together
+    need not be found one after the other.
+    """
+    linear = visited.models.unloaded()
+    if linear is None:
+        return list(steps)
+    progress("ordinary effects together with k held", 0, 1)
+    backward = BackwardSearch(visited.models, visited, effort, progress)
+    begun = backward.together(linear)
+    if not visited.criterion.done(begun.score):
+        return list(steps)
+    backward.reduce(begun)
+    best = _simplest(visited)
+    return steps_to(steps, visited, best) if visited.criterion.done(best.score) else list(steps)
+
+
+def _simplest(visited: Visited) -> Trial:
+    """The best model, with each special case of its effects tried, whatever was tried before."""
+    seen: set[Key] = set()
+    while (best := visited.best()).key not in seen:
+        seen.add(best.key)
+        for name in visited.removable(best):
+            visited.special_cases(best, name)
+    return best
 
 
 def steps_to(steps: Sequence[Step], visited: Visited, best: Trial) -> list[Step]:

@@ -24,6 +24,7 @@ from servosight.identify.fit import (
     contains,
     fit_effects,
     fit_together,
+    fit_varied,
     no_worse,
     own_values,
     polish,
@@ -200,10 +201,17 @@ class ModelSelection:
         fit = Solution.at(problem, point)
         return Trial(problem.effects, fit, self._seen(fit))
 
-    def together(self, base: Trial, names: Sequence[str]) -> Trial:
-        """``base`` with several effects more, which are fitted at once from a wide grid."""
-        problem = self.problem((*base.effects, *names), base.fit.problem.held)
-        return self.judge(fit_together(problem, base.fit))
+    def together(self, base: Trial, names: Sequence[str], enough_deg: float = 0.0) -> Trial:
+        """``base`` with several effects more, fitted at once from many starts to ``enough_deg``."""
+        problem, start = self.problem((*base.effects, *names), base.fit.problem.held), base.fit
+        way, new = f"together to {enough_deg}", " ".join(names)
+        return self.judge(
+            fitted_once(self.fits, way, base, new, lambda: fit_together(problem, start, enough_deg))
+        )
+
+    def varied(self, trial: Trial, enough_deg: float) -> Trial:
+        """``trial``, or a better fit of its effects, from variations of its parameters."""
+        return self.judge(fit_varied(trial.fit, enough_deg))
 
     def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:
         """A model with other parameters ``held``, by default those of the user, from ``trial``."""

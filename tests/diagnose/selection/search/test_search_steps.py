@@ -25,7 +25,7 @@ def reduced(errors: dict[str, float], rich: str, effort: SearchEffort = EFFORT) 
 
 
 def test_effects_are_left_out_down_to_the_last() -> None:
-    assert reduced({"": 0.2, "a": 0.1}, "ab") == ["reduce b", "reduce a"]
+    assert reduced({"": 0.2, "a": 0.1, "ab": 0.1}, "ab") == ["reduce b", "reduce a"]
     down = ["reduce bc", "reduce ac", "reduce ab", "reduce b", "reduce a"]
     assert reduced({"": 0.2, "ab": 0.12, "abc": 0.1}, "abc") == down
 

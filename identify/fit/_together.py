@@ -1,0 +1,142 @@
+"""Several effects fitted at once, from starts spread over all that a servo could be.
+
+With each of them missing a servo of many effects is so far from its model that neither the fitted T
+and xi nor the guesses of one effect are a start for the next: descents one after the other end in
+the nearest minimum. A few hundred simulations of points drawn at random find the valley of the
+right one more often than not, and cost less than one descent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from servosight.identify.fit._solution import Solution, polish
+from servosight.identify.problem import Problem, neutral_start
+from servosight.identify.search import half_squares
+from servosight.models.core import Array
+
+POINTS = 600
+STARTS = 8
+"""So many points are simulated, and descents begin at so many of the cheapest,"""
+FIRST_BUDGET = 150
+"""each with so many simulations; the cheapest few go on to the end."""
+FINISHED = 3
+SPAN_T_S = (0.005, 0.2)
+SPAN_XI = (0.1, 1.5)
+ABSENT = 0.3
+"""An effect is neutral in this share of the points, else its guesses count in such shares:"""
+SPAN_SHARE = (0.05, 1.5)
+VARIED_POINTS = 200
+VARIED_STARTS = 4
+"""Of so many variations of a fit so many are starts,"""
+VARIED_BY = 0.25
+"""of this standard deviation on a logarithmic scale, itself varied by a factor of about two."""
+ROUNDS, IN_VAIN = 5, 2
+"""Rounds of variations at the most, and how many in a row may lower nothing."""
+CLEARLY = 0.98
+
+
+def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> Solution:
+    """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
+
+    An rms error of ``enough_deg`` ends the search.
+    """
+    points = spread(problem, base)
+    costs = half_squares(problem.residuals(points))
+    begun = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:STARTS]]
+    begun.sort(key=_cost)
+    ended = (
+        polish(problem, [fit.outcome.point]) if fit.out_of_budget else fit
+        for fit in begun[:FINISHED]
+    )
+    return fit_varied(_first_enough(ended, enough_deg), enough_deg)
+
+
+def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
+    """``fit``, or a better one of the same effects, from seeded variations of all its parameters.
+
+    Stick-slip, play and limits leave many minima side by side, and each step to a lower one shows
+    the next. It ends where nothing is gained, or at an rms error of ``enough_deg``.
+    """
+    in_vain = 0
+    for seed in range(ROUNDS):
+        if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN:
+            break
+        points = _variations(fit, seed)
+        costs = half_squares(fit.problem.residuals(points))
+        found = (polish(fit.problem, [points[i]]) for i in np.argsort(costs)[:VARIED_STARTS])
+        best = _first_enough(found, enough_deg)
+        in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
+        fit = min(fit, best, key=_cost)
+    return fit
+
+
+def _first_enough(fits: Iterable[Solution], enough_deg: float) -> Solution:
+    """The first fit whose error is ``enough_deg`` at the most, or else the best of all."""
+    seen: list[Solution] = []
+    for fit in fits:
+        seen.append(fit)
+        if fit.rmse_deg <= enough_deg:
+            break
+    return min(seen, key=_cost)
+
+
+def _cost(fit: Solution) -> float:
+    return fit.outcome.cost
+
+
+def _variations(fit: Solution, seed: int) -> Array:
+    """Search points about a fit: its effects' parameters, T and xi by factors, k as it is."""
+    problem, rng = fit.problem, np.random.default_rng(seed)
+    points = np.tile(fit.outcome.point, (VARIED_POINTS, 1))
+    size = VARIED_BY * np.exp(0.7 * rng.normal(size=VARIED_POINTS))
+    for j, coordinate in enumerate(problem.coordinates[1 : problem.physical], start=1):
+        off = size * rng.normal(size=VARIED_POINTS)
+        points[:, j] = points[:, j] + off if coordinate.logarithmic else points[:, j] * np.exp(off)
+    return np.clip(points, *problem.bounds)
+
+
+def spread(problem: Problem, base: Solution, seed: int = 0) -> Array:
+    """Search points drawn over T, xi and the effects that ``base`` lacks, (points, coordinates).
+
+    Each effect is absent, or has one of its guesses times a share; k is that of ``base`` or 1.
+    """
+    rng = np.random.default_rng(seed)
+    neutral = neutral_start(problem, base.as_base)
+    points = np.tile(neutral, (POINTS, 1))
+    points[::2, 0] = np.copysign(1.0, neutral[0])
+    points[:, 1] = _drawn(rng, SPAN_T_S)
+    points[:, 2] = _drawn(rng, SPAN_XI)
+    new = [one for one in problem.plant.layout.effects if one.id not in base.problem.effects]
+    for effect in new:
+        guesses = np.array(base.as_base.guesses(effect))
+        drawn = guesses[rng.integers(len(guesses), size=POINTS)]
+        share = np.exp(_drawn(rng, SPAN_SHARE))
+        present = rng.random(POINTS) >= ABSENT
+        for value, parameter in zip(drawn.T, effect.parameters, strict=True):
+            name = f"{effect.id}.{parameter.name}"
+            for j, coordinate in enumerate(problem.coordinates):
+                if coordinate.name != name:
+                    continue
+                guess = np.array([coordinate.to_search(float(one)) for one in value])
+                scaled = neutral[j] + share * (guess - neutral[j])
+                points[present, j] = scaled[present]
+    _place(problem, points)
+    return np.clip(points, *problem.bounds)
+
+
+def _drawn(rng: np.random.Generator, span: tuple[float, float]) -> Array:
+    """Logarithms of numbers in ``span``, drawn evenly, (points,)."""
+    low, high = span
+    return rng.uniform(np.log(low), np.log(high), POINTS)
+
+
+def _place(problem: Problem, points: Array) -> None:
+    """Each recording's bias, first angle and first speed, for models that were not fitted."""
+    for r, recording in enumerate(problem.recordings):
+        own = problem.physical + 3 * r
+        command = recording.command_at(recording.time_s)
+        points[:, own] = np.mean(recording.angle_deg) - points[:, 0] * np.mean(command)
+        points[:, own + 1 : own + 3] = recording.angle_deg[0], 0.0

@@ -1,0 +1,67 @@
+"""Several effects fitted at once, from many starts and from variations of what they lead to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.identify.fit import Solution, fit_together, fit_varied, polish
+from servosight.identify.problem import Problem, linear_start
+from servosight.models.effects import catalogue
+
+NAMES = ("torque_saturation", "stribeck_friction", "gravity_load")
+TRUE = {
+    "torque_saturation.limit": 6.0,
+    "stribeck_friction.level": 1.2,
+    "stribeck_friction.excess": 1.4,
+    "stribeck_friction.speed": 16.0,
+    "gravity_load.sine": 12.0,
+}
+WRONG = {
+    "k": 1.0,
+    "T": 0.014,
+    "xi": 0.2,
+    "torque_saturation.limit": 3.0,
+    "stribeck_friction.level": 2.4,
+    "stribeck_friction.excess": 2.8,
+    "stribeck_friction.speed": 40.0,
+    "gravity_load.sine": 12.0,
+}
+NOISE_DEG = 0.03
+
+
+@pytest.fixture
+def problem(record: Any) -> Problem:
+    hidden = {name.replace(".", "__"): value for name, value in TRUE.items()}
+    recordings = [record(6.0, noise_deg=NOISE_DEG, k=1.0, T=0.02, xi=0.7, **hidden)]
+    return Problem.of(recordings, catalogue(), NAMES, held={"k": 1.0})
+
+
+def linear(problem: Problem) -> Solution:
+    return polish(problem.linear, [linear_start(problem.linear)])
+
+
+def test_what_is_fitted_at_once_is_found(problem: Problem) -> None:
+    """The linear fit is far off: 1 deg, where the truth leaves the noise."""
+    base, enough_deg = linear(problem), 1.1 * NOISE_DEG
+    assert base.rmse_deg > 20.0 * enough_deg
+    fit = fit_together(problem, base, enough_deg)
+    assert fit.rmse_deg <= enough_deg
+    values = problem.values(fit.outcome.point)
+    for name, true in TRUE.items():
+        assert values[name] == pytest.approx(true, rel=0.1)
+
+
+def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: Problem) -> None:
+    """A descent from a servo of twice the friction and half the limit ends far from the noise."""
+    start = [
+        coordinate.to_search(WRONG[coordinate.name]) if coordinate.name in WRONG else 0.0
+        for coordinate in problem.coordinates
+    ]
+    stuck = polish(problem, [np.clip(start, *problem.bounds)])
+    assert stuck.rmse_deg > 2.0 * NOISE_DEG
+    found = fit_varied(stuck, 1.1 * NOISE_DEG)
+    assert found.rmse_deg <= 1.1 * NOISE_DEG
+    assert fit_varied(found, found.rmse_deg) is found
