@@ -62,6 +62,7 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "hopeless": 25.0,
         "fewest": 200,
         "ordinary": POLICY.ordinary,
+        "together": 6,
     }
 
 
