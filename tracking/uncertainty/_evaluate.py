@@ -13,14 +13,13 @@ from servosight.tracking.calibration import CameraView
 from servosight.tracking.core import Exposure, Flag, Shutters, principal
 from servosight.tracking.fit import AngleFit
 from servosight.tracking.uncertainty._flicker import light_centre
-from servosight.tracking.uncertainty._lasting import lasting
+from servosight.tracking.uncertainty._lasting import with_scatter
 from servosight.tracking.uncertainty._middle_row import at_middle_row
 from servosight.tracking.uncertainty._pivot_refinement import refine_pivot
 from servosight.tracking.uncertainty._sigma import (
     columns,
     flags_of,
     gaps,
-    scatter,
     shown_share,
     speeds,
     uneven,
@@ -91,13 +90,14 @@ def evaluate(
         angle, timing = _at_light_centre(angle, time_s, fits, shutters)
     of_readout = _by_readout(angle, time_s, fits, shutters.readout_doubt_s)
     shared = principal(np.hstack([refined.shared_rad, of_readout]))
+    if correlated:
+        sigma = with_scatter(sigma, angle)
     sigma = np.sqrt(
         sigma**2
         + timing**2
         + uneven(angle, time_s, shutters.exposures_s) ** 2
         + _by_alignment(measured) ** 2
         + (shared**2).sum(1)
-        + ((lasting(angle) * scatter(angle)) ** 2 if correlated else 0.0)
     )
     return EvaluatedAngles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
 

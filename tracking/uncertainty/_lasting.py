@@ -7,14 +7,28 @@ from math import comb
 import numpy as np
 
 from servosight.models.core import Array
+from servosight.tracking.uncertainty._sigma import scatter
 
-_STRIDES = (1, 2, 3)  # frames
+_STRIDES = (1, 2, 3, 4)  # frames
 _LOW, _HIGH = 6, 8  # orders
 _ALIKE = 1.15
 _ALIKE_OF_NEIGHBOURS = 1.3  # errors that last may themselves decrease with the order
-_MOST = 5.0  # more is motion: on composed clips up to 4.1
+_MOST = 4.5  # more is taken for motion: of composed clips the errors reach 4.1
 _OUTLYING, _ROUNDS = 3.0, 8
 _FEWEST = 30  # differences
+
+
+def with_scatter(sigma: Array, angle: Array) -> Array:
+    """Sigma (frames,) of angles (frames,) where ``sigma``, of the residuals, is not all of it.
+
+    Scatter adds to it. Errors that last are seen in the residuals in part: where all of them are
+    usually larger than both together, sigma is so much larger.
+    """
+    near = scatter(angle)
+    both = np.hypot(sigma, near)
+    usual = float(np.median(both))
+    larger = lasting(angle) * float(np.median(near)) / usual if usual > 0.0 else 1.0
+    return np.asarray(max(larger, 1.0) * both)
 
 
 def lasting(angle: Array) -> float:
@@ -22,7 +36,7 @@ def lasting(angle: Array) -> float:
 
     A predicting codec corrects a block only some frames after it began to be wrong, and the motion
     of a background that it copies is measured too small: neighbouring frames share such an error,
-    and differences between them are too small by it. Differences over two or three frames contain
+    and differences between them are too small by it. Differences over two to four frames contain
     it. They contain motion as well, but unlike noise that decreases with the order of the
     difference: strides count up to the first at which two orders differ, or at which the scatter
     is so large that it must be motion. A sudden motion is outlying. Of white noise

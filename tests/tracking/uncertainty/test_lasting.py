@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from servosight.models.core import Array
-from servosight.tracking.uncertainty._lasting import lasting
+from servosight.tracking.uncertainty._lasting import lasting, with_scatter
 from servosight.tracking.uncertainty._sigma import scatter
 
 FRAMES = 600
@@ -59,3 +59,10 @@ def test_smooth_errors_are_seen_although_they_decrease_with_the_order() -> None:
     usual = np.sqrt(np.mean(scatter(angle) ** 2))
     assert usual < 0.3 * SIZE_DEG
     assert SIZE_DEG < lasting(angle) * usual < 1.5 * SIZE_DEG
+
+
+def test_what_the_residuals_show_of_such_errors_does_not_count_twice() -> None:
+    angle = 10.0 * np.sin(np.arange(FRAMES) / 12.0) + errors_deg(0.6)
+    unseen, seen = (with_scatter(np.full(FRAMES, own), angle) for own in (0.0, SIZE_DEG))
+    assert np.sqrt(np.mean(unseen**2)) == pytest.approx(SIZE_DEG, rel=0.15)
+    assert seen == pytest.approx(np.hypot(SIZE_DEG, scatter(angle)))
