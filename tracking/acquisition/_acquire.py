@@ -57,7 +57,8 @@ def acquire(
                 "surface and its hinge, move the box or the pivot."
             )
         chosen = np.flatnonzero(found)
-        rough, exact = learn([images[int(i)] for i in chosen], angles[chosen], mask, grid)
+        shown = [images[int(i)] for i in chosen]
+        rough, exact = _learnt(video, shown, angles[chosen], mask, grid)
         angles[chosen] = exact
     else:
         motions = motions_of(video, images, template, features or Features())
@@ -84,7 +85,7 @@ def acquire(
                 f"expected a textured surface that turns, {POINT}."
             )
         shown = [images[int(i)] for i in learnt]
-        rough, exact = learn(shown, angles[learnt], mask, grid)
+        rough, exact = _learnt(video, shown, angles[learnt], mask, grid)
         grid = _recentred(grid, rough.pivot_px)
         angles[learnt] = np.where(np.isfinite(exact), exact, angles[learnt])
     assert rough is not None
@@ -98,6 +99,19 @@ def acquire(
     clear = [even[int(i)] for i in known[good]]
     edge = tightened(clear, exact[good], rough.pivot_px, rough.outline_px)
     return replace(rough, outline_px=edge)
+
+
+def _learnt(
+    video: Path, images: Sequence[Image], angles_rad: Array, mask: Mask, grid: PolarGrid
+) -> tuple[Surface, Array]:
+    """The surface and the frames' angles [rad]; InputError where no frame shows it."""
+    surface, exact = learn(images, angles_rad, mask, grid)
+    if not np.isfinite(exact).any():
+        raise InputError(
+            f"{video}: no frame shows the picture that the turned frames have in common; expected "
+            f"a textured surface that turns, {POINT}."
+        )
+    return surface, exact
 
 
 def _as_bright(images: Sequence[Image]) -> list[Single]:

@@ -11,6 +11,7 @@ import pytest
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition import _acquire, acquire
 from servosight.tracking.acquisition._rigid import Rigid
+from servosight.tracking.appearance.surface import _surface
 from servosight.tracking.core import turned
 
 PIVOT = (120.0, 90.0)
@@ -56,3 +57,11 @@ def test_a_bench_learnt_from_the_features_of_a_plain_part_is_refused(
     assert np.hypot(*np.subtract(found.pivot_px, PIVOT)) < 0.3
     with pytest.raises(InputError, match="does not turn"):
         acquire(Path("disc.mkv"), textured(0.0), pivot)
+
+
+def test_a_surface_that_no_frame_shows_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.array(PIVOT) + np.random.default_rng(2).uniform(-45.0, 45.0, (200, 2))
+    monkeypatch.setattr(_acquire, "motions_of", lambda *given: motions(points))
+    monkeypatch.setattr(_surface, "gauss_newton", lambda *given: None)  # no fit ends
+    with pytest.raises(InputError, match="no frame shows the picture"):
+        acquire(Path("disc.mkv"), textured(1.0), PIVOT)

@@ -201,7 +201,7 @@ def learn(
     Every round fits each frame with its own shift; the shifts of a wrong pivot p - q grow with
     the turn, ``(1 - R) (p - q)``, which gives the pivot by least squares. Frames that fit badly
     (blurred by motion, covered) are left out of the average. Returns the surface and the frames'
-    angles [rad], NaN where left out.
+    angles [rad], NaN where left out; all are where no frame shows what they have in common.
     """
     splines = [spline_of(image) for image in images]
     angles = angles_rad.copy()
@@ -218,6 +218,8 @@ def learn(
         surface = Surface(fine, mean, reach, np.empty((0, 2)), 0.0, 0.0)
         fits = _fits(surface, images, angles)
         used = _trusted(fits)
+        if not used.any():
+            return surface, np.full(len(images), np.nan)
         angles = np.array(
             [fit.angle_rad if fit else a for fit, a in zip(fits, angles, strict=True)]
         )
