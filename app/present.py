@@ -26,7 +26,7 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
         f"rmse {_deg(result['rmse_deg'])} over {result['samples']} samples; noise "
         f"{_deg(result['noise_deg'])}, floor {_deg(result['floor_deg'])}"
     )
-    for one in result["transmissions"]:
+    for one in result.get("transmissions", ()):
         out.print(f"{one['recording']}: {one['sentence']}")
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
     for warning in result["warnings"]:
