@@ -5,8 +5,8 @@ from servosight.diagnose.selection._confounding import alternatives as alternati
 from servosight.diagnose.selection._confounding import confounded as confounded
 from servosight.diagnose.selection._known import PriorKnowledge as PriorKnowledge
 from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
-from servosight.diagnose.selection._policy import Score as Score
 from servosight.diagnose.selection._policy import SelectionPolicy as SelectionPolicy
+from servosight.diagnose.selection._score import Score as Score
 from servosight.diagnose.selection._split import BLOCK_S as BLOCK_S
 from servosight.diagnose.selection._split import Split as Split
 from servosight.diagnose.selection._steps import SearchEffort as SearchEffort

@@ -1,8 +1,7 @@
 """Decisions of the model selection: from the scores of fitted models to what is added or removed.
 
-Nothing here fits or simulates. A :class:`Score` is what a fitted model amounts to in numbers; the
-functions of :class:`AcceptanceCriterion` compare scores. All thresholds are in
-:class:`SelectionPolicy`. Test data take no part: no score holds an error on them.
+Nothing here fits or simulates. The functions of :class:`AcceptanceCriterion` compare scores. All
+thresholds are in :class:`SelectionPolicy`.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from scipy.special import chdtri
 
 from servosight.diagnose.residuals import EXPLAINED
 from servosight.diagnose.selection._ordinary import ORDINARY, TOGETHER
+from servosight.diagnose.selection._score import Score
 
 T = TypeVar("T")
 
@@ -70,28 +70,6 @@ class SelectionPolicy:
     fewest: int = 200
     ordinary: tuple[str, ...] = ORDINARY
     together: int = TOGETHER
-
-
-@dataclass(frozen=True, kw_only=True)
-class Score:
-    """A fitted model in numbers.
-
-    ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
-    ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
-    ``parameters`` counts the physical ones, ``gain_fitted`` says whether k is one of them.
-    ``at_bounds`` are effects with a parameter that rests
-    on a bound of its range.
-    """
-
-    effects: tuple[str, ...]
-    parameters: int
-    samples: int
-    mean_square_deg2: float
-    train_rmse_deg: float
-    validation_rmse_deg: float
-    validation_samples: int
-    at_bounds: tuple[str, ...] = ()
-    gain_fitted: bool = True
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from servosight.diagnose.selection._policy import AcceptanceCriterion, Score
+from servosight.diagnose.selection._candidates import Candidates
+from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (
     BestSoFar,
@@ -20,10 +23,6 @@ from servosight.diagnose.selection.search import (
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
-
-
-def _score(trial: Trial) -> Score:
-    return trial.score
 
 
 @dataclass(frozen=True)
@@ -40,14 +39,19 @@ class StepwiseSelector:
         """The progress, with the best answer so far."""
         return BestSoFar(Visited(self.models, self.criterion), self.progress)
 
+    @cached_property
+    def _candidates(self) -> Candidates:
+        return Candidates(self.models, self.criterion, self.effort, self._show)
+
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""
         fitted = self.effort.fitted
         first = self.models.first()
-        sketches = self._sketches(first, "first effect", self._promising(first), fitted)
-        trials = self._fitted(first, "first effect", sketches[:fitted])
+        names = self._candidates.promising(first)
+        sketches = self._candidates.sketches(first, "first effect", names, fitted)
+        trials = self._candidates.fitted(first, "first effect", sketches[:fitted])
         trials += [self.models.judge(sketch.fit) for sketch in sketches[fitted:]]
-        return Selected((Step(first),), tuple(self._searched(trials, first)))
+        return Selected((Step(first),), tuple(self._candidates.searched(trials, first)))
 
     def select(self) -> Selected:
         """From the first model up: the linear one, or what the user knows.
@@ -110,7 +114,7 @@ class StepwiseSelector:
         ):
             base = steps[-1].trial
             if ranked is None:
-                ranked = self._ranked(base, f"effect {len(base.effects) + 1}")
+                ranked = self._candidates.ranked(base, f"effect {len(base.effects) + 1}")
             added = self._single(base, ranked) or []
             reached = added[-1].trial if added else base
             if self._leaves_much(reached, steps[0].trial) or self.criterion.wants_pairs(
@@ -129,57 +133,6 @@ class StepwiseSelector:
         linear = first.steps[0].trial
         single = self._single(linear, first.singles)
         return single is None or self._leaves_much(single[-1].trial, linear)
-
-    def _ranked(self, base: Trial, label: str) -> list[Trial]:
-        """The candidates that promise most behind ``base``, best first."""
-        return self._searched(self._tried_behind(base, label, self.effort.fitted), base)
-
-    def _tried_behind(self, base: Trial, label: str, fitted: int) -> list[Trial]:
-        """The candidates that promise most behind ``base``, ``fitted`` of them."""
-        names = self._promising(base)[: self.effort.sketched * fitted]
-        return self._fitted(base, label, self._sketches(base, label, names, fitted)[:fitted])
-
-    def _sketches(self, base: Trial, label: str, names: Sequence[str], fitted: int) -> list[Trial]:
-        """Each of ``names``, in order of promise, added to ``base`` alone, roughly.
-
-        First come those that are to be ``fitted``. A sketch can end short of what its effect gains,
-        so half of them are there for their promise, the other half for how they did.
-        """
-        sketches = []
-        for i, name in enumerate(names):
-            self._show(f"{label}: trying {name}", i, len(names))
-            sketches.append(self.models.sketched(base, name))
-        sketches = self.criterion.ranked(sketches, _score)
-        foreseen = names[: fitted // 2]
-        return sorted(sketches, key=lambda sketch: new_in(sketch, base) not in foreseen)
-
-    def _fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
-        """The sketches, fitted."""
-        trials = []
-        for i, sketch in enumerate(sketches):
-            name = new_in(sketch, base)
-            self._show(f"{label}: fitting {name}", i, len(sketches))
-            trials.append(self.models.extended(base, name, sketch))
-        self._show(f"{label}: tried all", len(sketches), len(sketches))
-        return trials
-
-    def _led(self, trials: Sequence[Trial], leaders: int) -> list[Trial]:
-        """Best first, with those that lead fitted to the end."""
-        ranked = self.criterion.ranked(trials, _score)
-        ranked[:leaders] = [self.models.finished(trial) for trial in ranked[:leaders]]
-        return self.criterion.ranked(ranked, _score)
-
-    def _searched(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
-        """Best first; where the first does not reach the floor it is fitted from many starts."""
-        ranked = self._led(trials, self.effort.leaders)
-        if ranked and not self.criterion.settled(ranked[0].score):
-            ranked[0] = self.models.searched(base, ranked[0], new_in(ranked[0], base))
-        return self.criterion.ordered(
-            ranked,
-            _score,
-            lambda trial: self.models.catalogue[new_in(trial, base)].contains,
-            lambda trial: new_in(trial, base),
-        )
 
     def _leaves_much(self, trial: Trial, linear: Trial) -> bool:
         """True where a model leaves much, and would if it were fitted to validation data too."""
@@ -237,11 +190,6 @@ class StepwiseSelector:
         catalogue = self.models.catalogue
         return first in catalogue[second].contains or second in catalogue[first].contains
 
-    def _promising(self, base: Trial) -> list[str]:
-        """All candidates behind ``base``, those first that promise most."""
-        screen = self.models.screen(base)
-        return screen.best(len(screen.names))
-
     def _tried(self, base: Trial) -> int:
         return len(self.models.candidates(base))
 
@@ -265,8 +213,8 @@ class StepwiseSelector:
                 yield from self._settled(smaller)
                 return
             left = self.models.without(trial, name)
-            swaps = self._led(
-                self._tried_behind(left, f"in place of {name}", self.effort.swapped), 1
+            swaps = self._candidates.led(
+                self._candidates.tried_behind(left, f"in place of {name}", self.effort.swapped), 1
             )
             other = new_in(swaps[0], left) if swaps else name
             if other != name and self._better(swaps[0], trial, smaller):

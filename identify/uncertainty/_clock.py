@@ -8,16 +8,20 @@ shares its offset.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from servosight.identify.problem import Problem
-from servosight.models.core import Array
+from servosight.models.core import Array, Estimate
 from servosight.models.plant import Stimulus
 
 _STEP_S = 1e-4
 """Of the difference quotient with respect to time: short against any servo's time constant."""
+_MOSTLY, _VISIBLE = 0.5, 0.02
+"""A sigma of so large a share of the value, with so large a share of its variance from the clocks'
+offsets, is said to come from them."""
 
 
 def offset_slopes(problem: Problem, point: Array) -> tuple[Array, Array]:
@@ -57,3 +61,24 @@ def clock_slope(problem: Problem, point: Array, r: int) -> Array:
     parts = [np.zeros(int(mask.sum())) for mask in problem.masks]
     parts[r] = change[problem.masks[r]]
     return np.concatenate(parts)
+
+
+def of_clocks(table: Mapping[str, Estimate], shares: Array, sigmas_s: Array) -> list[str]:
+    """A sentence on the parameters that the offset of the clocks leaves uncertain.
+
+    ``shares`` of each parameter's variance that come from the offsets, whose sigmas are
+    ``sigmas_s`` [s], infinite where unknown.
+    """
+    told = [
+        f"{name} (by {100.0 * one.sigma / abs(one.value):.2g} %)"
+        for (name, one), share in zip(table.items(), shares, strict=False)
+        if share > _MOSTLY and one.sigma and one.sigma > _VISIBLE * abs(one.value)
+    ]
+    if not told:
+        return []
+    offset_ms = 1e3 * float(np.max(sigmas_s[np.isfinite(sigmas_s)]))
+    return [
+        f"the clocks leave {', '.join(told)} uncertain: the offset between the time stamps of "
+        f"command and angle is known to {offset_ms:.2g} ms, which more samples do not improve; "
+        f"film a light that the command switches more often, or log both by one clock"
+    ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.identify.problem import Coordinate, Problem, projected_out, sample_noise_deg
-from servosight.identify.uncertainty._clock import offset_slopes
+from servosight.identify.uncertainty._clock import of_clocks, offset_slopes
 from servosight.identify.uncertainty._correlation import by_recording, weighted_normal
 from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
 from servosight.identify.uncertainty._misfit import misfit_covariance
@@ -23,9 +23,6 @@ _NOISY = 1.1
 """Residuals above the noise by no more than this factor are taken for noise."""
 _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
-_MOSTLY, _VISIBLE = 0.5, 0.02
-"""A sigma of so large a share of the value, with so large a share of its variance from the clocks'
-offsets, is said to come from them."""
 _TIMED = 0.02
 """A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 _ROUNDING_DEG2 = 1e-24
@@ -220,21 +217,8 @@ class Uncertainty:
         _, offset_sigmas_s = self._offsets
         inverse = np.nan_to_num(self.inverse)
         variances = np.sum((inverse @ (self.jacobian.T @ self._timing)) ** 2, axis=1)
-        told = [
-            f"{name} (by {100.0 * one.sigma / abs(one.value):.2g} %)"
-            for (name, one), mine, whole in zip(
-                table.items(), variances, self.sigma**2, strict=False
-            )
-            if mine > _MOSTLY * whole and one.sigma and one.sigma > _VISIBLE * abs(one.value)
-        ]
-        if not told:
-            return []
-        offset_ms = 1e3 * float(np.max(offset_sigmas_s[np.isfinite(offset_sigmas_s)]))
-        return [
-            f"the clocks leave {', '.join(told)} uncertain: the offset between the time stamps of "
-            f"command and angle is known to {offset_ms:.2g} ms, which more samples do not improve; "
-            f"film a light that the command switches more often, or log both by one clock"
-        ]
+        sigmas = np.where(self.sigma > 0.0, self.sigma, np.inf)
+        return of_clocks(table, variances / sigmas**2, offset_sigmas_s)
 
     def own_estimates(self, name: str) -> tuple[Estimate, ...]:
         """One of the recordings' own parameters (``bias``), for each recording."""
@@ -304,8 +288,7 @@ class Uncertainty:
         """What the profile allows at most (or at least), in words; empty where it does not end."""
         coordinate, x = self.problem.coordinates[index], float(self.point[index])
         low, high = self.problem.bounds
-        column = self.jacobian[:, index]
-        alone = np.sqrt(self.variance / max(float(column @ column), 1e-300))
+        alone = np.sqrt(self.variance / max(float(np.sum(self.jacobian[:, index] ** 2)), 1e-300))
         inward = 1.0 if coordinate.parameter.reciprocal or x <= low[index] else -1.0
         step = inward * min(float(alone), 0.5 * float(high[index] - low[index]))
         reach = self.profile.reach(index, step, CHI_SQUARE_95)

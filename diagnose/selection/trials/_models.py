@@ -14,7 +14,7 @@ from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._gain import k_bounds
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_once
-from servosight.diagnose.selection.trials._prediction import carried_over, own_point
+from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
 from servosight.identify.fit import (
@@ -26,7 +26,6 @@ from servosight.identify.fit import (
     fit_together,
     fit_varied,
     no_worse,
-    own_values,
     polish,
     search_effects,
     sketch_effects,
@@ -285,15 +284,7 @@ class ModelSelection:
 
     def own(self, trial: Trial) -> tuple[OwnValues, ...]:
         """What each recording of ``tested`` has for itself, in that order."""
-        fit = trial.fit
-        physical = fit.outcome.point[: fit.problem.physical]
-        found = list(own_values(fit.problem, fit.outcome.point))
-        masks = [use == VALIDATION for use in self.split.carried_uses]
-        masks += [np.ones(one.time_s.size, dtype=bool) for one in self.split.tested]
-        for recording, mask in zip((*self.split.carried, *self.split.tested), masks, strict=True):
-            problem = Problem.of([recording], self.catalogue, trial.effects, [mask])
-            found += own_values(problem, own_point(recording, problem, physical))
-        return tuple(found)
+        return own_of(trial, self.split, self.catalogue)
 
     def _carried(self, recording: Recording, fit: Solution, mask: Mask | None = None) -> Array:
         return carried_over(recording, self.catalogue, fit.problem.effects, fit, mask)

@@ -1,4 +1,4 @@
-"""Predictions of recordings that a model was not fitted to."""
+"""Predictions of recordings that a model was not fitted to, and what each has for itself."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from servosight.identify.fit import Solution
+from servosight.diagnose.residuals import VALIDATION
+from servosight.diagnose.selection._split import Split
+from servosight.diagnose.selection.trials._trial import Trial
+from servosight.identify.fit import OwnValues, Solution, own_values
 from servosight.identify.problem import Problem
 from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
 from servosight.models.core import Array, Mask, Recording
@@ -62,3 +65,16 @@ def own_point(recording: Recording, problem: Problem, physical: Array) -> Array:
     bounds = low[fixed:], high[fixed:]
     descent = LevenbergMarquardt(own, *bounds, np.ones(3), OWN_DESCENT)
     return np.concatenate([physical, drive(descent, residuals, OWN_BUDGET).point])
+
+
+def own_of(trial: Trial, split: Split, catalogue: Mapping[str, Effect]) -> tuple[OwnValues, ...]:
+    """What each recording has for itself: those fitted, those carried over, those for the test."""
+    fit = trial.fit
+    physical = fit.outcome.point[: fit.problem.physical]
+    found = list(own_values(fit.problem, fit.outcome.point))
+    masks = [use == VALIDATION for use in split.carried_uses]
+    masks += [np.ones(one.time_s.size, dtype=bool) for one in split.tested]
+    for recording, mask in zip((*split.carried, *split.tested), masks, strict=True):
+        problem = Problem.of([recording], catalogue, trial.effects, [mask])
+        found += own_values(problem, own_point(recording, problem, physical))
+    return tuple(found)

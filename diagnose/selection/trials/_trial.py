@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
-from servosight.diagnose.selection._policy import Score
+from servosight.diagnose.selection._score import Score
 from servosight.identify.fit import Solution
 from servosight.identify.problem import Problem
 

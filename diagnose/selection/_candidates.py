@@ -1,0 +1,83 @@
+"""The candidates for the next effect: each sketched, those that promise most fitted and ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._score import Score
+from servosight.diagnose.selection._steps import SearchEffort, new_in
+from servosight.diagnose.selection.trials import ModelSelection, Trial
+from servosight.models.core import StageProgress
+
+
+def score_of(trial: Trial) -> Score:
+    """The score of a trial."""
+    return trial.score
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Models to fit, the criterion that ranks, how much is tried, and the progress shown."""
+
+    models: ModelSelection
+    criterion: AcceptanceCriterion
+    effort: SearchEffort
+    progress: StageProgress
+
+    def ranked(self, base: Trial, label: str) -> list[Trial]:
+        """The candidates that promise most behind ``base``, best first."""
+        return self.searched(self.tried_behind(base, label, self.effort.fitted), base)
+
+    def tried_behind(self, base: Trial, label: str, fitted: int) -> list[Trial]:
+        """The candidates that promise most behind ``base``, ``fitted`` of them."""
+        names = self.promising(base)[: self.effort.sketched * fitted]
+        return self.fitted(base, label, self.sketches(base, label, names, fitted)[:fitted])
+
+    def sketches(self, base: Trial, label: str, names: Sequence[str], fitted: int) -> list[Trial]:
+        """Each of ``names``, in order of promise, added to ``base`` alone, roughly.
+
+        First come those that are to be ``fitted``. A sketch can end short of what its effect gains,
+        so half of them are there for their promise, the other half for how they did.
+        """
+        sketches = []
+        for i, name in enumerate(names):
+            self.progress(f"{label}: trying {name}", i, len(names))
+            sketches.append(self.models.sketched(base, name))
+        sketches = self.criterion.ranked(sketches, score_of)
+        foreseen = names[: fitted // 2]
+        return sorted(sketches, key=lambda sketch: new_in(sketch, base) not in foreseen)
+
+    def fitted(self, base: Trial, label: str, sketches: Sequence[Trial]) -> list[Trial]:
+        """The sketches, fitted."""
+        trials = []
+        for i, sketch in enumerate(sketches):
+            name = new_in(sketch, base)
+            self.progress(f"{label}: fitting {name}", i, len(sketches))
+            trials.append(self.models.extended(base, name, sketch))
+        self.progress(f"{label}: tried all", len(sketches), len(sketches))
+        return trials
+
+    def led(self, trials: Sequence[Trial], leaders: int) -> list[Trial]:
+        """Best first, with those that lead fitted to the end."""
+        ranked = self.criterion.ranked(trials, score_of)
+        ranked[:leaders] = [self.models.finished(trial) for trial in ranked[:leaders]]
+        return self.criterion.ranked(ranked, score_of)
+
+    def searched(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
+        """Best first; where the first does not reach the floor it is fitted from many starts."""
+        ranked = self.led(trials, self.effort.leaders)
+        if ranked and not self.criterion.settled(ranked[0].score):
+            ranked[0] = self.models.searched(base, ranked[0], new_in(ranked[0], base))
+        return self.criterion.ordered(
+            ranked,
+            score_of,
+            lambda trial: self.models.catalogue[new_in(trial, base)].contains,
+            lambda trial: new_in(trial, base),
+        )
+
+    def promising(self, base: Trial) -> list[str]:
+        """All candidates behind ``base``, those first that promise most."""
+        screen = self.models.screen(base)
+        return screen.best(len(screen.names))

@@ -1,0 +1,26 @@
+"""What a fitted model amounts to in numbers. Test data take no part: no score has their error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """A fitted model in numbers.
+
+    ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
+    ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
+    ``parameters`` counts the physical ones, ``gain_fitted`` says whether k is one of them.
+    ``at_bounds`` are effects with a parameter that rests on a bound of its range.
+    """
+
+    effects: tuple[str, ...]
+    parameters: int
+    samples: int
+    mean_square_deg2: float
+    train_rmse_deg: float
+    validation_rmse_deg: float
+    validation_samples: int
+    at_bounds: tuple[str, ...] = ()
+    gain_fitted: bool = True
