@@ -21,7 +21,7 @@ POINTS = 600
 STARTS = 8
 """So many points are simulated, and descents begin at so many of the cheapest,"""
 FIRST_BUDGET = 150
-"""each with so many simulations; the cheapest few go on to the end."""
+"""each with so many simulations; the best few go on to the end."""
 FINISHED = 3
 SPAN_T_S = (0.005, 0.2)
 SPAN_XI = (0.1, 1.5)
@@ -30,9 +30,9 @@ ABSENT = 0.3
 SPAN_SHARE = (0.05, 1.5)
 VARIED_POINTS = 200
 VARIED_STARTS = 4
-"""Of so many variations of a fit so many are starts,"""
+"""From the cheapest of so many variations of a fit so many descents begin; one goes on;"""
 VARIED_BY = 0.25
-"""of this standard deviation on a logarithmic scale, itself varied by a factor of about two."""
+"""they have this standard deviation on a logarithmic scale, itself varied by a factor of two."""
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
 CLEARLY = 0.98
@@ -43,14 +43,8 @@ def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> S
 
     An rms error of ``enough_deg`` ends the search.
     """
-    points = spread(problem, base)
-    costs = half_squares(problem.residuals(points))
-    begun = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:STARTS]]
-    begun.sort(key=_cost)
-    ended = (
-        polish(problem, [fit.outcome.point]) if fit.out_of_budget else fit
-        for fit in begun[:FINISHED]
-    )
+    begun = _begun(problem, spread(problem, base), STARTS)
+    ended = map(_ended, begun[:FINISHED])
     return fit_varied(_first_enough(ended, enough_deg), enough_deg)
 
 
@@ -64,13 +58,22 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
     for seed in range(ROUNDS):
         if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN:
             break
-        points = _variations(fit, seed)
-        costs = half_squares(fit.problem.residuals(points))
-        found = (polish(fit.problem, [points[i]]) for i in np.argsort(costs)[:VARIED_STARTS])
-        best = _first_enough(found, enough_deg)
+        best = _ended(_begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0])
         in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
         fit = min(fit, best, key=_cost)
     return fit
+
+
+def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
+    """Short descents from the cheapest of ``points``, the best first."""
+    costs = half_squares(problem.residuals(points))
+    found = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:starts]]
+    return sorted(found, key=_cost)
+
+
+def _ended(fit: Solution) -> Solution:
+    """``fit``, to its end."""
+    return polish(fit.problem, [fit.outcome.point]) if fit.out_of_budget else fit
 
 
 def _first_enough(fits: Iterable[Solution], enough_deg: float) -> Solution:
