@@ -29,6 +29,7 @@ FOLDERS = (
     "app|bench|benchmarks|diagnose|docs|export|identify|models|scenarios|sim|tests|tools|tracking"
 )
 FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
+REFERENCE = re.compile(r"^(:{3,4}) (servosight[\w.]*)$", re.MULTILINE)
 MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -122,6 +123,15 @@ def test_every_page_is_in_the_index() -> None:
     pages = {page for page in PAGES if page.is_relative_to(ROOT / "docs")} - {index}
     missing = [page.name for page in pages if not linked & {page, page.parent}]
     assert missing == [], "a line for each into docs/README.md"
+
+
+def test_the_reference_lists_packages_and_modules_that_are_there() -> None:
+    named = REFERENCE.findall((ROOT / "docs" / "api.md").read_text(encoding="utf-8"))
+    assert named
+    for colons, name in named:
+        place = ROOT / "src" / Path(*name.split("."))
+        is_package = (place / "__init__.py").is_file()
+        assert is_package if colons == "::::" else place.with_suffix(".py").is_file(), name
 
 
 def test_every_command_is_in_the_readme() -> None:
