@@ -9,6 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, refined
+from servosight.tracking.composite._part import Change, Reference, references_of
 from servosight.tracking.composite._steady import SteadySample, evenly
 from servosight.tracking.core import Box
 
@@ -86,6 +87,13 @@ class Hint:
         seen = self.region & grown
         enough = seen.sum() > 0.1 * self.region.sum()
         return np.asarray(seen if enough else self.region, np.float32)
+
+
+def references_for(pictures: Single, change: Change, hint: Hint | None) -> list[Reference]:
+    """The place that the user points at; else pictures in which much changes."""
+    if hint is None or hint.region is None:
+        return references_of(pictures, change)
+    return [Reference(hint.picture, hint.cover(change.usual, change.least_step))]
 
 
 def _small(points: Array, scale: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.composite._entering import enough_left, without_entering
-from servosight.tracking.composite._hint import Hint
+from servosight.tracking.composite._hint import Hint, references_for
 from servosight.tracking.composite._model import CompositeModel, cover_in, covers_in, pivot_step
 from servosight.tracking.composite._part import (
     Change,
@@ -18,18 +18,14 @@ from servosight.tracking.composite._part import (
     TurningPart,
     diverse,
     learnt,
-    pivot_scores,
-    references_of,
 )
+from servosight.tracking.composite._pivots import APART, promising_pivots, scaled
 from servosight.tracking.composite._trust import TRUST
 
-_ROUGH_PX, _COARSE_PX, _MIDDLE_PX = 80, 160, 240  # the longer side
-_STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
-_FINE_PX = 2.0
-_REACH, _FAR = 0.45, 0.62  # of the longer side: how far a part reaches, at first and at last
+_MIDDLE_PX = 240  # the longer side
+_FAR = 0.62  # of the longer side: how far a part reaches
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
-_TRIED, _APART = 4, 0.06  # pivots, and their distance as a share of the longer side
-_PICTURES, _FEWER = 20, 14
+_PICTURES = 20
 _REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
 _MARGIN = 1.25  # of a part's radius, in which it is learnt anew
 _LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is looked for
@@ -67,9 +63,7 @@ def find_parts(
         found += [replace(one, inside=inside) for one in _found_in(seen, hint)]
         if any(one.explained >= TRUST.least_explained for one in found):
             break
-    return _distinct(
-        sorted(found, key=lambda one: -one.explained), _APART * max(pictures.shape[1:])
-    )
+    return _distinct(sorted(found, key=lambda one: -one.explained), APART * max(pictures.shape[1:]))
 
 
 def _ways(pictures: Single, hint: Hint | None, content: Mask | None) -> tuple[bool, ...]:
@@ -106,9 +100,9 @@ def found_about(
     background, and its angles are then too small.
     """
     seen = chosen_of(pictures, hint, content, inside)
-    middle, scale = _scaled(seen, _MIDDLE_PX)
+    middle, scale = scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)
-    references = _references(middle, change, hint.scaled(scale) if hint is not None else None)
+    references = references_for(middle, change, hint.scaled(scale) if hint is not None else None)
     x, y = (pivot_px + 0.5) * scale - 0.5
     reach = _FAR * max(middle.shape[1:])
     part = learnt(middle, change, (float(x), float(y)), reach, references)
@@ -132,14 +126,14 @@ def _as_found(part: TurningPart, scale: float) -> FoundPart:
 
 def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list[FoundPart]:
     """The parts that turn in chosen pictures; the pivots of the best ``refined`` are corrected."""
-    middle, scale = _scaled(pictures, _MIDDLE_PX)
+    middle, scale = scaled(pictures, _MIDDLE_PX)
     change = Change.of(middle)
     if not change.moved.any():
         return []
     near = hint.scaled(scale) if hint is not None else None
-    references = _references(middle, change, near)
+    references = references_for(middle, change, near)
     given = near.pivot_px if near is not None else None
-    starts = [given] if given is not None else _pivots(pictures, scale, hint)
+    starts = [given] if given is not None else promising_pivots(pictures, scale, hint)
     rough = []
     for start in starts:
         place = (float(start[0]), float(start[1]))
@@ -191,13 +185,6 @@ def _beside(pictures: Single, found: FoundPart) -> Single:
     return np.where(whole, np.median(pictures, axis=0).astype(np.float32), pictures)
 
 
-def _references(pictures: Single, change: Change, hint: Hint | None) -> list[Reference]:
-    """The place that the user points at; else pictures in which much changes."""
-    if hint is None or hint.region is None:
-        return references_of(pictures, change)
-    return [Reference(hint.picture, hint.cover(change.usual, change.least_step))]
-
-
 def _pointed_at(part: TurningPart, hint: Hint) -> bool:
     """Whether a part turns about the pivot, and lies at the place, that the user points at."""
     if hint.pivot_px is not None:
@@ -212,59 +199,6 @@ def _pointed_at(part: TurningPart, hint: Hint) -> bool:
     cover = cover_in(view, part.cover > 0.5, angle, hint.picture.shape)
     least = _COVERED * min(int(hint.region.sum()), int(cover.sum()))
     return int((cover & hint.region).sum()) > least
-
-
-def _pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> list[Array]:
-    """The most promising pivots, the best first, in pictures ``onto_scale`` times as large."""
-    coarse, scale = _scaled(pictures, _COARSE_PX)
-    fewer = diverse(coarse, _FEWER)
-    blurred = np.stack([_blurred(p) for p in coarse[fewer]])
-    smooth = Change.of(blurred)
-    active = (smooth.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
-    near = hint.scaled(scale) if hint is not None else None
-    if near is not None and near.region is not None:
-        active |= near.region.astype(np.uint8)
-    if not active.any():
-        return []
-    height, width = active.shape
-    y, x = np.mgrid[_STEP_PX / 2 : height : _STEP_PX, _STEP_PX / 2 : width : _STEP_PX]
-    grid = np.column_stack([x.ravel(), y.ravel()])
-    about = cv2.dilate(active, np.ones((41, 41), np.uint8))
-    grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
-    reach = _REACH * max(height, width)
-    rough, half = _scaled(blurred, _ROUGH_PX)  # nothing finer is left
-    soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
-    fewer_cells = Change.of(rough)
-    references = _references(rough, fewer_cells, soft)
-    places = (grid + 0.5) * half - 0.5
-    scores = pivot_scores(rough, fewer_cells, places, half * reach, references).max(1)
-    best = _apart(grid, scores, _TRIED, _APART * max(height, width))
-    sharp = Change.of(coarse[fewer])
-    references = _references(coarse[fewer], sharp, near)
-    step = np.arange(-2, 3) * _FINE_PX
-    around = np.array([(dx, dy) for dy in step for dx in step])
-    fine = []
-    for place in best:
-        near_by = place + around
-        scored = pivot_scores(coarse[fewer], sharp, near_by, reach, references).max(1)
-        fine.append((float(scored.max()), near_by[int(np.argmax(scored))]))
-    best = [place for _, place in sorted(fine, key=lambda one: -one[0])]
-    return [(place + 0.5) * (onto_scale / scale) - 0.5 for place in best]
-
-
-def _blurred(picture: Single) -> Single:
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), _BLUR_PX), np.float32)
-
-
-def _apart(places: Array, scores: Array, count: int, distance_px: float) -> list[Array]:
-    """The places (n, 2) of the highest scores that are some distance from each other."""
-    chosen: list[Array] = []
-    for number in np.argsort(-scores):
-        if all(np.hypot(*(places[number] - other)) > 1.5 * distance_px for other in chosen):
-            chosen.append(places[number])
-        if len(chosen) == count:
-            break
-    return chosen
 
 
 def _recentred(
@@ -301,14 +235,3 @@ def _distinct(found: list[FoundPart], distance_px: float) -> list[FoundPart]:
         if all(distance > distance_px for distance in away):
             kept.append(one)
     return kept
-
-
-def _scaled(pictures: Single, side_px: int) -> tuple[Single, float]:
-    """Pictures brought to a longer side of ``side_px``, and by which factor."""
-    scale = min(1.0, side_px / max(pictures.shape[1:]))
-    if scale == 1.0:
-        return pictures, 1.0
-    small = [
-        cv2.resize(p, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) for p in pictures
-    ]
-    return np.stack(small), scale

@@ -1,0 +1,84 @@
+"""The most promising pivots in pictures of which nothing is known: coarse, then finer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, Single
+from servosight.tracking.composite._hint import Hint, references_for
+from servosight.tracking.composite._part import Change, diverse, pivot_scores
+
+_ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
+_STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
+_FINE_PX = 2.0
+_REACH = 0.45  # of the longer side: how far a part reaches
+_MOVED_SHARE = 0.04  # of the pictures in which a place must change
+_TRIED, APART = 4, 0.06  # pivots, and their distance as a share of the longer side
+_FEWER = 14
+
+
+def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> list[Array]:
+    """The most promising pivots, the best first, in pictures ``onto_scale`` times as large."""
+    coarse, scale = scaled(pictures, _COARSE_PX)
+    fewer = diverse(coarse, _FEWER)
+    blurred = np.stack([_blurred(p) for p in coarse[fewer]])
+    smooth = Change.of(blurred)
+    active = (smooth.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+    near = hint.scaled(scale) if hint is not None else None
+    if near is not None and near.region is not None:
+        active |= near.region.astype(np.uint8)
+    if not active.any():
+        return []
+    height, width = active.shape
+    y, x = np.mgrid[_STEP_PX / 2 : height : _STEP_PX, _STEP_PX / 2 : width : _STEP_PX]
+    grid = np.column_stack([x.ravel(), y.ravel()])
+    about = cv2.dilate(active, np.ones((41, 41), np.uint8))
+    grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
+    reach = _REACH * max(height, width)
+    rough, half = scaled(blurred, _ROUGH_PX)  # nothing finer is left
+    soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
+    fewer_cells = Change.of(rough)
+    references = references_for(rough, fewer_cells, soft)
+    places = (grid + 0.5) * half - 0.5
+    scores = pivot_scores(rough, fewer_cells, places, half * reach, references).max(1)
+    best = _apart(grid, scores, _TRIED, APART * max(height, width))
+    sharp = Change.of(coarse[fewer])
+    references = references_for(coarse[fewer], sharp, near)
+    step = np.arange(-2, 3) * _FINE_PX
+    around = np.array([(dx, dy) for dy in step for dx in step])
+    fine = []
+    for place in best:
+        near_by = place + around
+        scored = pivot_scores(coarse[fewer], sharp, near_by, reach, references).max(1)
+        fine.append((float(scored.max()), near_by[int(np.argmax(scored))]))
+    best = [place for _, place in sorted(fine, key=lambda one: -one[0])]
+    return [(place + 0.5) * (onto_scale / scale) - 0.5 for place in best]
+
+
+def _blurred(picture: Single) -> Single:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), _BLUR_PX), np.float32)
+
+
+def _apart(places: Array, scores: Array, count: int, distance_px: float) -> list[Array]:
+    """The places (n, 2) of the highest scores that are some distance from each other."""
+    chosen: list[Array] = []
+    for number in np.argsort(-scores):
+        if all(np.hypot(*(places[number] - other)) > 1.5 * distance_px for other in chosen):
+            chosen.append(places[number])
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def scaled(pictures: Single, side_px: int) -> tuple[Single, float]:
+    """Pictures brought to a longer side of ``side_px``, and by which factor."""
+    scale = min(1.0, side_px / max(pictures.shape[1:]))
+    if scale == 1.0:
+        return pictures, 1.0
+    small = [
+        cv2.resize(p, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) for p in pictures
+    ]
+    return np.stack(small), scale
