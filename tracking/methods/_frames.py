@@ -28,7 +28,7 @@ from servosight.tracking.methods._box import choose_box
 from servosight.tracking.methods._verified import refused_with_picture, verify
 from servosight.tracking.uncertainty import FrameMeasurements, evaluate
 from servosight.tracking.verification import FrameSample
-from servosight.tracking.video import Film
+from servosight.tracking.video import MOST_UNCLEAR, Film
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,7 @@ def track_frames(
     film = film.stabilised()
     options = film.in_first(options)
     with refused_with_picture(film):
+        _check_camera(film)
         part = find_moving_part(film, options)
         setup = prepare(film, part)
         sample = FrameSample(part.rectified)
@@ -113,6 +114,17 @@ def track_frames(
     )
     verify(film, options, track, pivot, part.outline, sample)
     return track
+
+
+def _check_camera(film: Film) -> None:
+    """``InputError`` where the camera moves and it is not known how: its motion would be measured
+    as the part's."""
+    if film.camera.unclear > MOST_UNCLEAR:
+        raise InputError(
+            f"{film.path}: the camera moves, and in {film.camera.unclear:.0%} of the pictures "
+            "looked at the features of the background do not tell by how much; expected a "
+            "background with texture, sharp and in good light, or a camera that is mounted."
+        )
 
 
 def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:

@@ -9,10 +9,13 @@ from servosight.tracking.video._stabilisation import (
     LEAST_PX as LEAST_PX,
 )
 from servosight.tracking.video._stabilisation import (
-    Stabiliser as Stabiliser,
+    MOST_UNCLEAR as MOST_UNCLEAR,
 )
 from servosight.tracking.video._stabilisation import (
-    camera_motion_px as camera_motion_px,
+    CameraMotion as CameraMotion,
+)
+from servosight.tracking.video._stabilisation import (
+    Stabiliser as Stabiliser,
 )
 from servosight.tracking.video._stabilisation import (
     roll_of as roll_of,

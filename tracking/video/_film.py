@@ -14,7 +14,7 @@ from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
 from servosight.tracking.video._prefetch import prefetch
-from servosight.tracking.video._stabilisation import LEAST_PX, Stabiliser, camera_motion_px
+from servosight.tracking.video._stabilisation import LEAST_PX, CameraMotion, Stabiliser
 from servosight.tracking.video._video import (
     Frame,
     calm_frames,
@@ -30,6 +30,7 @@ _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be of
 _LONGEST_S = 10.0
 _KEPT_BYTES = 160_000_000  # of decoded frames: eight runs of 48 at 640 x 480
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
+_MOUNTED = CameraMotion(0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ class Film:
     ``calm`` are some 32 frames spread over it in which little moves, the first one first.
     ``table`` is the frames.csv used in place of the file's own times, ``table_time_s`` (frames,)
     its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
-    ``stabiliser`` aligns frames with the first one, None where the camera does not move; it moved
-    by ``camera_motion_px`` rms.
+    ``stabiliser`` aligns frames with the first one, None where the camera does not move, as
+    ``camera`` says.
     """
 
     path: Path
@@ -50,7 +51,7 @@ class Film:
     table_time_s: Array | None = None
     shutters: Shutters | None = None
     stabiliser: Stabiliser | None = None
-    camera_motion_px: float = 0.0
+    camera: CameraMotion = _MOUNTED
     _kept: dict[tuple[int, int], list[list[Frame]]] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -77,9 +78,9 @@ class Film:
 
     def stabilised(self) -> Film:
         """The same video with every frame aligned with the first one, where the camera moves."""
-        wander = camera_motion_px(self.images)
-        stabiliser = Stabiliser.of(self.images[0]) if wander > LEAST_PX else None
-        film = replace(self, stabiliser=stabiliser, camera_motion_px=wander, _kept={})
+        camera = CameraMotion.of(self.images)
+        stabiliser = Stabiliser.of(self.images[0]) if camera.rms_px > LEAST_PX else None
+        film = replace(self, stabiliser=stabiliser, camera=camera, _kept={})
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
     def frames(self) -> Iterator[Frame]:
@@ -163,9 +164,9 @@ class Film:
                 "only copied are left out, and sigma includes the scatter from frame to frame, but "
                 "not an error that lasts for many frames"
             )
-        if self.camera_motion_px > LEAST_PX:
+        if self.camera.rms_px > LEAST_PX:
             notes.append(
-                f"the camera moved by {self.camera_motion_px:.2g} px rms: its motion is measured "
+                f"the camera moved by {self.camera.rms_px:.2g} px rms: its motion is measured "
                 "on the background and removed, which costs accuracy; mount the camera firmly to "
                 "avoid it"
             )

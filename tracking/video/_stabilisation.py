@@ -14,12 +14,16 @@ from servosight.models.core import Array, Image
 LEAST_PX = 0.2
 """Smaller motion is within the scatter of matched features."""
 
+MOST_UNCLEAR = 0.25
+"""The share of pictures in which a camera's motion may be unclear."""
+
 # All over the picture, however faint: the moving part often has the sharpest corners.
 _POINTS, _APART_PX, _FAINTEST = 500, 24, 1e-4
 _LEAST_FOUND = 20
-_ALIKE_PX = (
-    0.5  # features that move differently from most by more than this are not the background's
-)
+_ALIKE_PX = 0.5  # features that move differently by more than this are not the background's
+_MOST = 0.5  # of the features
+_SIGMAS, _MEDIAN = 4.0, 1.25  # the standard error of a median is larger than a mean's
+_SIDES, _ALONG = 3, 0.5  # quarters of the picture that shift, by this share of all of it
 
 
 @dataclass(frozen=True)
@@ -73,20 +77,7 @@ class Stabiliser:
     def motion(self, image: Image) -> Motion | None:
         """Shift and roll of most features from the picture to an image, None where these disagree,
         as where there is nothing but noise to see."""
-        before, after = self.seen(image)
-        if len(before) < _LEAST_FOUND:
-            return None
-        cv2.setRNGSeed(1)
-        estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
-            before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
-        )
-        matrix, inlier = estimate
-        if matrix is None or inlier.sum() < _LEAST_FOUND:
-            return None
-        same = inlier.ravel() > 0
-        left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
-        sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
-        return Motion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)
+        return _motion(*self.seen(image))
 
     def aligned(self, image: Image) -> Aligned:
         """An image aligned with the picture by the shift and roll of most features. The image
@@ -107,16 +98,76 @@ def roll_of(motion: Array) -> float:
     return float(-np.arctan2(motion[1, 0], motion[0, 0]))
 
 
-def camera_motion_px(images: Sequence[Image]) -> float:
-    """Rms motion of the camera [px] over frames, from features of the first one.
+@dataclass(frozen=True)
+class CameraMotion:
+    """How a camera moves over pictures: ``rms_px``, and the share ``unclear`` (0 to 1) of pictures
+    in which most features show a motion that they do not determine."""
 
-    Most features lie on the background, so their median shift is the camera's. 0 where too few are
-    found, or where they do not move alike.
+    rms_px: float
+    unclear: float
+
+    @classmethod
+    def of(cls, images: Sequence[Image]) -> CameraMotion:
+        """From features of the first picture.
+
+        Most features lie on the background, so their median shift is the camera's. None where too
+        few are found, or where they do not move at all alike, as in noise.
+        """
+        bench = Stabiliser.of(images[0])
+        if bench is None:
+            return cls(0.0, 0.0)
+        shifts, unclear = [np.zeros(2)], []
+        for image in images[1:]:
+            before, after = bench.seen(image)
+            motion = _motion(before, after)
+            if motion is not None:
+                shifts.append(motion.shift_px)
+            unclear.append(_unclear(before, after, motion))
+        away = np.array(shifts) - np.mean(shifts, axis=0)
+        rms_px = float(np.sqrt((away**2).sum(1).mean()))
+        return cls(rms_px, float(np.mean(unclear)) if unclear else 0.0)
+
+
+def _unclear(before: Array, after: Array, motion: Motion | None) -> bool:
+    """Whether features (n, 2) show a shift of the whole picture, and few agree closely on it.
+
+    So where a codec blurs a noisy picture: features scatter by pixels, their median does not. Of
+    those that agree, most may lie on laid-over text, which stays.
     """
-    bench = Stabiliser.of(images[0])
-    if bench is None:
-        return 0.0
-    seen = [motion.shift_px for image in images[1:] if (motion := bench.motion(image))]
-    shifts = np.array([np.zeros(2), *seen])
-    away = shifts - shifts.mean(axis=0)
-    return float(np.sqrt((away**2).sum(1).mean()))
+    if len(before) < _LEAST_FOUND:
+        return False
+    known = np.zeros(2)
+    if motion is not None:
+        expected = before @ motion.matrix[:, :2].T + motion.matrix[:, 2]
+        if np.mean(np.hypot(*(after - expected).T) < _ALIKE_PX) > _MOST:
+            return False
+        known = np.median(expected - before, axis=0)
+    moved = after - before - known
+    shift = np.median(moved, axis=0)
+    scatter = 1.4826 * np.median(np.abs(moved - shift), axis=0)
+    size = float(np.hypot(*shift))
+    doubt = _MEDIAN * float(np.hypot(*scatter)) / np.sqrt(len(moved))
+    if size < max(_ALIKE_PX, _SIGMAS * doubt):
+        return False
+    along = moved @ shift / size**2
+    sides = (before > np.median(before, axis=0)) @ np.array([1, 2])
+    # A part moves one side of the picture, or two of them in opposite directions.
+    parts = [along[sides == side] for side in range(4)]
+    return sum(bool(part.size) and float(np.median(part)) > _ALONG for part in parts) >= _SIDES
+
+
+def _motion(before: Array, after: Array) -> Motion | None:
+    """The motion on which features (n, 2) agree closely; None where too few do."""
+    if len(before) < _LEAST_FOUND:
+        return None
+    cv2.setRNGSeed(1)
+    estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
+        before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
+    )
+    matrix, inlier = estimate
+    if matrix is None or inlier.sum() < _LEAST_FOUND:
+        return None
+    same = inlier.ravel() > 0
+    left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
+    sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
+    return Motion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)

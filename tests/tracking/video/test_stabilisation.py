@@ -11,7 +11,7 @@ import pytest
 
 from servosight.models.core import Array, Image
 from servosight.tracking.core import TrackOptions
-from servosight.tracking.video import LEAST_PX, Stabiliser, camera_motion_px, open_film
+from servosight.tracking.video import LEAST_PX, MOST_UNCLEAR, CameraMotion, Stabiliser, open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
 
@@ -32,7 +32,30 @@ def picture(x: float, y: float, light: float, turn_deg: float) -> np.ndarray:
 
 def test_a_held_camera_in_changing_light() -> None:
     images = [picture(0.0, 0.0, 1.0 - 0.05 * n, 3.0 * n) for n in range(8)]
-    assert camera_motion_px(images) < 0.5 * LEAST_PX
+    assert CameraMotion.of(images).rms_px < 0.5 * LEAST_PX
+
+
+def coded(x: float, scatter: float) -> np.ndarray:
+    """A noisy picture of a faint bench, shifted, of which a codec keeps little."""
+    grid = np.indices((240, 320), np.float32)[::-1]
+    wobble = [cv2.GaussianBlur(RNG.standard_normal((240, 320)), (0, 0), 9.0) for _ in range(2)]
+    away = [np.asarray(scatter * w / w.std() - x * (axis == 0)) for axis, w in enumerate(wobble)]
+    places = [np.asarray(p + a, np.float32) for p, a in zip(grid, away, strict=True)]
+    seen = cv2.remap(np.float32(BENCH), *places, cv2.INTER_LINEAR, borderMode=1)
+    return np.clip(np.round(seen), 0, 255).astype(np.uint8)
+
+
+def test_a_shift_on_which_few_features_agree_is_unclear() -> None:
+    """Features scatter by 2 px: about 4 px of shift the motion is unclear, about none it is not."""
+    moved = [coded(0.0, 0.0), *(coded(4.0, 2.0) for _ in range(6))]
+    still = [coded(0.0, 0.0), *(coded(0.0, 2.0) for _ in range(6))]
+    assert CameraMotion.of(moved).unclear > MOST_UNCLEAR
+    assert CameraMotion.of(still).unclear < MOST_UNCLEAR
+
+
+def test_a_part_that_turns_before_a_mounted_camera_is_not_unclear() -> None:
+    images = [picture(0.0, 0.0, 1.0, 5.0 * n) for n in range(8)]
+    assert CameraMotion.of(images).unclear == 0.0
 
 
 def test_a_hand() -> None:
@@ -41,7 +64,7 @@ def test_a_hand() -> None:
     shifts[0] = 0.0
     images = [picture(x, y, 1.0, 2.0 * n) for n, (x, y) in enumerate(shifts)]
     true_px = float(np.sqrt(((shifts - shifts.mean(0)) ** 2).sum(1).mean()))
-    assert camera_motion_px(images) == pytest.approx(true_px, rel=0.1)
+    assert CameraMotion.of(images).rms_px == pytest.approx(true_px, rel=0.1)
 
 
 def test_a_picture_is_laid_on_the_first() -> None:
