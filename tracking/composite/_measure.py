@@ -61,6 +61,7 @@ class PartMeter:
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
         still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
+        usual = np.asarray(np.median(pictures, axis=0), np.float32)
         kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
         most = 0
         for number in range(_ROUNDS):
@@ -68,7 +69,7 @@ class PartMeter:
             view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
             shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
-            model = CompositeModel.of(pictures[good], angles[good], place, shape, view)
+            model = CompositeModel.of(pictures[good], angles[good], place, shape, view, usual)
             fit = _refitted(model, pictures, angles)
             angles, good = fit.angle_rad, fit.good
             # The corrections may lead away where the part hardly shows its own direction.

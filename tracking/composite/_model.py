@@ -71,26 +71,21 @@ class CompositeModel:
     @classmethod
     def of(
         cls, pictures: Single, angle_rad: Array, pivot_px: tuple[float, float],
-        cover: Single, view: PolarView,
+        cover: Single, view: PolarView, usual: Single | None = None,
     ) -> CompositeModel:  # fmt: skip
         """From pictures (n, height, width) at known angles, and the part's shape on a raster.
 
-        ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part.
+        ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part,
+        ``usual`` (height, width) the pictures' median if it is known.
         """
-        soft = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)[
-            :, view.columns : 2 * view.columns
-        ]
+        tiled = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)
+        soft = np.asarray(tiled[:, view.columns : 2 * view.columns], np.float32)
         grown = ndimage.binary_dilation(np.tile(cover > 0.5, (1, 3)), iterations=int(_GROW_PX))
         near = grown[:, view.columns : 2 * view.columns]
-        behind = _background(pictures, angle_rad, view, near)
-        seen = np.stack([view.of(p, float(a)) for p, a in zip(pictures, angle_rad, strict=True)])
-        still = np.stack([view.of(behind, float(a)) for a in angle_rad])
-        still = np.where(np.isfinite(still), still, seen)
-        with np.errstate(all="ignore"):
-            level = known_median(seen - (1.0 - soft) * still)
-        level = np.where(np.isfinite(level), level, 0.0).astype(np.float32)
-        chosen = near & np.isfinite(seen).any(0)
-        rows, columns = np.nonzero(chosen)
+        usual = known_median(pictures) if usual is None else usual
+        behind = _background(pictures, angle_rad, view, near, usual)
+        level, shown = _levels(pictures, angle_rad, view, soft, near, behind)
+        rows, columns = np.nonzero(near & shown)
         every = 1 + rows.size // _MOST_CELLS
         rows, columns = rows[::every], columns[::every]
         step = view.step_rad
@@ -102,7 +97,7 @@ class CompositeModel:
             pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
-            np.asarray(np.where(np.isfinite(behind), behind, known_median(pictures)), np.float32),
+            np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32),
             np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
         )  # fmt: skip
 
@@ -169,11 +164,12 @@ class CompositeModel:
         return left, rows, self.radius_px * inside, seen - behind
 
 
-def _at(image: Single, x: Single, y: Single) -> Array:
+def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
+    """The picture at places (n,); NaN beyond a constant ``border``."""
     # OpenCV takes at most 32,767 points in a row.
     wide = -(-x.size // 1024) * 1024
     x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
-    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=border, borderValue=float("nan"))
     return np.asarray(seen, np.float64).ravel()
 
 
@@ -201,13 +197,42 @@ def covers_in(
         yield cover
 
 
-def _background(pictures: Single, angle_rad: Array, view: PolarView, near: Mask) -> Single:
-    """Median of the pictures where the part is not; NaN where it always is."""
-    shown = pictures.copy()
-    covers = covers_in(view, near, angle_rad.tolist(), pictures.shape[1:])
-    for picture, cover in zip(shown, covers, strict=True):
-        picture[cover] = np.nan
-    return known_median(shown)
+def _levels(
+    pictures: Single, angle_rad: Array, view: PolarView, soft: Single, near: Mask, behind: Single
+) -> tuple[Single, Mask]:
+    """The part's grey levels times its cover ``soft``, and where it is shown at all; (rows,
+    columns) each, zero away from the cells ``near`` it and their neighbours, on which slopes
+    depend."""
+    wide = ndimage.binary_dilation(np.tile(near, (1, 3)))[:, view.columns : 2 * view.columns]
+    rows, columns = np.nonzero(wide)
+    radius = view.radius_px[rows].astype(np.float32)
+    phi = view.step_rad * columns
+    seen = np.empty((len(pictures), rows.size), np.float32)
+    left = np.empty_like(seen)
+    clear = 1.0 - soft[rows, columns]
+    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
+        turned = phi + angle
+        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
+        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
+        here, still = (_at(one, x, y, cv2.BORDER_CONSTANT)[: x.size] for one in (picture, behind))
+        seen[number] = here
+        left[number] = here - clear * np.where(np.isfinite(still), still, here)
+    level, shown = np.zeros(near.shape, np.float32), np.zeros(near.shape, bool)
+    level[rows, columns] = np.nan_to_num(known_median(left))
+    shown[rows, columns] = np.isfinite(seen).any(0)
+    return level, shown
+
+
+def _background(
+    pictures: Single, angle_rad: Array, view: PolarView, near: Mask, usual: Single
+) -> Single:
+    """Median of the pictures where the part is not, ``usual`` where it never is; NaN where it
+    always is."""
+    covers = np.stack(list(covers_in(view, near, angle_rad.tolist(), pictures.shape[1:])))
+    swept = covers.any(0)
+    behind = usual.copy()
+    behind[swept] = known_median(np.where(covers[:, swept], np.float32(np.nan), pictures[:, swept]))
+    return behind
 
 
 def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:
