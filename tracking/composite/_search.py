@@ -66,6 +66,23 @@ def find_parts(
     return _distinct(sorted(found, key=lambda one: -one.explained), APART * max(pictures.shape[1:]))
 
 
+def parts_otherwise(
+    pictures: Single, found: list[FoundPart], hint: Hint | None = None, content: Mask | None = None
+) -> list[FoundPart]:
+    """Further parts, where those ``found`` first turn out to be none: with what enters the picture
+    left out if it was not, or the other way round; empty where that makes no difference, or was
+    tried."""
+    if not found or found[0].explained < TRUST.least_explained:
+        return []
+    others: list[FoundPart] = []
+    for inside in _ways(pictures, hint, content):
+        if all(one.inside != inside for one in found):
+            seen = chosen_of(pictures, hint, content, inside)
+            others += [replace(one, inside=inside) for one in _found_in(seen, hint)]
+    ordered = sorted(others, key=lambda one: -one.explained)
+    return _distinct([*found, *ordered], APART * max(pictures.shape[1:]))[len(found) :]
+
+
 def _ways(pictures: Single, hint: Hint | None, content: Mask | None) -> tuple[bool, ...]:
     """Whether to leave out what enters the pictures, the more promising way first."""
     cleared = without_entering(pictures, content)
@@ -206,7 +223,9 @@ def _recentred(
 ) -> TurningPart:
     """The part about a better pivot, from where it is seen shifted at its angles."""
     view = part.view
-    model = CompositeModel.of(pictures, part.angle_rad, view.pivot_px, part.cover, view)
+    model = CompositeModel.of(
+        pictures, part.angle_rad, view.pivot_px, part.cover, view, change.usual
+    )
     fits = [
         model.fit(p, float(a), shifted=True) for p, a in zip(pictures, part.angle_rad, strict=True)
     ]

@@ -26,6 +26,7 @@ from servosight.tracking.composite import (
     find_parts,
     found_about,
     outline_of,
+    parts_otherwise,
 )
 from servosight.tracking.core import (
     Candidate,
@@ -53,10 +54,21 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     do not confirm it.
     """
     footage = Footage.of(film, options)
-    parts = find_parts(footage.steady.pictures, footage.hint, footage.steady.content)
-    track, inside = footage.measured(footage.chosen(parts), progress)
+    steady, hint, number = footage.steady, footage.hint, options.pick
+    parts = find_parts(steady.pictures, hint, steady.content)
+    if number > len(parts):
+        parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
+    try:
+        track, inside = footage.measured(footage.chosen(parts), progress)
+    except TrackRefused as refused:
+        # An uncertain angle of a part in full view is no reason to measure what enters instead.
+        if number > 1 or not parts or (refused.measured and parts[0].inside):
+            raise
+        number = 1 + len(parts)
+        parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
+        track, inside = footage.instead(parts[number - 1 :], refused, progress)
     candidates = tuple(footage.candidate(part) for part in parts)
-    notes = _notes(track, candidates, options.pick, inside)
+    notes = _notes(track, candidates, number, inside)
     return replace(track, candidates=candidates, notes=(*notes, *track.notes))
 
 
@@ -100,6 +112,18 @@ class Footage:
         if len(parts) < pick or parts[pick - 1].explained < least:
             raise self.nothing(parts)
         return parts[pick - 1]
+
+    def instead(
+        self, others: Sequence[FoundPart], refused: TrackRefused, progress: FrameProgress | None
+    ) -> tuple[Track, Mask]:
+        """As ``measured``, of the best of other parts; ``refused``, the refusal of the first one,
+        where there is none or the frames do not confirm it either."""
+        if not others or others[0].explained < self.least_explained:
+            raise refused
+        try:
+            return self.measured(others[0], progress)
+        except TrackRefused as again:
+            raise (again if again.measured else refused) from again
 
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
         """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where

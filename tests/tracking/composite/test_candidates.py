@@ -5,11 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
-from servosight.tracking.core import TrackOptions
+from servosight.tracking.core import TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import Footage
 
+PICTURE = np.zeros((4, 4, 3), np.uint8)
 SHARES = (0.5, 0.45, 0.2)  # of the change that the parts explain about a rough pivot
 
 
@@ -24,3 +26,32 @@ def test_the_part_that_explains_most_is_measured_or_the_one_picked(
     footage = Footage(unused, options, unused, unused, unused, None)
     parts = [cast(Any, SimpleNamespace(explained=share)) for share in SHARES]
     assert footage.chosen(parts).explained == expected
+
+
+@pytest.mark.parametrize(
+    ("explained", "again", "raised"),
+    [
+        ([], None, "first"),
+        ([0.6], None, "first"),
+        ([0.7], TrackRefused("second", PICTURE), "first"),
+        ([0.7], TrackRefused("second", PICTURE, measured=True), "second"),
+    ],
+)
+def test_the_more_telling_refusal_is_raised(
+    monkeypatch: pytest.MonkeyPatch,
+    explained: list[float],
+    again: TrackRefused | None,
+    raised: str,
+) -> None:
+    """Of two parts that the frames refuse; the second is measured where it explains 65 %."""
+    unused = cast(Any, None)
+    footage = Footage(unused, TrackOptions(), unused, unused, unused, None)
+
+    def measured(self: Footage, part: Any, progress: Any) -> Any:
+        assert again is not None
+        raise again
+
+    monkeypatch.setattr(Footage, "measured", measured)
+    others = [cast(Any, SimpleNamespace(explained=share)) for share in explained]
+    with pytest.raises(TrackRefused, match=raised):
+        footage.instead(others, TrackRefused("first", PICTURE), None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,12 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite import SteadySample, find_parts, found_about
+from servosight.tracking.composite import (
+    SteadySample,
+    find_parts,
+    found_about,
+    parts_otherwise,
+)
 from servosight.tracking.composite._camera import longest_rest, motion_between, spread
 from servosight.tracking.composite._entering import enough_left, without_entering
 from servosight.tracking.composite._model import CompositeModel, pivot_step
@@ -170,6 +176,10 @@ def test_a_part_is_found_beside_more_that_enters_the_picture() -> None:
     best = find_parts(drawn)[0]
     assert best.inside
     assert np.hypot(*(np.array(best.pivot_px) - PIVOT)) < 3.0
+    # Found as well where he was taken for the part, and the frames refuse that.
+    other = replace(best, pivot_px=(4.0, 90.0), inside=False)
+    assert parts_otherwise(drawn, [other])[0].pivot_px == pytest.approx(best.pivot_px)
+    assert parts_otherwise(drawn, [replace(other, explained=0.5)]) == []
 
 
 def test_a_part_that_looks_the_same_turned_does_not_jump(tmp_path: Path, write: Write) -> None:
