@@ -115,7 +115,7 @@ class StepwiseSelector:
             base = steps[-1].trial
             if ranked is None:
                 ranked = self._candidates.ranked(base, f"effect {len(base.effects) + 1}")
-            added = self._single(base, ranked) or []
+            added = self._single(base, ranked) or self._past_bound(base, ranked)
             reached = added[-1].trial if added else base
             if self._leaves_much(reached, steps[0].trial) or self.criterion.wants_pairs(
                 reached.score, steps[0].trial.score
@@ -147,6 +147,31 @@ class StepwiseSelector:
         if best is None or not self.criterion.earns(best.score, base.score, self._tried(base)):
             return None
         return [step_to(best, base)]
+
+    def _past_bound(self, base: Trial, ranked: Sequence[Trial]) -> list[Step]:
+        """Steps to the best candidate and to another effect in the place of one that it drives to
+        a bound, if both together are accepted; else none.
+
+        That one stood in for what is missing, and does not suit once a further effect is there.
+        """
+        best = next(iter(ranked), base)
+        driven = set(best.score.at_bounds) - set(base.score.at_bounds)
+        if not driven <= set(base.effects):
+            return []
+        for name in self.models.known.removable(tuple(sorted(driven))):
+            left = self.models.without(best, name)
+            swaps = self._swaps(left, name)
+            other = new_in(swaps[0], left) if swaps else name
+            if other != name and self.criterion.earns(
+                swaps[0].score, base.score, self._tried(base)
+            ):
+                return [step_to(best, base), Step(swaps[0], other, name)]
+        return []
+
+    def _swaps(self, left: Trial, name: str) -> list[Trial]:
+        """Effects in the place of ``name``, which ``left`` lacks, best first."""
+        tried = self._candidates.tried_behind(left, f"in place of {name}", self.effort.swapped)
+        return self._candidates.led(tried, 1)
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """Two steps for the best pair, if it is accepted against the best single candidate.
@@ -213,9 +238,7 @@ class StepwiseSelector:
                 yield from self._settled(smaller)
                 return
             left = self.models.without(trial, name)
-            swaps = self._candidates.led(
-                self._candidates.tried_behind(left, f"in place of {name}", self.effort.swapped), 1
-            )
+            swaps = self._swaps(left, name)
             other = new_in(swaps[0], left) if swaps else name
             if other != name and self._better(swaps[0], trial, smaller):
                 yield Step(swaps[0], other, name)

@@ -62,7 +62,8 @@ class InventedModels:
     """In place of ``ModelSelection``: ``errors`` [deg] by the effects' letters, "" for the linear.
 
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
-    first order where that is not what they gain; ``done`` is told of every fit in order.
+    first order where that is not what they gain; ``driven`` are effects that rest on a bound once
+    another is there, by that one; ``done`` is told of every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -71,6 +72,7 @@ class InventedModels:
     promised: Mapping[str, float] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     at_bounds: Sequence[str] = ()
+    driven: Mapping[str, str] = field(default_factory=dict)
     trials: dict[object, InventedTrial] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -161,6 +163,7 @@ class InventedModels:
     def _trial(self, effects: Sequence[str]) -> InventedTrial:
         ordered = tuple(sorted(set(effects)))
         error = self.error_deg(ordered)
+        bound = {*self.at_bounds, *(own for by, own in self.driven.items() if by in effects)}
         score = Score(
             effects=ordered,
             parameters=3 + len(ordered),
@@ -169,6 +172,6 @@ class InventedModels:
             train_rmse_deg=error,
             validation_rmse_deg=error,
             validation_samples=SAMPLES,
-            at_bounds=tuple(name for name in ordered if name in self.at_bounds),
+            at_bounds=tuple(name for name in ordered if name in bound),
         )
         return InventedTrial(InventedFit(ordered, error), score)

@@ -119,6 +119,16 @@ def test_an_effect_at_the_bound_of_its_range_is_passed_over() -> None:
     assert selected(errors, at_bounds="a")[0] == ["", "b"]
 
 
+def test_an_effect_that_the_next_one_drives_to_a_bound_is_exchanged() -> None:
+    """It was taken for what is missing: ``a`` in the place of ``b``, until ``c`` is there."""
+    errors = {"": 0.28, "a": 0.19, "b": 0.2, "ac": 0.12, "bc": 0.1}
+    steps, found, _ = selected(errors, driven={"c": "a"})
+    assert steps == ["", "a", "ac", "bc"]
+    assert (found.steps[-1].added, found.steps[-1].removed) == ("b", "a")
+    assert selected({**errors, "bc": 0.19}, driven={"c": "a"})[0] == ["", "a"], "nothing gained"
+    assert selected(errors, driven={"c": "c"})[0] == ["", "a"], "the new one rests on a bound"
+
+
 @pytest.mark.parametrize(("most", "expected"), [(1, [""]), (2, ["", "a"]), (3, ["", "a", "ab"])])
 def test_the_steps_end_at_their_most(most: int, expected: list[str]) -> None:
     errors = {"": 0.29, "a": 0.22, "b": 0.27, "c": 0.27, "ab": 0.15, "abc": 0.1}
