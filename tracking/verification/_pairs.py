@@ -1,8 +1,9 @@
 """Two frames beside each other: by which angle does what changes between them turn?
 
 Neither the part's learnt picture nor its shape nor the background takes part: what differs in one
-frame is turned until it lies on the other. Angles that are too small, because some of the part was
-taken for background, agree with their own model and not with this.
+frame is turned until it lies on the other, both places within what differs. Angles that are too
+small, because some of the part was taken for background, agree with their own model and not with
+this.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.verification._turning import PolarView
 
-_PAIRS = 16
+_PAIRS = 24
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_CELLS = 30
 
@@ -24,24 +25,32 @@ def pairs_apart(angle_rad: Array) -> Array:
     half = len(order) // 2
     count = min(_PAIRS, half)
     steps = (np.arange(count) * half) // max(count, 1)
-    low, high = order[steps], order[half + steps]
-    return np.concatenate([np.stack([low, high], 1), np.stack([high, low], 1)])
+    return np.stack([order[steps], order[half + steps]], 1)
 
 
 def turn_between(
     view: PolarView, first: Single, second: Single, swept: Mask, step: float
 ) -> tuple[Array, Array] | None:
     """By how much a turn of what changes from the first to the second frame explains the second
-    one, and the angles [rad], (columns,) each; None where hardly anything changes.
+    one, and turned back the first one, and the angles [rad], (columns,) each; None where hardly
+    anything changes.
 
     Frames (rows, columns) and ``swept``, where the part passes, on the raster; ``step`` is the
     smallest change.
     """
     differs = cv2.blur((np.abs(first - second) > step).astype(np.float32), (3, 3)) > 0.5
-    template = (differs & swept).astype(np.float32)
+    template = differs & swept
     if template.sum() < _LEAST_CELLS:
         return None
-    return view.gains(second, first, first, template), view.angles()
+    # Onto what differs alone: the background that the part is about to cover is turned with it,
+    # and before clutter that would count more than a part that hardly stands out. Both ways, since
+    # else background turned onto what the part uncovers may explain more than the part itself.
+    cover = template.astype(np.float32)
+    there, back = (np.where(template, one, np.float32(np.nan)) for one in (second, first))
+    angles = view.angles()
+    backwards = (2 * (view.columns // 2) - np.arange(view.columns)) % view.columns
+    gain = view.gains(there, first, first, cover)
+    return gain + view.gains(back, second, second, cover)[backwards], angles
 
 
 def pair_agreement(

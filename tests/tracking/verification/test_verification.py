@@ -31,15 +31,17 @@ CONFIRMED = Evidence(
 )
 
 
-def pictures(angles_rad: Array) -> list[Single]:
-    """A plain bar on a printed bench."""
+def pictures(angles_rad: Array, grey: float = 210.0, patch: float | None = None) -> list[Single]:
+    """A plain bar on a printed bench, above which a patch may lie."""
     rng = np.random.default_rng(4)
     bench = 120 + 25 * cv2.GaussianBlur(rng.standard_normal((160, 240)), (0, 0), 3) * 8
+    if patch is not None:
+        bench[24:74, 112:164] = patch
     drawn = []
     for angle in angles_rad:
         image = bench.astype(np.float32)
         bar = np.round(16 * turned(BAR, PIVOT, float(angle))).astype(np.int32)
-        cv2.fillPoly(image, [bar], 210.0, cv2.LINE_AA, shift=4)
+        cv2.fillPoly(image, [bar], grey, cv2.LINE_AA, shift=4)
         image += rng.standard_normal(image.shape).astype(np.float32)
         drawn.append(cv2.GaussianBlur(image, (0, 0), 1.0))
     return drawn
@@ -73,6 +75,15 @@ def test_other_angles_are_contradicted(claim: float) -> None:
 def test_angles_that_are_too_small_disagree_with_pairs_of_frames() -> None:
     """Three quarters of each angle, as where some of the part was taken for background."""
     assert evidence(0.75 * ANGLES).pairs < 0.5
+
+
+def test_a_bar_that_stands_out_less_than_what_it_covers_agrees_with_pairs_of_frames() -> None:
+    """A dark patch beside a bar that is hardly brighter than the rest: what turns is the bar alone,
+    and not what it is about to cover."""
+    scene = TurningScene.of(pictures(ANGLES, 165.0, 10.0), ANGLES, PIVOT, BAR)
+    sigma, still = np.full(len(ANGLES), 1e-4), np.zeros(len(ANGLES))
+    found = evidence_of(scene, ANGLES, sigma, np.ones(len(ANGLES), bool), still)
+    assert found.pairs > VerificationLimits().least_pairs
 
 
 def test_a_background_that_turns_because_the_camera_was_taken_to_is_told() -> None:
