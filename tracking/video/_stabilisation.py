@@ -21,7 +21,6 @@ MOST_UNCLEAR = 0.25
 _POINTS, _APART_PX, _FAINTEST = 500, 24, 1e-4
 _LEAST_FOUND = 20
 _ALIKE_PX = 0.5  # features that move differently by more than this are not the background's
-_MOST = 0.5  # of the features
 _SIGMAS, _MEDIAN = 4.0, 1.25  # the standard error of a median is larger than a mean's
 _SIDES, _ALONG = 3, 0.5  # quarters of the picture that shift, by this share of all of it
 
@@ -122,27 +121,20 @@ class CameraMotion:
             motion = _motion(before, after)
             if motion is not None:
                 shifts.append(motion.shift_px)
-            unclear.append(_unclear(before, after, motion))
+            unclear.append(motion is None and _unclear(before, after))
         away = np.array(shifts) - np.mean(shifts, axis=0)
         rms_px = float(np.sqrt((away**2).sum(1).mean()))
         return cls(rms_px, float(np.mean(unclear)) if unclear else 0.0)
 
 
-def _unclear(before: Array, after: Array, motion: Motion | None) -> bool:
-    """Whether features (n, 2) show a shift of the whole picture, and few agree closely on it.
+def _unclear(before: Array, after: Array) -> bool:
+    """Whether features (n, 2), too few of which agree closely, show a shift of the whole picture.
 
-    So where a codec blurs a noisy picture: features scatter by pixels, their median does not. Of
-    those that agree, most may lie on laid-over text, which stays.
+    So where a codec blurs a noisy picture: features scatter by pixels, their median does not.
     """
     if len(before) < _LEAST_FOUND:
         return False
-    known = np.zeros(2)
-    if motion is not None:
-        expected = before @ motion.matrix[:, :2].T + motion.matrix[:, 2]
-        if np.mean(np.hypot(*(after - expected).T) < _ALIKE_PX) > _MOST:
-            return False
-        known = np.median(expected - before, axis=0)
-    moved = after - before - known
+    moved = after - before
     shift = np.median(moved, axis=0)
     scatter = 1.4826 * np.median(np.abs(moved - shift), axis=0)
     size = float(np.hypot(*shift))
