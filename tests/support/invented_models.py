@@ -62,14 +62,16 @@ class InventedModels:
     """In place of ``ModelSelection``: ``errors`` [deg] by the effects' letters, "" for the linear.
 
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
-    first order where that is not what they gain; ``driven`` are effects that rest on a bound once
-    another is there, by that one; ``done`` is told of every fit in order.
+    first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
+    lower; ``driven`` are effects that rest on a bound once another is there, by that one; ``done``
+    is told of every fit in order.
     """
 
     errors: Mapping[str, float]
     contains: Mapping[str, str] = field(default_factory=dict)
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
     promised: Mapping[str, float] = field(default_factory=dict)
+    varied_deg: Mapping[str, float] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     at_bounds: Sequence[str] = ()
     driven: Mapping[str, str] = field(default_factory=dict)
@@ -132,7 +134,11 @@ class InventedModels:
         return self.fitted((*base.effects, *names), "together")
 
     def varied(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
-        return self.fitted(trial.effects, "vary")
+        self.fitted(trial.effects, "vary")
+        found = self.varied_deg.get("".join(trial.effects))
+        if found is not None:
+            self.trials[trial.key] = self._trial(trial.effects, found)
+        return self.trials[trial.key]
 
     def searched(self, base: InventedTrial, trial: InventedTrial, name: str) -> InventedTrial:
         return self.fitted(trial.effects, "search")
@@ -143,7 +149,10 @@ class InventedModels:
     def reduced(self, base: InventedTrial, without: str, budget: int = 0) -> InventedTrial:
         return self.fitted(self.without(base, without).effects, "reduce")
 
-    def swapped(self, base: InventedTrial, name: str, other: str) -> InventedTrial:
+    def no_worse(self, trial: InventedTrial) -> InventedTrial:
+        return trial
+
+    def swapped(self, base: InventedTrial, name: str, other: str, budget: int = 0) -> InventedTrial:
         return self.extended(self.without(base, name), other)
 
     def explained_whole(self, trial: InventedTrial, criterion: AcceptanceCriterion) -> bool:
@@ -160,9 +169,9 @@ class InventedModels:
         gained = base.fit.cost**2 - self.error_deg([*base.effects, *names]) ** 2
         return max([gained, *(self.promised[one] for one in names if one in self.promised)])
 
-    def _trial(self, effects: Sequence[str]) -> InventedTrial:
+    def _trial(self, effects: Sequence[str], error_deg: float | None = None) -> InventedTrial:
         ordered = tuple(sorted(set(effects)))
-        error = self.error_deg(ordered)
+        error = self.error_deg(ordered) if error_deg is None else error_deg
         bound = {*self.at_bounds, *(own for by, own in self.driven.items() if by in effects)}
         score = Score(
             effects=ordered,

@@ -11,6 +11,8 @@ from servosight.models.core import StageProgress
 
 WORTH_GOING_ON = 0.05
 """By so much the price must fall."""
+NEAR = 2.0
+"""Models whose price is within that of so many effects of the cheapest one's are varied."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +53,14 @@ class BeamSearch:
         more, were fitted from variations of themselves.
 
         What a wrong minimum hides may show from a lower one: all that is to be tried behind it.
+        A model that is much dearer than the cheapest is not varied.
         """
         cheapest = self._cheapest()
+        most = self.visited.price(cheapest) + NEAR * self.visited.criterion.policy.effect_price
         for trial in (cheapest, self._larger(cheapest)):
             if trial is None or not trial.effects or self.effort.is_spent(self.models):
+                continue
+            if self.visited.price(trial) > most:
                 continue
             self.progress("varying the cheapest models", 0, 1)
             self.models.varied(self.models.finished(trial), self.visited.criterion.enough_deg)

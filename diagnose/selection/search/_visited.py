@@ -44,27 +44,32 @@ class Visited:
             first = next(left, None)
             if first is None:
                 return begun
-            if not first.fit.out_of_budget:
-                if self.is_accepted(first):
-                    return first
-                refused.add(first.key)
-            elif not self._finished(first):
-                refused.add(first.key)
+            ended = self._ended(first)
+            if self.models.trials[first.key] is not first and not ended.fit.out_of_budget:
+                continue  # fitted on, it has another price
+            if self.is_accepted(ended):
+                return ended
+            refused.add(first.key)
 
     def is_accepted(self, trial: Trial) -> bool:
         """True for a fit that came to its end and needs each of its effects, and k where fitted."""
         if trial.fit.out_of_budget:
             return False
-        earned = all(self._earned(trial, name) for name in self.removable(trial))
+        names = self.removable(trial)
+        # What a short fit without an effect reaches refuses it; only the others cost a whole fit.
+        begun = (self.without(trial, name) for name in names)
+        if not all(self.criterion.earns(trial.score, one.score, 1) for one in begun):
+            return False
+        earned = all(self._earned(trial, name) for name in names)
         return earned and (trial.effects == self.models.first().effects or self._frees(trial))
 
-    def _finished(self, trial: Trial) -> bool:
-        """True where the fit of ``trial`` comes to an end; that is what is visited from then on."""
-        return not self.models.finished(trial).fit.out_of_budget
+    def _ended(self, trial: Trial) -> Trial:
+        """``trial`` fitted to its end, which is no worse than what it contains."""
+        return self.models.no_worse(self.models.finished(trial))
 
     def _earned(self, trial: Trial, name: str) -> bool:
         """True where ``trial`` is better by one of its effects than fitted anew without it."""
-        smaller = self.models.finished(self.without(trial, name))
+        smaller = self._ended(self.without(trial, name))
         return self.criterion.earns(trial.score, smaller.score, 1)
 
     def _frees(self, trial: Trial) -> bool:
@@ -92,7 +97,7 @@ class Visited:
         """``trial`` with each special case of one of its effects in the place of that."""
         simple = set(self.models.catalogue[name].contains) - set(trial.effects)
         allowed = sorted(simple - set(self.models.known.without_effects))
-        return [self.models.swapped(trial, name, one) for one in allowed]
+        return [self.models.swapped(trial, name, one, TRIAL_BUDGET) for one in allowed]
 
     def removable(self, trial: Trial) -> tuple[str, ...]:
         """The effects that the user does not require."""

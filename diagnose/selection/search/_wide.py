@@ -23,9 +23,7 @@ def searched_widely(
     """
     first, last = steps[0].trial, steps[-1].trial
     backward = BackwardSearch(visited.models, visited, effort, progress)
-    # At several gains the data determine k, but fits that begin with a wrong one may end there.
-    asked = not backward.search_unloaded() or not visited.models.at_one_gain
-    if asked and not visited.criterion.done(visited.ranked()[0].score):
+    if not backward.search_unloaded() and not visited.criterion.done(visited.ranked()[0].score):
         backward.search(first)
     BeamSearch(visited.models, visited, effort, progress).search()
     best = _simplest(visited)

@@ -16,6 +16,7 @@ from servosight.diagnose.selection.trials._gain import k_bounds
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
+from servosight.diagnose.selection.trials._start import fit_special, point_of
 from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
 from servosight.identify.fit import (
     POLISH_BUDGET,
@@ -192,12 +193,7 @@ class ModelSelection:
         """``base`` less one effect, all else unchanged: not fitted."""
         kept = [own for own in base.effects if own != name]
         problem = self.problem(kept, base.fit.problem.held)
-        known = {
-            (c.name, c.recording): x
-            for c, x in zip(base.fit.problem.coordinates, base.fit.outcome.point, strict=True)
-        }
-        point = np.array([known[(c.name, c.recording)] for c in problem.coordinates])
-        fit = Solution.at(problem, point)
+        fit = Solution.at(problem, point_of(problem, base.fit))
         return Trial(problem.effects, fit, self._seen(fit))
 
     def together(self, base: Trial, names: Sequence[str], enough_deg: float = 0.0) -> Trial:
@@ -210,7 +206,11 @@ class ModelSelection:
 
     def varied(self, trial: Trial, enough_deg: float) -> Trial:
         """``trial``, or a better fit of its effects, from variations of its parameters."""
-        return self.judge(fit_varied(trial.fit, enough_deg))
+
+        def fit() -> Solution:
+            return fit_varied(trial.fit, enough_deg)
+
+        return self.judge(fitted_once(self.fits, f"varied to {enough_deg}", trial, "", fit))
 
     def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:
         """A model with other parameters ``held``, by default those of the user, from ``trial``."""
@@ -227,10 +227,16 @@ class ModelSelection:
         way = f"reduced with {budget} simulations"
         return self.judge(fitted_once(self.fits, way, base, without, fit), budget)
 
-    def swapped(self, base: Trial, name: str, other: str) -> Trial:
-        """``base`` with one effect in another's place, fitted anew from the rest's values."""
-        left = self.without(base, name)
-        return self.judge(fit_effects(self.with_effect(left, other), left.fit))
+    def swapped(self, base: Trial, name: str, other: str, budget: int = POLISH_BUDGET) -> Trial:
+        """``base`` with a special case in an effect's place, fitted anew from the same values."""
+        effects = self.catalogue[name], self.catalogue[other]
+
+        def fit() -> Solution:
+            left = self.without(base, name)
+            return fit_special(self.with_effect(left, other), left.fit, base.fit, *effects, budget)
+
+        way = f"swapped for {other} with {budget} simulations"
+        return self.judge(fitted_once(self.fits, way, base, name, fit), budget)
 
     def whole(self, trial: Trial) -> Trial:
         """A model fitted anew to the fitted and the validation samples of its recordings."""
@@ -263,6 +269,11 @@ class ModelSelection:
         ]
         trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
         return best_kept(self.trials, trial)
+
+    def no_worse(self, trial: Trial) -> Trial:
+        """``trial``, fitted again where a model that it contains has come to fit better since."""
+        found = self._no_worse(trial.fit, POLISH_BUDGET)
+        return trial if found is trial.fit else self.judge(found)
 
     def _no_worse(self, fit: Solution, budget: int) -> Solution:
         smaller = [one.fit for one in self.trials.values() if contains(fit, one.fit)]

@@ -1,0 +1,64 @@
+"""Models that are fitted from the values of others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose.selection import Split
+from servosight.diagnose.selection.trials import TRIAL_BUDGET, ModelSelection, Trial
+from servosight.diagnose.selection.trials._start import point_of
+from servosight.identify.fit import Solution
+from servosight.identify.problem import neutral_start
+from servosight.models.effects import catalogue
+
+
+@pytest.fixture(scope="module")
+def models(twin: Any) -> ModelSelection:
+    recording, _ = twin("coulomb_friction", duration_s=6.0)
+    names = ("coulomb_friction", "stribeck_friction", "dead_time")
+    return ModelSelection(Split.of([recording]), {name: catalogue()[name] for name in names})
+
+
+def test_the_parameters_of_a_special_case_come_first_in_what_contains_it() -> None:
+    for effect in catalogue().values():
+        for name in effect.contains:
+            special = catalogue()[name].parameters
+            units = [own.unit for own in effect.parameters][: len(special)]
+            assert units == [one.unit for one in special]
+
+
+def test_a_special_case_takes_over_the_values(models: ModelSelection) -> None:
+    whole = models.extended(models.linear(), "stribeck_friction")
+    problem = models.problem(["coulomb_friction"])
+    names = {"coulomb_friction.level": "stribeck_friction.level"}
+    values = problem.values(point_of(problem, whole.fit, names))
+    there = whole.fit.problem.values(whole.fit.outcome.point)
+    assert values["coulomb_friction.level"] == pytest.approx(there["stribeck_friction.level"])
+    assert values["T"] == there["T"]
+    special = models.swapped(whole, "stribeck_friction", "coulomb_friction", TRIAL_BUDGET)
+    alone = models.extended(models.linear(), "coulomb_friction")
+    assert special.fit.outcome.cost <= 1.01 * alone.fit.outcome.cost
+
+
+def test_a_model_that_is_worse_than_one_it_contains_is_fitted_again(models: ModelSelection) -> None:
+    """What it contains may have come to fit better since."""
+    smaller = models.finished(models.extended(models.linear(), "coulomb_friction"))
+    stuck = stuck_at_the_start(models)
+    assert stuck.fit.outcome.cost > 2.0 * smaller.fit.outcome.cost
+    again = models.no_worse(stuck)
+    assert again.fit.outcome.cost <= (1.0 + 1e-6) * smaller.fit.outcome.cost
+    assert models.trials[again.key] is again
+    assert models.no_worse(again) is again
+    assert models.no_worse(smaller) is smaller
+
+
+def stuck_at_the_start(models: ModelSelection) -> Trial:
+    """Coulomb friction and a dead time, with neither of them in effect."""
+    problem = models.problem(["coulomb_friction", "dead_time"])
+    linear = models.linear()
+    fit = Solution.at(problem, np.clip(neutral_start(problem, linear.fit.as_base), *problem.bounds))
+    return replace(linear, effects=problem.effects, fit=fit)
