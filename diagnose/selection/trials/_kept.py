@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from servosight.diagnose.selection.trials._trial import Key, Trial
-from servosight.identify.fit import Solution
+from servosight.identify.fit import Solution, contains, no_worse
 
 SAME_COST = 1e-6
 """Costs of one model that differ by no more than this share are those of one minimum."""
@@ -27,6 +27,14 @@ def best_kept(trials: dict[Key, Trial], trial: Trial) -> Trial:
     if known is None or trial.fit.outcome.cost <= known.fit.outcome.cost:
         trials[trial.key] = trial
     return trial
+
+
+def fitted_again(trials: dict[Key, Trial], fit: Solution, budget: int) -> Solution:
+    """``fit``, or one from the best of those kept that it contains, where that fits better."""
+    smaller = [one.fit for one in trials.values() if contains(fit, one.fit)]
+    if fit.out_of_budget or not smaller:
+        return fit
+    return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost), budget)
 
 
 def fitted_once(

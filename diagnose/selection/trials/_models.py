@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from servosight.diagnose.selection._known import PriorKnowledge, extended_by_eac
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._gain import k_bounds
-from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_once
+from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.diagnose.selection.trials._start import fit_special, point_of
@@ -22,11 +22,9 @@ from servosight.identify.fit import (
     POLISH_BUDGET,
     OwnValues,
     Solution,
-    contains,
     fit_effects,
     fit_together,
     fit_varied,
-    no_worse,
     polish,
     search_effects,
     sketch_effects,
@@ -206,10 +204,7 @@ class ModelSelection:
 
     def varied(self, trial: Trial, enough_deg: float) -> Trial:
         """``trial``, or a better fit of its effects, from variations of its parameters."""
-
-        def fit() -> Solution:
-            return fit_varied(trial.fit, enough_deg)
-
+        fit = partial(fit_varied, trial.fit, enough_deg)
         return self.judge(fitted_once(self.fits, f"varied to {enough_deg}", trial, "", fit))
 
     def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:
@@ -262,7 +257,7 @@ class ModelSelection:
         A fit that came to its end above that of a model which it contains is repeated from there.
         A fit that ends where the same model's best did is that one.
         """
-        fit = self._no_worse(fit, budget)
+        fit = fitted_again(self.trials, fit, budget)
         carried = [
             Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
@@ -272,14 +267,8 @@ class ModelSelection:
 
     def no_worse(self, trial: Trial) -> Trial:
         """``trial``, fitted again where a model that it contains has come to fit better since."""
-        found = self._no_worse(trial.fit, POLISH_BUDGET)
+        found = fitted_again(self.trials, trial.fit, POLISH_BUDGET)
         return trial if found is trial.fit else self.judge(found)
-
-    def _no_worse(self, fit: Solution, budget: int) -> Solution:
-        smaller = [one.fit for one in self.trials.values() if contains(fit, one.fit)]
-        if fit.out_of_budget or not smaller:
-            return fit
-        return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost), budget)
 
     def alike(self, trial: Trial) -> list[Trial]:
         """All that were tried with the same parameters held, the best of each set of effects."""
@@ -287,10 +276,10 @@ class ModelSelection:
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""
-        alone = []
-        for recording in self.split.tested:
-            uses = np.full(recording.time_s.size, TEST, dtype=np.int8)
-            alone.append(Judged(recording, self._carried(recording, trial.fit), uses))
+        alone = [
+            Judged(one, self._carried(one, trial.fit), np.full(one.time_s.size, TEST, np.int8))
+            for one in self.split.tested
+        ]
         return (*trial.judged, *alone)
 
     def own(self, trial: Trial) -> tuple[OwnValues, ...]:
