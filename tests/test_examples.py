@@ -35,7 +35,7 @@ LEFT_OUT = {
     "servosight simulate servo.toml": "films; tests/test_docs.py reads the scenario",
     "servosight import": "reads a log that is not here; tests/app and tests/models import logs",
     "servosight diagnose fit": "needs the recordings of a real servo",
-    "servosight diagnose stop": "half a minute each; tests/diagnose/discrepancy/test_law.py",
+    "servosight diagnose stop": "minutes each; tests/diagnose/discrepancy/test_law.py",
 }
 
 
