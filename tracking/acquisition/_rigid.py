@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition._hints import POINT
-from servosight.tracking.core import Box, Features, Index
+from servosight.tracking.core import Box, Features, Index, most_agree_on
 
 _MOVED_PX = 1.5
-_LEAST_FEATURES = 8
+_ALIKE_PX = 1.5  # features of one part agree on its motion within this
+_LEAST_FEATURES, _LEAST_SHARE = 8, 0.25
 _LEAST_FRAMES = 4
 _MOST_FRAMES = 16  # the same frames from which the view is found
 
@@ -94,19 +93,14 @@ def _pairs(match: tuple[Index, Array, Array], box: Box | None) -> tuple[Array, A
 
 def _rigid(frame: int, before: Array, after: Array) -> Rigid | None:
     """The rigid motion that most moving features share, or None."""
-    if len(before) < _LEAST_FEATURES:
+    found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FEATURES)
+    if found is None or found[1].mean() < _LEAST_SHARE:
         return None
-    cv2.setRNGSeed(1)
-    found: tuple[Any, Any] = cv2.estimateAffinePartial2D(
-        before, after, method=cv2.RANSAC, ransacReprojThreshold=1.5
-    )
-    matrix, inlier = found
-    if matrix is None or inlier.sum() < _LEAST_FEATURES or inlier.mean() < 0.25:
-        return None
+    matrix, same = found
     if abs(np.hypot(matrix[0, 0], matrix[1, 0]) - 1.0) > 0.03:
         return None
     angle = float(-np.arctan2(matrix[1, 0], matrix[0, 0]))
-    return Rigid(frame, angle, np.asarray(matrix, dtype=np.float64), before[inlier[:, 0] > 0])
+    return Rigid(frame, angle, matrix, before[same])
 
 
 def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:

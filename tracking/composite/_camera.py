@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.core import most_agree_on
 
 _POINTS, _FAINTEST, _APART_PX = 1000, 5e-4, 8
 _CELLS, _OF_EACH = 9, 3  # cells along the longer side, and features of each
@@ -52,16 +53,10 @@ def motion_between(first: Image, second: Image, mask: Image | None = None) -> Ar
 
 def _similarity(before: Any, after: Any) -> tuple[Array, Mask] | None:
     """The similarity (2, 3) of most features (n, 2), and which these are; None where few agree."""
-    if len(before) < _LEAST_FOUND:
+    found = most_agree_on(before, after, _GATE_PX, _LEAST_FOUND)
+    if found is None:
         return None
-    cv2.setRNGSeed(1)
-    estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
-        before, after, method=cv2.RANSAC, ransacReprojThreshold=_GATE_PX
-    )
-    matrix, inlier = estimate
-    if matrix is None or inlier.sum() < _LEAST_FOUND:
-        return None
-    motion, same = np.asarray(matrix, np.float64), inlier.ravel() > 0
+    motion, same = found
     for _ in range(_NEARER):
         away = np.hypot(*(before @ motion[:, :2].T + motion[:, 2] - after).T)
         # What is laid over the picture moves with it in part, by less than the first gate.

@@ -22,6 +22,7 @@ from servosight.tracking.core._rotation import turned as turned
 from servosight.tracking.core._rotation import turning as turning
 from servosight.tracking.core._shared import one_sigma as one_sigma
 from servosight.tracking.core._shared import principal as principal
+from servosight.tracking.core._similarity import most_agree_on as most_agree_on
 from servosight.tracking.core._spline import slopes as slopes
 from servosight.tracking.core._spline import smeared as smeared
 from servosight.tracking.core._spline import weights as weights

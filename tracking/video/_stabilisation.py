@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
+from servosight.tracking.core import most_agree_on
 
 LEAST_PX = 0.2
 """Smaller motion is within the scatter of matched features."""
@@ -109,8 +110,8 @@ class CameraMotion:
     def of(cls, images: Sequence[Image]) -> CameraMotion:
         """From features of the first picture.
 
-        Most features lie on the background, so their median shift is the camera's. None where too
-        few are found, or where they do not move at all alike, as in noise.
+        Most features lie on the background, so their median shift is the camera's. It is taken to
+        be mounted where too few are found, or where they do not move at all alike, as in noise.
         """
         bench = Stabiliser.of(images[0])
         if bench is None:
@@ -150,16 +151,10 @@ def _unclear(before: Array, after: Array) -> bool:
 
 def _motion(before: Array, after: Array) -> Motion | None:
     """The motion on which features (n, 2) agree closely; None where too few do."""
-    if len(before) < _LEAST_FOUND:
+    found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FOUND)
+    if found is None:
         return None
-    cv2.setRNGSeed(1)
-    estimate: tuple[Any, Any] = cv2.estimateAffinePartial2D(
-        before, after, method=cv2.RANSAC, ransacReprojThreshold=_ALIKE_PX
-    )
-    matrix, inlier = estimate
-    if matrix is None or inlier.sum() < _LEAST_FOUND:
-        return None
-    same = inlier.ravel() > 0
+    matrix, same = found
     left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
     sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
     return Motion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)

@@ -248,8 +248,7 @@ class ModelSelection:
         """True where a model explains the data once it is fitted to the validation samples, too."""
         if self.split.carried:
             return False
-        floor_deg = criterion.policy.explained * criterion.floor_deg
-        return self.whole(trial).fit.rmse_deg <= floor_deg
+        return self.whole(trial).fit.rmse_deg <= criterion.enough_deg
 
     def judge(self, fit: Solution, budget: int = POLISH_BUDGET) -> Trial:
         """Simulate the recordings that fit or validate at the fitted point.
