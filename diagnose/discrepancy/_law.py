@@ -13,7 +13,7 @@ import numpy as np
 
 from servosight.diagnose.discrepancy._matching_pursuit import TERMS, TermCandidate, promising
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
-from servosight.identify.fit import polish
+from servosight.identify.fit import Solution, polish
 from servosight.identify.problem import Problem
 from servosight.identify.search import half_squares
 from servosight.models.core import Array
@@ -23,8 +23,8 @@ FINISHED = 2
 """Of the sketches of what promises most, the best are fitted to the end."""
 SKETCH_BUDGET = 120
 FINISH_BUDGET = 500
-MOST_SIMULATIONS = 10_000
-"""After so many on one model, of one recording each, no further term is looked for."""
+MOST_COST = 20_000.0
+"""After simulations of this cost (``Work``) on one model no further term is tried."""
 MIN_GAIN = 0.1
 """A term must lower the validation rmse by this share,"""
 MIN_CLOSED = 0.5
@@ -86,13 +86,12 @@ def _extended(
     terms = {name: term for name, term in TERMS.items() if name not in own}
     extended = models.with_catalogue({**own, **{name: term.effect for name, term in terms.items()}})
     trial = base
-    begun = models.work.simulations
+    most = models.work.cost + MOST_COST
     for _ in range(MOST_TERMS):
-        spent = models.work.simulations - begun >= MOST_SIMULATIONS
-        if spent or criterion.explained(trial.score):
+        if models.work.cost >= most or criterion.explained(trial.score):
             break
         ranked = promising(trial, terms, len(models.recordings), noise_deg)
-        better = _best(extended, trial, ranked, criterion)
+        better = _best(extended, trial, ranked, criterion, most)
         if better is None or not _earns(better, trial, criterion, len(terms)):
             break
         trial = _without(extended, better, base, criterion)
@@ -124,10 +123,16 @@ def _best(
     base: Trial,
     candidates: Sequence[TermCandidate],
     criterion: AcceptanceCriterion,
+    most: float,
 ) -> Trial | None:
-    """The best of ``base`` with one term more, everything fitted anew."""
-    sketches = []
+    """The best of ``base`` with one term more, everything fitted anew.
+
+    Once the work has cost ``most`` what promises less is left untried.
+    """
+    sketches: list[Solution] = []
     for candidate in candidates:
+        if sketches and extended.work.cost >= most:
+            break
         problem = extended.problem((*base.effects, candidate.name), base.fit.problem.held)
         point = base.fit.outcome.point
         starts = np.array(

@@ -292,6 +292,6 @@ def ended(cut_short: bool, simulations: int) -> list[str]:
     if not cut_short:
         return []
     return [
-        f"the search for effects ended after {simulations:,} simulations, as many as it may make; "
+        f"the search for effects ended after {simulations:,} simulations, as long as it may take; "
         f"the best model that it found by then is given, and further sets of effects are untried"
     ]

@@ -21,9 +21,9 @@ class SearchEffort:
     Where the steps end far from the floor, a model with all ordinary effects is reduced, and the
     ``beam`` cheapest models of all are extended.
 
-    No further model is tried after ``simulations`` of each fitted recording. The steps end after
-    the share ``steps_share`` of these, the search behind them after ``search_share``, so that some
-    are left for what may stand in for its answer.
+    No further model is tried once all simulations have ``cost`` (``Work``) so much for each fitted
+    recording. The steps end after the share ``steps_share`` of it, the search behind them after
+    ``search_share``, so that some is left for what may stand in for its answer.
     """
 
     sketched: int = 2
@@ -34,14 +34,14 @@ class SearchEffort:
     pairs: int = 12
     finalists: int = 6
     beam: int = 2
-    simulations: int = 60_000
+    cost: float = 160_000.0
     steps_share: float = 0.5
     search_share: float = 0.9
 
     def is_spent(self, models: ModelSelection, share: float | None = None) -> bool:
-        """True where a ``share`` of the simulations has been made, by default the search's."""
+        """True where a ``share`` of the cost has been spent, by default the search's."""
         share = self.search_share if share is None else share
-        return models.work.simulations >= share * self.simulations * len(models.recordings)
+        return models.work.cost >= share * self.cost * len(models.recordings)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Step:
 class Selected:
     """The steps, and each single candidate of the first one.
 
-    ``cut_short``: the search has ended because it had made as many simulations as it may.
+    ``cut_short``: the search has ended because its simulations cost as much as they may.
     """
 
     steps: tuple[Step, ...]

@@ -59,7 +59,7 @@ class Plant:
     """The plant equation for a registry of effects, with the layout of its parameter rows."""
 
     layout: Layout
-    run: Callable[..., None]
+    run: Callable[..., int | None]
     shape: Callable[..., int]
     transmit: Callable[..., None]
 
@@ -83,6 +83,12 @@ class Plant:
         ``step_s`` bounds the step (default: a fifth of each row's T, or of its slow pole's). Rows
         whose steps run out give NaN.
         """
+        return self.simulate_counted(rows, stimulus, step_s)[0]
+
+    def simulate_counted(
+        self, rows: Array, stimulus: Stimulus, step_s: float | None = None
+    ) -> tuple[Array, int | None]:
+        """The same, and how many steps it took; None where the plant does not tell, as an FMU."""
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
@@ -99,12 +105,12 @@ class Plant:
             out,
         )
         try:
-            self.run(*arguments)
+            taken = self.run(*arguments)
         except Exception as error:  # at the first call, when it is compiled
             raise not_compiled(self.layout.effects, error) from error
         if stimulus.weights.size > 1:
             out = out.reshape(batch.shape[0], -1, stimulus.weights.size) @ stimulus.weights
-        return out if np.ndim(rows) == 2 else out[0]
+        return (out if np.ndim(rows) == 2 else out[0]), taken
 
     def shaped_command(self, row: Array, stimulus: Stimulus) -> Array:
         """The command behind the effects on it, from the first sample to the last.

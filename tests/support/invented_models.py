@@ -93,6 +93,7 @@ class InventedModels:
     def fitted(self, effects: Sequence[str], how: str) -> InventedTrial:
         """A trial of these effects, counted and kept."""
         self.work.simulations += 1
+        self.work.cost += 1.0
         self.done.append(f"{how} {''.join(sorted(effects))}".strip())
         trial = self._trial(effects)
         self.trials[trial.key] = trial

@@ -92,7 +92,7 @@ def first_motion(p, friction, angle):
 @njit
 def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out or the
-    motion runs away.
+    motion runs away. Returns how many steps and pieces of the command it took.
 
     ``pushes``: times and values of the known disturbance, held from each row to the next.
     ``steps``: where something has just changed, and the longest, to which they grow from there on.
@@ -126,6 +126,7 @@ def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
         push_row = np.searchsorted(pushes[0], t, side="right") - 1
         length += len(pushes[0])
     budget = FEWEST_STEPS + int(STEPS_SHARE * length)
+    allowed, made = budget, 0
     pieces = FEWEST_PIECES + int(PIECES_SHARE * length)
     while n < len(samples):
         row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
@@ -148,15 +149,15 @@ def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
             budget + 1 if shaped else budget - 1,
         )  # fmt: skip
-        pieces -= 1
-        if budget < 0 or pieces < 0:
+        made += 1
+        if budget < 0 or made > pieces:
             out[n:] = np.nan
-            return
+            break
         if shaped:
             for i in range(N_COMMAND):
                 last[i] = piece_value[i] + piece_slope[i] * gone
         t += gone
-    return
+    return allowed - budget + (2 * made if shaped else 0)
 
 
 @njit(parallel=True)
@@ -164,11 +165,14 @@ def simulate_rows(rows, times, values, linear, pushes, samples, horn, step, out)
     """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples).
 
     ``pushes`` (2, rows) are the times and values of the known disturbance.
-    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`.
+    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns how many steps all
+    of them took: what the batch costs, the same on every machine.
     """
+    taken = 0
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
-        _row(rows[b], times, values, linear, pushes, samples, horn, steps, out[b])
+        taken += _row(rows[b], times, values, linear, pushes, samples, horn, steps, out[b])
+    return taken
 
 
 @njit

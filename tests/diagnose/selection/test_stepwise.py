@@ -139,7 +139,7 @@ def test_the_steps_end_at_their_most(most: int, expected: list[str]) -> None:
 
 def test_a_selection_that_has_used_up_its_simulations_ends_with_a_step() -> None:
     errors = {"": 0.29, "a": 0.22, "b": 0.27, "ab": 0.15, "c": 0.28, "abc": 0.1}
-    steps, found, models = selected(errors, replace(EFFORT, simulations=1))
+    steps, found, models = selected(errors, replace(EFFORT, cost=1.0))
     assert found.cut_short
     assert steps == ["", "a"]
     assert models.work.simulations < selected(errors)[2].work.simulations
@@ -213,11 +213,11 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
 @pytest.mark.parametrize(("made", "whole", "half"), [(59, False, False), (60, False, True)])
 def test_the_simulations_are_so_many_of_each_recording(made: int, whole: bool, half: bool) -> None:
     models = InventedModels({"": 1.0}, recordings=(None, None))
-    models.work.simulations = made
-    effort = SearchEffort(simulations=60)
+    models.work.cost = made
+    effort = SearchEffort(cost=60.0)
     assert effort.is_spent(models) is whole  # type: ignore[arg-type]
     assert effort.is_spent(models, effort.steps_share) is half  # type: ignore[arg-type]
-    models.work.simulations = 120
+    models.work.cost = 120.0
     assert effort.is_spent(models)  # type: ignore[arg-type]
 
 
@@ -231,6 +231,6 @@ def test_the_effort_is_that_of_the_documents() -> None:
         pairs=12,
         finalists=6,
         beam=2,
-        simulations=60_000,
+        cost=160_000.0,
         steps_share=0.5,
     )

@@ -154,7 +154,7 @@ def test_a_search_that_has_used_up_its_simulations_gives_the_best_so_far(
 ) -> None:
     whole, selected, _ = searched
     models = replace(whole.models, trials={}, wholes={}, screens={}, work=Work())
-    short = StepwiseSelector(models, whole.criterion, effort=replace(whole.effort, simulations=1))
+    short = StepwiseSelector(models, whole.criterion, effort=replace(whole.effort, cost=1.0))
     cut = short.select()
     assert cut.cut_short
     assert not selected.cut_short

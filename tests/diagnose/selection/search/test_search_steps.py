@@ -41,7 +41,7 @@ def test_the_way_down_ends_at_two_effects_prices_above_its_cheapest() -> None:
 
 
 def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
-    assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, simulations=1)) == []
+    assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, cost=1.0)) == []
 
 
 @pytest.mark.parametrize(("last", "further"), [(0.3, True), (0.55, False)])
