@@ -140,7 +140,7 @@ class BaseModel:
     def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
         """The effect's own guesses of its parameters."""
         if effect.id not in self._guesses:
-            self._guesses[effect.id] = effect.starts(self.guess_features)
+            self._guesses[effect.id] = effect.guesses(self.guess_features)
         return self._guesses[effect.id]
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import keyword
 import math
 from dataclasses import dataclass
+
+from servosight.models.base import InputError
 
 
 @dataclass(frozen=True)
@@ -57,10 +60,31 @@ class Parameter:
     free_unit: bool = False
 
     def __post_init__(self) -> None:
+        """Raise InputError, in one sentence, for what no search could use."""
+        name = self.name
+        if not (isinstance(name, str) and name.isidentifier() and not keyword.iskeyword(name)):
+            raise InputError(f"parameter {name!r}: expected a name of letters, digits and _")
+        for key in ("low", "high", "neutral"):
+            value = getattr(self, key)
+            if key == "neutral" and value is None:
+                continue
+            if not isinstance(value, int | float) or math.isnan(value):
+                raise InputError(f"parameter {name}: {key} is {value!r}, expected a number")
         if not self.low <= self.high:
-            raise ValueError(f"parameter {self.name}: low {self.low} exceeds high {self.high}")
-        if math.isinf(self.high) and not self.reciprocal:
-            raise ValueError(f"parameter {self.name}: an infinite bound needs an infinite neutral")
+            raise InputError(
+                f"parameter {name}: low is {self.low:g}, expected at most high, {self.high:g}"
+            )
+        if (math.isinf(self.low) or math.isinf(self.high)) and not self.reciprocal:
+            raise InputError(
+                f"parameter {name}: its bounds are {self.low:g} and {self.high:g}, expected finite "
+                f"ones, or an infinite neutral value as well"
+            )
+        finite = self.neutral is not None and not self.reciprocal
+        if finite and not self.low <= self.neutral <= self.high:
+            raise InputError(
+                f"parameter {name}: neutral is {self.neutral:g}, expected a value from low "
+                f"{self.low:g} to high {self.high:g}"
+            )
 
     @property
     def reciprocal(self) -> bool:

@@ -11,8 +11,10 @@ import ast
 import inspect
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+import numpy as np
 
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects._place import Usage
@@ -25,6 +27,24 @@ BUILTINS = frozenset(
     "abs bool divmod enumerate float int len max min pow range round sum tuple zip".split()  # noqa: SIM905
 )
 """Built-in functions that are compiled."""
+_REFUSED = (
+    ast.Global,
+    ast.Nonlocal,
+    ast.Import,
+    ast.ImportFrom,
+    ast.FunctionDef,
+    ast.AsyncFunctionDef,
+    ast.ClassDef,
+    ast.Lambda,
+    ast.With,
+    ast.Try,
+    ast.Raise,
+    ast.Delete,
+    ast.Yield,
+    ast.YieldFrom,
+    ast.Await,
+)
+"""What a function of numbers needs not, and what is not compiled or has an effect elsewhere."""
 
 _AT = {
     "T": 0.05,
@@ -44,7 +64,9 @@ _AT = {
     "value": 3.0,
     "w": 30.0,
 }
-"""Where the trial call takes each argument, in seconds, degrees and deg/s."""
+"""Where the trial calls take each argument, in seconds, degrees and deg/s."""
+_LEAST = {"horizon": 0.0, "magnitude": 0.0, "seconds": 0.0}
+"""The least value of what a function returns, by name."""
 
 
 def is_a(value: object, kind: type) -> bool:
@@ -66,11 +88,29 @@ def check_function(
     """
     check_arguments(name, function, use.leading, [one.name for one in parameters])
     check_names(name, function)
-    arguments = [_AT.get(one, 0.0) for one in use.leading] + near_neutral(parameters)
+    leading = [_AT.get(one, 0.0) for one in use.leading]
     vanishes = None
     if use.vanishes is not None:
         vanishes = _AT[use.vanishes] if use.vanishes else 0.0
-    _check_answer(name, function, arguments, use.answer, vanishes)
+    _check_answer(name, function, [*leading, *near_neutral(parameters)], use, vanishes)
+    _check_answer(name, function, [*leading, *between_bounds(parameters)], use)
+
+
+def check_guesses(
+    name: str, guesses: object, parameters: Sequence[Parameter]
+) -> tuple[tuple[float, ...], ...]:
+    """The initial guesses as they are; InputError unless each has a number for each parameter."""
+    names = [one.name for one in parameters]
+    right = isinstance(guesses, tuple | list) and all(
+        isinstance(one, tuple | list) and len(one) == len(names) and all(map(_is_finite, one))
+        for one in guesses
+    )
+    if not right:
+        raise InputError(
+            f"{name} returns {str(guesses)[:60]}, expected a tuple of guesses, each a tuple of "
+            f"finite numbers for {_list(names)}"
+        )
+    return tuple(tuple(one) for one in guesses)  # type: ignore[attr-defined]
 
 
 def parsed(name: str, function: Function) -> ast.FunctionDef:
@@ -89,23 +129,32 @@ def check_arguments(
 ) -> None:
     """Refuse a function that does not take ``leading`` and then ``own``, in this order.
 
-    The leading arguments may have other names, but none of them another one's.
+    The leading arguments may have other names, but none of them another one's; none has a default.
     """
     expected = [*leading, *own]
     arguments = list(inspect.signature(function).parameters.values())
     given = [one.name for one in arguments]
-    plain = all(one.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD for one in arguments)
+    plain = all(
+        one.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD and one.default is one.empty
+        for one in arguments
+    )
     swapped = any(g != e and g in leading for g, e in zip(given, leading, strict=False))
     if not plain or swapped or len(given) != len(expected) or given[len(leading) :] != [*own]:
         raise InputError(
-            f"{name} takes {_list(given)}, expected {_list(expected)}; rename, add or remove "
-            f"arguments"
+            f"{name} takes {_list(map(_shown, arguments))}, expected {_list(expected)}; rename, "
+            f"add or remove arguments"
         )
 
 
 def check_names(name: str, function: Function) -> None:
     """Refuse names that the kernel does not have: globals of the file, closures, other builtins."""
     definition = parsed(name, function)
+    for node in (inner for line in definition.body for inner in ast.walk(line)):
+        if isinstance(node, _REFUSED):
+            raise InputError(
+                f"{name} has the line `{ast.unparse(node).splitlines()[0]}`, which the compiled "
+                f"kernel cannot hold; expected assignments, if, for, while and return"
+            )
     arguments = definition.args
     arguments.defaults = []
     for argument in arguments.args:
@@ -139,40 +188,67 @@ def near_neutral(parameters: Sequence[Parameter]) -> list[float]:
     return values
 
 
+def between_bounds(parameters: Sequence[Parameter]) -> list[float]:
+    """Values well within the bounds, at which the effect acts."""
+    values = []
+    for parameter in parameters:
+        low, high = parameter.search_bounds
+        values.append(parameter.from_search(0.75 * low + 0.25 * high))
+    return values
+
+
 def _check_answer(
     name: str,
     function: Function,
     arguments: Sequence[float],
-    answer: Sequence[str],
-    vanishes: float | None,
+    use: Usage,
+    vanishes: float | None = None,
 ) -> None:
-    """Call once; refuse anything but ``answer``, and what does not vanish at neutral."""
+    """Call once; refuse anything but the answer, and what does not vanish at neutral."""
+    answer = use.answer
+    called = f"{name} at ({', '.join(f'{one:.6g}' for one in arguments)})"
     try:
         found = function(*arguments)
     except ArithmeticError:  # where neutral divides by zero, as the kernel never does
         return
     except Exception as error:
         raise InputError(
-            f"{name} fails near its neutral values ({type(error).__name__}: {error}); expected it "
-            f"to return {_list(answer)}"
+            f"{called} fails ({type(error).__name__}: {error}); expected it to return "
+            f"{_list(answer)}"
         ) from None
     numbers = found if isinstance(found, tuple) else (found,)
     if len(numbers) != len(answer) or not all(_is_number(one) for one in numbers):
         raise InputError(
-            f"{name} returns {str(found)[:60]}, expected {_list(answer)}: "
+            f"{called} returns {str(found)[:60]}, expected {_list(answer)}: "
             f"{'one number' if len(answer) == 1 else f'a tuple of {len(answer)} numbers'}"
         )
+    for one, number in zip(answer, numbers, strict=True):
+        if number < _LEAST.get(one, -math.inf):
+            raise InputError(
+                f"{called} returns {number:.6g} as its {one}, expected at least {_LEAST[one]:g}"
+            )
     if vanishes is None or abs(numbers[0] - vanishes) <= 1e-3 * (1.0 + abs(vanishes)):
         return
     raise InputError(
-        f"{name} returns {numbers[0]:.6g} near its neutral values, expected {vanishes:.6g}, for an "
-        f"effect vanishes there; correct the neutral values or the function"
+        f"{name} returns {numbers[0]:.6g} near its neutral values, expected {vanishes:.6g}, "
+        f"since an effect vanishes there; correct the neutral values or the function"
     )
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not math.isnan(value)
+    """True for a number; an infinite one may be a horizon or a longest step."""
+    number = isinstance(value, int | float | np.integer | np.floating)
+    return number and not isinstance(value, bool) and not math.isnan(value)
 
 
-def _list(names: Any) -> str:
-    return f"({', '.join(names)})"
+def _is_finite(value: Any) -> bool:
+    return _is_number(value) and not math.isinf(value)
+
+
+def _shown(argument: inspect.Parameter) -> str:
+    """An argument without its annotation, as in ``*rest`` or ``size=2.0``."""
+    return str(argument.replace(annotation=argument.empty))
+
+
+def _list(names: Iterable[object]) -> str:
+    return f"({', '.join(map(str, names))})"

@@ -14,7 +14,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from servosight.models.core import InputError, Parameter
-from servosight.models.effects._check import all_are, check_arguments, check_function, is_a
+from servosight.models.effects._check import (
+    all_are,
+    check_arguments,
+    check_function,
+    check_guesses,
+    is_a,
+)
 from servosight.models.effects._initial_guess import ResidualFeatures
 from servosight.models.effects._place import SIGNATURES, SWITCHES, usage
 from servosight.models.effects._place import Place as Place
@@ -39,6 +45,12 @@ class GuessFeatures:
     drive_deg: float
     T_s: float
     curves: ResidualFeatures = field(default_factory=ResidualFeatures)
+
+
+TYPICAL = GuessFeatures(
+    residual_deg=0.5, amplitude_deg=20.0, speed_deg_s=200.0, drive_deg=5.0, T_s=0.02
+)
+"""Those of an ordinary servo; its curves are empty."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +97,7 @@ class Effect:
                 self.parameters,
             )
         check_arguments(f"effect {self.id}: starts", self.starts, ["features"])
+        self._check_starts()
 
     def _check_fields(self) -> None:
         hooks = self.hooks.items()
@@ -106,6 +119,12 @@ class Effect:
                 raise InputError(
                     f"effect {self.id!r}: {name} is {getattr(self, name)!r}, expected {expected}"
                 )
+        names = [parameter.name for parameter in self.parameters]
+        twice = {name for name in names if names.count(name) > 1}
+        if twice:
+            raise InputError(
+                f"effect {self.id}: two parameters are named {min(twice)}, expected a name for each"
+            )
         if all(parameter.neutral is None for parameter in self.parameters):
             raise InputError(f"effect {self.id}: at least one parameter needs a neutral value")
 
@@ -123,6 +142,22 @@ class Effect:
                     f"effect {self.id}: an effect at the place {self.place.value} has no {name}; "
                     f"leave it out or choose another place"
                 )
+
+    def _check_starts(self) -> None:
+        """Call it once."""
+        try:
+            self.guesses(TYPICAL)
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError(
+                f"effect {self.id}: starts fails where the features have no curves "
+                f"({type(error).__name__}: {error}); expected a tuple of guesses all the same"
+            ) from None
+
+    def guesses(self, features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
+        """Its initial guesses; InputError for what is none."""
+        return check_guesses(f"effect {self.id}: starts", self.starts(features), self.parameters)
 
     @property
     def needs_disturbance(self) -> bool:

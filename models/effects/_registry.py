@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from servosight.models.core import InputError, check_path, did_you_mean
-from servosight.models.effects._contract import Effect
+from servosight.models.effects._contract import TYPICAL, Effect
 
 CATALOGUE: tuple[str, ...] = (
     "dead_time",
@@ -58,7 +58,22 @@ def catalogue(plugins: Sequence[Path] = ()) -> dict[str, Effect]:
                     f"identifier, so rename it"
                 )
             effects[effect.id] = effect
+            _check_joined(path, effect, effects)
     return effects
+
+
+def _check_joined(path: Path, effect: Effect, effects: Mapping[str, Effect]) -> None:
+    """What a plugin needs in order to be searched beside the others."""
+    if not effect.guesses(TYPICAL):
+        raise InputError(
+            f"{path}: effect {effect.id}: starts returns no guess, expected at least one"
+        )
+    for name in effect.contains:
+        if name not in effects:
+            raise InputError(
+                f"{path}: effect {effect.id}: contains names {name!r}{did_you_mean(name, effects)};"
+                f" expected effects of the catalogue"
+            )
 
 
 def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:

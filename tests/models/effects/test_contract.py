@@ -136,6 +136,30 @@ def _fails(theta: float, w: float, size: float) -> float:
     return size * math.sqrt(-1.0 - theta)
 
 
+def _later(theta: float, w: float, size: float) -> float | None:
+    return size * theta if size < 0.01 else None
+
+
+def _imports(theta: float, w: float, size: float) -> float:
+    import cmath
+
+    return size * cmath.pi
+
+
+def _writes(theta: float, w: float, size: float) -> float:
+    global OUTSIDE
+    OUTSIDE = 3.0
+    return size * OUTSIDE
+
+
+def _default(theta: float, w: float, size: float = 2.0) -> float:
+    return size * theta
+
+
+def _truth(theta: float, w: float, size: float) -> bool:
+    return size > 0.5
+
+
 def _stays(theta: float, w: float, size: float) -> float:
     return 1.0 + size * theta
 
@@ -154,6 +178,11 @@ def _stays(theta: float, w: float, size: float) -> float:
         (_text, "one number"),
         (_nothing, "one number"),
         (_fails, "ValueError"),
+        (_later, "at (3, 30, 0.25) returns None"),
+        (_imports, "import cmath"),
+        (_writes, "global OUTSIDE"),
+        (_default, "takes (theta, w, size=2.0)"),
+        (_truth, "one number"),
         (_stays, "vanishes"),
     ],
 )
@@ -207,6 +236,39 @@ def test_states_latencies_and_switches_stand_where_the_kernel_has_them() -> None
 
     with pytest.raises(InputError, match="a tuple of 2 numbers"):
         declared(Place.LOAD, still, states=1)
+
+
+def test_what_it_returns_lies_where_the_integrator_needs_it() -> None:
+    """No friction that pushes, no step backwards."""
+
+    def pushes(speed: float, drive: float, load: float, size: float) -> float:
+        return -size
+
+    def back(
+        value: float, slope: float, horizon: float, last: float, size: float
+    ) -> tuple[float, float, float]:
+        return value, slope, -horizon
+
+    with pytest.raises(InputError, match="as its magnitude, expected at least 0"):
+        declared(Place.FRICTION, pushes)
+    with pytest.raises(InputError, match="as its horizon, expected at least 0"):
+        declared(Place.COMMAND, back)
+
+
+@pytest.mark.parametrize(
+    ("guesses", "said"),
+    [
+        (None, "returns None"),
+        ((0.5,), "returns \\(0.5,\\)"),
+        (((0.5, 0.5),), "finite numbers for \\(size\\)"),
+        (((math.nan,),), "finite numbers"),
+    ],
+)
+def test_guesses_have_a_number_for_each_parameter(guesses: Any, said: str) -> None:
+    with pytest.raises(InputError, match=f"starts .*{said}"):
+        declared(Place.LOAD, load, starts=lambda features: guesses)
+    with pytest.raises(InputError, match=r"starts fails .*ZeroDivisionError"):
+        declared(Place.LOAD, load, starts=lambda features: 1 / 0)
 
 
 def test_what_numba_cannot_compile_is_one_sentence() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -153,7 +154,24 @@ def test_a_parameter_with_an_infinite_neutral_is_searched_by_its_reciprocal() ->
         assert limit.from_search(limit.to_search(value)) == value
     plain = Parameter("gap", "deg", 0.0, 45.0, 0.0)
     assert plain.search_bounds == (0.0, 45.0)
-    with pytest.raises(ValueError, match="infinite bound"):
+    with pytest.raises(InputError, match="an infinite neutral"):
         Parameter("gap", "deg", 0.0, float("inf"), 0.0)
-    with pytest.raises(ValueError, match="exceeds"):
-        Parameter("gap", "deg", 2.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"name": "my gap"}, "a name of letters"),
+        ({"name": "if"}, "a name of letters"),
+        ({"low": 50.0}, "low is 50, expected at most high, 45"),
+        ({"low": "0"}, "low is '0', expected a number"),
+        ({"high": float("nan")}, "high is nan, expected a number"),
+        ({"low": -float("inf")}, "expected finite"),
+        ({"neutral": -3.0}, "neutral is -3, expected a value from low 0 to high 45"),
+        ({"neutral": float("nan")}, "neutral is nan, expected a number"),
+    ],
+)
+def test_a_parameter_that_no_search_can_use_is_refused(changed: dict[str, Any], said: str) -> None:
+    gap = {"name": "gap", "unit": "deg", "low": 0.0, "high": 45.0, "neutral": 0.0}
+    with pytest.raises(InputError, match=f"^parameter .*{said}"):
+        Parameter(**{**gap, **changed})
