@@ -14,9 +14,24 @@ from servosight.models.base import InputError, did_you_mean
 class CommandParser(argparse.ArgumentParser):
     """A parser that says in one sentence what is wrong, and never exits for it."""
 
+    def parse_known_args(self, args=None, namespace=None):  # type: ignore[no-untyped-def]
+        """As argparse does; what a command does not know is its own error, not the program's."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
     def error(self, message: str) -> NoReturn:
         """Raise InputError in place of printing the usage and exiting."""
-        raise InputError(f"{message}{_meant(message)}; see `{self.prog} --help`")
+        raise InputError(f"{message}{self._meant(message)}; see `{self.prog} --help`")
+
+    def _meant(self, message: str) -> str:
+        """The command or option that a misspelt one is closest to."""
+        command = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        option = re.match(r"unrecognized arguments: (--[^ =]+)", message)
+        if command:
+            return did_you_mean(command[1], COMMANDS)
+        return did_you_mean(option[1], self._option_string_actions) if option else ""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -28,34 +43,26 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action="version", version=f"servosight {__version__}")
-    top.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    _add_general(top)
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, command in COMMANDS.items():
         words = (command.__doc__ or "").strip().splitlines()[0]
         sub = commands.add_parser(name, help=words, description=words, allow_abbrev=False)
-        # Suppressed, so that its absence here does not undo a --debug before the command.
-        sub.add_argument(
-            "--debug",
-            action="store_true",
-            default=argparse.SUPPRESS,
-            help="show the traceback of an error",
-        )
-        amount = sub.add_mutually_exclusive_group()
-        amount.add_argument(
-            "-q", "--quiet", action="store_true", help="print nothing but JSON and errors"
-        )
-        amount.add_argument(
-            "-v",
-            "--verbose",
-            action="store_true",
-            help="report each stage and its duration on standard error",
-        )
+        # Suppressed, so that their absence here does not undo what stands before the command.
+        _add_general(sub, argparse.SUPPRESS)
         command.configure(sub)
         sub.set_defaults(run=command.run)
     return top
 
 
-def _meant(message: str) -> str:
-    """The choice that a misspelt one is closest to."""
-    found = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
-    return did_you_mean(found[1], COMMANDS) if found else ""
+def _add_general(parser: argparse.ArgumentParser, default: object = False) -> None:
+    """What stands before the command or behind it."""
+    options = parser.add_mutually_exclusive_group()
+    for names, words in (
+        (("-q", "--quiet"), "print nothing but JSON and errors"),
+        (("-v", "--verbose"), "report each stage and its duration on standard error"),
+    ):
+        options.add_argument(*names, action="store_true", default=default, help=words)
+    parser.add_argument(
+        "--debug", action="store_true", default=default, help="show the traceback of an error"
+    )

@@ -33,7 +33,7 @@ from servosight.identify.problem import (
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
 from servosight.identify.transmission import transmissions
-from servosight.models.core import Actuator, Array, InputError, Recording
+from servosight.models.core import Actuator, Array, InputError, Recording, did_you_mean
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.plant import Linear, to_difference
@@ -43,6 +43,15 @@ METHODS = tuple(ESTIMATORS)
 """Names of the search methods."""
 
 
+def check_method(method: str) -> None:
+    """InputError where there is no search of that name."""
+    if method not in ESTIMATORS:
+        raise InputError(
+            f"method {method}{did_you_mean(method, METHODS)}: expected one of {', '.join(METHODS)}"
+        )
+
+
+# Long by the fields of its result: a line for each.
 def identify(
     recordings: Recording | Sequence[Recording],
     effects: Sequence[str] = (),
@@ -62,8 +71,7 @@ def identify(
     unknown effect or method, and for a parameter that cannot be held. :class:`Fit` has an example.
     """
     began = time.perf_counter()
-    if method not in ESTIMATORS:
-        raise InputError(f"method {method}: expected one of {', '.join(METHODS)}")
+    check_method(method)
     known = built_in() if catalogue is None else catalogue
     chosen = tuple(select(known, effects))
     given = [recordings] if isinstance(recordings, Recording) else recordings

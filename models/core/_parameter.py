@@ -61,29 +61,23 @@ class Parameter:
 
     def __post_init__(self) -> None:
         """Raise InputError, in one sentence, for what no search could use."""
-        name = self.name
-        if not (isinstance(name, str) and name.isidentifier() and not keyword.iskeyword(name)):
+        name, low, high, neutral = self.name, self.low, self.high, self.neutral
+        if not (_is_word(name) and not keyword.iskeyword(name)):
             raise InputError(f"parameter {name!r}: expected a name of letters, digits and _")
-        for key in ("low", "high", "neutral"):
-            value = getattr(self, key)
-            if key == "neutral" and value is None:
-                continue
-            if not isinstance(value, int | float) or math.isnan(value):
+        for key, value in (("low", low), ("high", high), ("neutral", neutral)):
+            if not _is_number(value) and not (key == "neutral" and value is None):
                 raise InputError(f"parameter {name}: {key} is {value!r}, expected a number")
-        if not self.low <= self.high:
+        if low > high:
+            raise InputError(f"parameter {name}: low is {low:g}, expected at most high, {high:g}")
+        if (math.isinf(low) or math.isinf(high)) and not self.reciprocal:
             raise InputError(
-                f"parameter {name}: low is {self.low:g}, expected at most high, {self.high:g}"
+                f"parameter {name}: its bounds are {low:g} and {high:g}, expected finite ones, or "
+                f"an infinite neutral value as well"
             )
-        if (math.isinf(self.low) or math.isinf(self.high)) and not self.reciprocal:
+        if neutral is not None and not self.reciprocal and not low <= neutral <= high:
             raise InputError(
-                f"parameter {name}: its bounds are {self.low:g} and {self.high:g}, expected finite "
-                f"ones, or an infinite neutral value as well"
-            )
-        finite = self.neutral is not None and not self.reciprocal
-        if finite and not self.low <= self.neutral <= self.high:
-            raise InputError(
-                f"parameter {name}: neutral is {self.neutral:g}, expected a value from low "
-                f"{self.low:g} to high {self.high:g}"
+                f"parameter {name}: neutral is {neutral:g}, expected a value from low {low:g} to "
+                f"high {high:g}"
             )
 
     @property
@@ -114,6 +108,14 @@ class Parameter:
         if not self.reciprocal:
             return self.low, self.high
         return self.to_search(self.high), self.to_search(self.low)
+
+
+def _is_word(name: object) -> bool:
+    return isinstance(name, str) and name.isidentifier()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not math.isnan(value)
 
 
 CORE: tuple[Parameter, ...] = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, InputError, did_you_mean
 from servosight.models.excitation import _shapes as waves
 from servosight.models.excitation._limits import CommandLimits
 from servosight.models.excitation._multisine import multisine_period, random_grid
@@ -51,7 +51,8 @@ def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: in
     """
     if shape not in SHAPES:
         raise InputError(
-            f"shape {shape!r}: expected one of {', '.join(SHAPES)} or optimal; choose one of these"
+            f"shape {shape!r}{did_you_mean(shape, [*SHAPES, 'optimal'])}: expected one of "
+            f"{', '.join(SHAPES)} or optimal; choose one of these"
         )
     wanted = form or Form()
     for name in ("frequency_hz", "low_hz", "high_hz", "dwell_s"):

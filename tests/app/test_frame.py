@@ -166,6 +166,30 @@ def test_debug_shows_the_traceback(
     assert "Traceback" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("words", [["-q", "effects"], ["effects", "--quiet"]])
+def test_general_options_stand_on_either_side_of_the_command(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 0
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        ("trak film.mkv", "did you mean track?"),
+        ("track --metod match film.mkv", "(did you mean --method?); see `servosight track --help`"),
+        ("--verbos effects", "did you mean --verbose?"),
+        ("identify run.csv --method pos", "did you mean pso?"),
+        ("excite standrd -o command.csv", "did you mean standard?"),
+    ],
+)
+def test_a_misspelt_word_is_told_the_nearest(
+    words: str, near: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert near in said(capsys, 2, words.split())
+
+
 def test_exit_code_of_the_process(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "servosight.app", "identify", str(tmp_path / "nothing")]
     done = subprocess.run(words, capture_output=True, text=True)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from importlib import import_module
 
-from servosight.models.core import InputError
+from servosight.models.core import InputError, did_you_mean
 from servosight.tracking.methods._contract import Method
 
 _NAMES = (
@@ -28,6 +27,7 @@ def method_of(name: str) -> Method:
     """
     if name in METHODS:
         return METHODS[name]
-    near = difflib.get_close_matches(name, METHODS, 1)
-    hint = f"did you mean {near[0]}?" if near else "name one of these."
-    raise InputError(f"method {name!r} is not known; expected one of {', '.join(METHODS)}, {hint}")
+    raise InputError(
+        f"method {name!r} is not known{did_you_mean(name, METHODS)}; expected one of "
+        f"{', '.join(METHODS)}"
+    )

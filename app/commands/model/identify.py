@@ -65,16 +65,14 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.inputs import load
     from servosight.app.present import show_identification
     from servosight.diagnose import with_detectable
-    from servosight.identify.fit import METHODS, identify, with_information
-    from servosight.models.base import InputError
+    from servosight.identify.fit import check_method, identify, with_information
     from servosight.models.effects import catalogue, select
 
     check_outputs(args)
     if args.model is not None:
         _run_fmu(args)
         return
-    if args.method not in METHODS:
-        raise InputError(f"--method {args.method}: expected one of {', '.join(METHODS)}")
+    check_method(args.method)
     effects = catalogue(args.plugin)
     chosen = select(effects, args.effects)
     recordings = load(args.recordings, args)
