@@ -63,7 +63,8 @@ class InventedModels:
 
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
     first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
-    lower; ``driven`` are effects that rest on a bound once another is there, by that one; ``done``
+    lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
+    ``driven`` are effects that rest on a bound once another is there, by that one; ``done``
     is told of every fit in order.
     """
 
@@ -72,6 +73,7 @@ class InventedModels:
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
     promised: Mapping[str, float] = field(default_factory=dict)
     varied_deg: Mapping[str, float] = field(default_factory=dict)
+    validation_deg: Mapping[str, float] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     at_bounds: Sequence[str] = ()
     driven: Mapping[str, str] = field(default_factory=dict)
@@ -180,7 +182,7 @@ class InventedModels:
             samples=SAMPLES,
             mean_square_deg2=error**2,
             train_rmse_deg=error,
-            validation_rmse_deg=error,
+            validation_rmse_deg=self.validation_deg.get("".join(ordered), error),
             validation_samples=SAMPLES,
             at_bounds=tuple(name for name in ordered if name in bound),
         )

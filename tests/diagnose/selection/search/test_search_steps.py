@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from support.invented_models import InventedModels
 
-from servosight.diagnose.selection import AcceptanceCriterion, SearchEffort, SelectionPolicy
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    SearchEffort,
+    SelectionPolicy,
+)
 from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
 from servosight.diagnose.selection.search._wide import _simplest
 from servosight.models.core import silent
@@ -42,6 +48,79 @@ def test_the_way_down_ends_at_two_effects_prices_above_its_cheapest() -> None:
 
 def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
     assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, cost=1.0)) == []
+
+
+def backward(
+    models: InventedModels, effort: SearchEffort = EFFORT, **policy: Any
+) -> BackwardSearch:
+    criterion = replace(CRITERION, policy=replace(CRITERION.policy, **policy))
+    visited = Visited(models, criterion)  # type: ignore[arg-type]
+    return BackwardSearch(models, visited, effort, silent)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("there", "contains", "known", "fitted"),
+    [
+        ("", {}, PriorKnowledge(), "abc"),
+        ("b", {}, PriorKnowledge(), "abc"),
+        ("", {}, PriorKnowledge(without_effects=("b",)), "ac"),
+        ("", {}, PriorKnowledge(with_effects=("r",)), "abcr"),
+        ("a", {}, PriorKnowledge(start_effects=("a",)), "abc"),
+        ("", {"a": "b"}, PriorKnowledge(), "ac"),  # b is in a
+        ("b", {"a": "b"}, PriorKnowledge(), "bc"),  # a would take b's place
+    ],
+)
+def test_the_first_ordinary_effects_are_fitted_at_once(
+    there: str, contains: dict[str, str], known: PriorKnowledge, fitted: str
+) -> None:
+    models = InventedModels({"": 1.0, "abcdr": 0.9}, contains=contains, known=known)
+    base = models.fitted(tuple(there), "first")
+    begun = backward(models, together=3).together(base)  # type: ignore[arg-type]
+    assert models.done[1:] == [f"together {fitted}"]
+    assert "".join(begun.effects) == fitted
+
+
+def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -> None:
+    models = InventedModels({"": 1.0, "abcd": 0.1})
+    base = models.fitted(tuple("abcd"), "first")
+    assert backward(models).together(base) is base  # type: ignore[arg-type]
+    linear = models.fitted((), "first")
+    spent = backward(models, replace(EFFORT, cost=1.0))
+    assert spent.together(linear) is linear  # type: ignore[arg-type]
+    assert models.done == ["first abcd", "first"]
+
+
+@pytest.mark.parametrize(
+    ("error", "validation", "varied"),
+    [(0.1, 0.1, False), (0.1, 0.5, True), (0.5, 0.5, False)],
+)
+def test_a_minimum_that_fits_and_does_not_predict_is_varied(
+    error: float, validation: float, varied: bool
+) -> None:
+    errors = {"": 1.0, "abcd": error}
+    models = InventedModels(errors, validation_deg={"abcd": validation})
+    backward(models).together(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[1:] == ["together abcd", *(["vary abcd"] if varied else [])]
+
+
+def test_further_effects_stay_where_they_lower_the_fitted_error() -> None:
+    """``d`` by more than 1 %, ``c`` by less."""
+    models = InventedModels({"": 1.0, "ab": 0.5, "abc": 0.4951, "abd": 0.4949})
+    rich = backward(models).rich(models.fitted(tuple("ab"), "first"), "abcd")  # type: ignore[arg-type]
+    assert "".join(rich.effects) == "abd"
+    assert models.done[1:] == ["fit abc", "fit abd"]
+
+
+def test_a_model_that_has_grown_is_varied_and_then_reduced() -> None:
+    models = InventedModels({"": 1.0, "ab": 0.5, "abc": 0.3})
+    backward(models, together=2).search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[1:5] == ["together ab", "fit abc", "vary abc", "reduce bc"]
+    models = InventedModels({"": 1.0, "ab": 0.5})
+    backward(models, together=2).search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert not any(one.startswith("vary") for one in models.done)
+    models = InventedModels({"": 1.0, "ab": 0.1})
+    backward(models, together=2).search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[1:] == ["together ab", "reduce b", "reduce a"]
 
 
 @pytest.mark.parametrize(("last", "further"), [(0.3, True), (0.55, False)])
