@@ -119,12 +119,10 @@ def show_blind(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
     if not detectable:
         return
     unseen = [one["effect"] for one in detectable if one["value"] is None]
-    seen = f"{len(detectable) - len(unseen)} further effects (from which size on: --json)"
+    seen = f"{len(detectable) - len(unseen)} further effects would have shown from some size on"
     if unseen:
-        out.print(f"These recordings could not have shown {', '.join(unseen)};")
-        out.print(f"they could have shown {seen}")
-    else:
-        out.print(f"These recordings could have shown {seen}")
+        out.print(f"These recordings could not have shown {', '.join(unseen)} at any size.")
+    out.print(f"{seen} (--json has the sizes).")
     out.print()
 
 

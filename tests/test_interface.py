@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -189,6 +190,23 @@ def test_an_actuator_predicts_and_becomes_a_transfer_function(place: Path) -> No
     act.save("again.toml")
     assert ss.load("again.toml").parameters == act.parameters
     assert repr(act) == "<Actuator: k 0.9000, T 0.03000, xi 0.6000, bias 0.5000; linear>"
+    assert act.to_dict()["parameters"]["k"] == {"value": 0.9, "unit": "-"}
+    assert list(act.to_frame()["value"]) == [0.9, 0.03, 0.6, 0.5]
+    (line,) = act.plot(ax=Figure().subplots()).lines
+    frequency_hz, gain_db = (np.asarray(one) for one in line.get_data())
+    expected = np.abs(system(2j * np.pi * frequency_hz)).ravel()
+    np.testing.assert_allclose(gain_db, 20.0 * np.log10(expected), atol=1e-9)
+
+
+def test_a_recording_as_plain_values() -> None:
+    made = recorded(1.0, 7)
+    table = json.loads(json.dumps(made.to_dict()))
+    assert table.pop("name") == made.name
+    again = ss.Recording.from_arrays(
+        **{key: value for key, value in table.items() if value is not None}
+    )
+    np.testing.assert_array_equal(again.angle_deg, made.angle_deg)
+    np.testing.assert_array_equal(again.command_at(again.time_s), made.command_at(made.time_s))
 
 
 def test_tracking_takes_all_options_of_the_tracker() -> None:

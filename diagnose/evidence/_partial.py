@@ -154,7 +154,7 @@ def _left(share: float, first_deg: float, last_deg: float) -> str:
         return f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"
     return (
         f"On test data the rms error, {degrees(last_deg)}, is {times(last_deg / first_deg)} times "
-        f"the first model's: they hardly contain the motion that the effects were chosen on"
+        f"the first model's: these data hardly contain the motion that the effects were chosen on"
     )
 
 
@@ -166,8 +166,8 @@ def _place(during: Mapping[str, float], worst: Window) -> str:
         if part >= LEAST
     ]
     return (
-        f"over all samples {listed(parts)}, most from {worst.start_s:.2f} to {worst.end_s:.2f} s "
-        f"of {worst.recording} ({degrees(worst.rmse_deg)} rms)"
+        f"over all samples {listed(parts)} of it; the worst part is from {worst.start_s:.2f} to "
+        f"{worst.end_s:.2f} s in the recording {worst.recording} ({degrees(worst.rmse_deg)} rms)"
     )
 
 

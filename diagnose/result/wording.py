@@ -48,7 +48,7 @@ class Levels:
     scatter_deg: float = 0.0
 
     def words(self, error_deg: float) -> str:
-        """How an error compares with noise, tolerance and floor; the floor is said what it is."""
+        """How an error compares with noise, tolerance and floor; the floor is explained."""
         tolerance, noise = degrees(self.tolerance_deg), degrees(self.noise_deg)
         own, what = self.noise_deg, f"noise {noise}"
         source = "noise of the measurement"
@@ -135,7 +135,7 @@ def verdict_words(
     if verdict is not Verdict.UNEXPLAINED and not added:
         return (
             f"Not needed: {listed(gone)}",
-            f"The {base} of this servo does not need {listed(gone)}: without, its rms error on "
+            f"The {base} of this servo does not need {listed(gone)}: without it, the rms error on "
             f"test data is {degrees(last)}, {levels.words(last)}.",
         )
     if verdict is not Verdict.UNEXPLAINED:
@@ -292,6 +292,6 @@ def ended(cut_short: bool, simulations: int) -> list[str]:
     if not cut_short:
         return []
     return [
-        f"the search for effects ended after {simulations:,} simulations, as long as it may take; "
-        f"the best model that it found by then is given, and further sets of effects are untried"
+        f"the search for effects was stopped at the limit of its cost, after {simulations:,} "
+        f"simulations: this is the best model found by then, and further sets are untried"
     ]

@@ -61,7 +61,6 @@ from servosight.models.core._recording import Side as Side
 from servosight.models.core._recording import Signals as Signals
 from servosight.models.core._recording import Stream as Stream
 from servosight.models.core._recording import command_at as command_at
-from servosight.models.core._recording import views as views
 from servosight.models.core._result import Result as Result
 from servosight.models.core._result import Table as Table
 from servosight.models.core._rounding import chance as chance
@@ -71,3 +70,4 @@ from servosight.models.core._rounding import rounded as rounded
 from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
+from servosight.models.core._views import views as views

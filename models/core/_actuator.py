@@ -21,12 +21,15 @@ from servosight.models.base import (
     write_text,
 )
 from servosight.models.core._arrays import Array
-from servosight.models.core._display import html_table, parameter_rows
+from servosight.models.core._display import frame, html_table, parameter_rows
 from servosight.models.core._parameter import CORE, OWN, Parameter
+from servosight.models.core._plots import plot_gain
 from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import uncertain
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from servosight.models.effects import Effect
     from servosight.models.plant import LimitCycle
 
@@ -62,10 +65,9 @@ class Actuator:
         """Value of a parameter; KeyError where the actuator has none of that name."""
         return self.parameters[name].value
 
-    def save(self, path: Path | str) -> None:
-        """Write the card as TOML, completely or not at all."""
-        path = Path(path)
-        card: dict[str, Any] = {
+    def to_dict(self) -> dict[str, Any]:
+        """What its card holds, as plain values."""
+        return {
             "format": FORMAT,
             "effects": list(self.effects),
             "parameters": {
@@ -74,7 +76,20 @@ class Actuator:
             },
             "provenance": dict(self.provenance),
         }
-        write_text(path, marked_toml(Kind.MODEL, tomli_w.dumps(card)))
+
+    def save(self, path: Path | str) -> None:
+        """Write the card as TOML, completely or not at all."""
+        write_text(Path(path), marked_toml(Kind.MODEL, tomli_w.dumps(self.to_dict())))
+
+    def to_frame(self) -> Any:
+        """Its parameters with value, sigma and unit, as a data frame."""
+        return frame(
+            [{"parameter": name, **one.to_json()} for name, one in self.parameters.items()]
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Gain of the linear core over frequency, in dB."""
+        return plot_gain(*(self.value(name) for name in ("k", "T", "xi")), ax)
 
     def predict(
         self,

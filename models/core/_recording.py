@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -211,6 +211,13 @@ class Recording:
 
         save_recording(self, Path(folder))
 
+    def to_dict(self) -> dict[str, Any]:
+        """Name, hold, and the rows of command and angle, as plain values."""
+        rows = ("command_time_s", "command_deg", "time_s", "angle_deg", "sigma_deg")
+        columns = {name: getattr(self, name) for name in rows}
+        plain = {name: None if one is None else one.tolist() for name, one in columns.items()}
+        return {"name": self.name, "hold": self.hold, **plain}
+
     def to_frame(self) -> Any:
         """Times, angles, sigmas and the command at these times, as a data frame."""
         command = self.command_at(self.time_s)
@@ -268,30 +275,3 @@ def command_at(rows_s: Array, command_deg: Array, time_s: Array, hold: Hold = "z
         return np.asarray(np.interp(time_s, rows_s, command_deg))
     row = np.searchsorted(rows_s, np.asarray(time_s) + SAME_TIME_S, side="right") - 1
     return np.asarray(np.asarray(command_deg)[np.maximum(row, 0)])
-
-
-def views(recordings: Sequence[Recording]) -> list[Recording]:
-    """Each recording, and behind it its horn's as one of its own, where there is one.
-
-    One run seen on either side of the linkage is two recordings of one servo: the physical
-    parameters are shared, the zero of the angle is not.
-    """
-    return [view for recording in recordings for view in _views(recording)]
-
-
-def _views(recording: Recording) -> list[Recording]:
-    horn = recording.horn
-    if horn is None:
-        return [recording]
-    seen = replace(
-        recording,
-        name=f"{recording.name} (horn)",
-        time_s=horn.time_s,
-        angle_deg=horn.angle_deg,
-        sigma_deg=horn.sigma_deg,
-        video=None,
-        horn=None,
-        side="horn",
-        shared_deg=None,
-    )
-    return [replace(recording, horn=None), seen]

@@ -14,6 +14,8 @@ from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import rounded
 
 SCHEMA = 1
+LONGEST_WORDS = 40
+"""Longer texts are sentences, which a ``__repr__`` leaves out."""
 T = TypeVar("T")
 
 
@@ -135,13 +137,14 @@ class Result:
         """The first of its tables as a data frame (pandas, else Polars)."""
         return frame(next(iter(self._tables().values()), [self.to_dict()]))
 
-    def _summary(self) -> str:
-        """One line: the fields that are single numbers or words."""
+    def _summary(self, longest: int | None = None) -> str:
+        """The fields that are single numbers or words; without texts of more than ``longest``."""
         single = {f.name: getattr(self, f.name) for f in fields(self)}
         return ", ".join(
             f"{name} {rounded(value) if isinstance(value, float) else value}"
             for name, value in single.items()
             if isinstance(value, str | int | float)
+            and not (longest is not None and isinstance(value, str) and len(value) > longest)
         )
 
     def _tables(self) -> Mapping[str, Rows]:
@@ -162,8 +165,8 @@ class Result:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        """The kind and one line."""
-        return f"<{type(self).__name__}: {self._summary()}>"
+        """The kind and one line; sentences are in ``str``."""
+        return f"<{type(self).__name__}: {self._summary(LONGEST_WORDS)}>"
 
     def __str__(self) -> str:
         """The line and the tables as text."""

@@ -66,5 +66,5 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
 
 def test_a_search_that_ended_early_is_said() -> None:
     (warning,) = ended(True, 60_012)
-    assert "ended after 60,012 simulations" in warning
+    assert "after 60,012 simulations" in warning
     assert ended(False, 60_012) == []

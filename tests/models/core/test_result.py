@@ -65,6 +65,14 @@ def test_saving_and_loading_gives_the_same_value(tmp_path: Path) -> None:
     assert table["video"] == "run7/video.mkv"
 
 
+def test_a_repr_is_one_short_line() -> None:
+    """Sentences are in the text, not in it."""
+    sentence = "The linear model of this servo lacks backlash, and more."
+    told = replace(EXAMPLE, verdict=sentence)  # type: ignore[arg-type]
+    assert repr(told) == "<Example: rmse_deg 0.123>"
+    assert sentence in str(told)
+
+
 @given(st.floats(), st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=5))
 def test_json_holds_neither_nan_nor_infinity(number: float, angles: list[float]) -> None:
     result = replace(EXAMPLE, noise_deg=number, angle_deg=np.array(angles))
