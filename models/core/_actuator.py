@@ -89,7 +89,7 @@ class Actuator:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Gain of the linear core over frequency, in dB."""
-        return plot_gain(*(self.value(name) for name in ("k", "T", "xi")), ax)
+        return plot_gain(self.value("k"), self.value("T"), self.value("xi"), ax)
 
     def predict(
         self,

@@ -15,7 +15,7 @@ from servosight.models.core._rounding import rounded
 
 SCHEMA = 1
 LONGEST_WORDS = 40
-"""Longer texts are sentences, which a ``__repr__`` leaves out."""
+"""Longer texts are sentences, which no ``__repr__`` has."""
 T = TypeVar("T")
 
 
@@ -137,15 +137,18 @@ class Result:
         """The first of its tables as a data frame (pandas, else Polars)."""
         return frame(next(iter(self._tables().values()), [self.to_dict()]))
 
-    def _summary(self, longest: int | None = None) -> str:
-        """The fields that are single numbers or words; without texts of more than ``longest``."""
+    def _summary(self) -> str:
+        """One line: the fields that are single numbers or words, sentences apart."""
         single = {f.name: getattr(self, f.name) for f in fields(self)}
         return ", ".join(
             f"{name} {rounded(value) if isinstance(value, float) else value}"
             for name, value in single.items()
-            if isinstance(value, str | int | float)
-            and not (longest is not None and isinstance(value, str) and len(value) > longest)
+            if isinstance(value, str | int | float) and not _is_sentence(value)
         )
+
+    def _sentences(self) -> list[str]:
+        """The fields that are sentences."""
+        return [text for f in fields(self) if _is_sentence(text := getattr(self, f.name))]
 
     def _tables(self) -> Mapping[str, Rows]:
         """Heading and rows of each table to show, in order."""
@@ -165,14 +168,21 @@ class Result:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        """The kind and one line; sentences are in ``str``."""
-        return f"<{type(self).__name__}: {self._summary(LONGEST_WORDS)}>"
+        """The kind and one line."""
+        return f"<{type(self).__name__}: {self._summary()}>"
 
     def __str__(self) -> str:
-        """The line and the tables as text."""
+        """The line, the sentences and the tables as text."""
         blocks = (f"{name}\n{text_table(rows)}" for name, rows in self._tables().items())
-        return "\n\n".join([f"{type(self).__name__}: {self._summary()}", *blocks])
+        line = f"{type(self).__name__}: {self._summary()}"
+        return "\n\n".join([line, *self._sentences(), *blocks])
 
     def _repr_html_(self) -> str:
         tables = "".join(html_table(rows, name) for name, rows in self._tables().items())
-        return f"<p><b>{type(self).__name__}</b>: {html.escape(self._summary())}</p>{tables}"
+        words = "".join(f"<p>{html.escape(text)}</p>" for text in self._sentences())
+        line = html.escape(self._summary())
+        return f"<p><b>{type(self).__name__}</b>: {line}</p>{words}{tables}"
+
+
+def _is_sentence(value: object) -> bool:
+    return isinstance(value, str) and len(value) > LONGEST_WORDS

@@ -64,8 +64,8 @@ class InventedModels:
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
     first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
-    ``driven`` are effects that rest on a bound once another is there, by that one; ``done``
-    is told of every fit in order.
+    ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
+    on a bound once another is there, by that one; ``done`` is told of every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -75,6 +75,7 @@ class InventedModels:
     varied_deg: Mapping[str, float] = field(default_factory=dict)
     validation_deg: Mapping[str, float] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
+    finished_deg: Mapping[str, float] = field(default_factory=dict)
     at_bounds: Sequence[str] = ()
     driven: Mapping[str, str] = field(default_factory=dict)
     trials: dict[object, InventedTrial] = field(default_factory=dict)
@@ -92,12 +93,12 @@ class InventedModels:
     def error_deg(self, effects: Sequence[str]) -> float:
         return min(error for part, error in self.errors.items() if set(part) <= set(effects))
 
-    def fitted(self, effects: Sequence[str], how: str) -> InventedTrial:
+    def fitted(self, effects: Sequence[str], how: str, held: tuple[str, ...] = ()) -> InventedTrial:
         """A trial of these effects, counted and kept."""
         self.work.simulations += 1
         self.work.cost += 1.0
         self.done.append(f"{how} {''.join(sorted(effects))}".strip())
-        trial = self._trial(effects)
+        trial = self._trial(effects, held=held)
         self.trials[trial.key] = trial
         return trial
 
@@ -129,7 +130,10 @@ class InventedModels:
         return self.fitted(fit.effects, "judge")
 
     def finished(self, trial: InventedTrial) -> InventedTrial:
-        return trial
+        found = self.finished_deg.get("".join(trial.effects))
+        if found is not None and trial.fit.cost != found:
+            self.trials[trial.key] = self._trial(trial.effects, found, trial.held)
+        return self.trials[trial.key]
 
     def together(
         self, base: InventedTrial, names: Sequence[str], enough_deg: float = 0.0
@@ -147,10 +151,10 @@ class InventedModels:
         return self.fitted(trial.effects, "search")
 
     def without(self, base: InventedTrial, name: str) -> InventedTrial:
-        return self._trial([own for own in base.effects if own != name])
+        return self._trial([own for own in base.effects if own != name], held=base.held)
 
     def reduced(self, base: InventedTrial, without: str, budget: int = 0) -> InventedTrial:
-        return self.fitted(self.without(base, without).effects, "reduce")
+        return self.fitted(self.without(base, without).effects, "reduce", base.held)
 
     def no_worse(self, trial: InventedTrial) -> InventedTrial:
         return trial
@@ -172,13 +176,19 @@ class InventedModels:
         gained = base.fit.cost**2 - self.error_deg([*base.effects, *names]) ** 2
         return max([gained, *(self.promised[one] for one in names if one in self.promised)])
 
-    def _trial(self, effects: Sequence[str], error_deg: float | None = None) -> InventedTrial:
+    def _trial(
+        self,
+        effects: Sequence[str],
+        error_deg: float | None = None,
+        held: tuple[str, ...] = (),
+    ) -> InventedTrial:
         ordered = tuple(sorted(set(effects)))
         error = self.error_deg(ordered) if error_deg is None else error_deg
         bound = {*self.at_bounds, *(own for by, own in self.driven.items() if by in effects)}
         score = Score(
             effects=ordered,
-            parameters=3 + len(ordered),
+            parameters=3 + len(ordered) - len(held),
+            gain_fitted="k" not in held,
             samples=SAMPLES,
             mean_square_deg2=error**2,
             train_rmse_deg=error,
@@ -186,4 +196,4 @@ class InventedModels:
             validation_samples=SAMPLES,
             at_bounds=tuple(name for name in ordered if name in bound),
         )
-        return InventedTrial(InventedFit(ordered, error), score)
+        return InventedTrial(InventedFit(ordered, error, held), score)

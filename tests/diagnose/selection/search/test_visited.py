@@ -1,0 +1,103 @@
+"""Which of all models that were fitted is the best, on tables of invented models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from support.invented_models import InventedModels
+
+from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, SelectionPolicy
+from servosight.diagnose.selection.search import Visited
+
+CRITERION = AcceptanceCriterion(0.1, 0.0, SelectionPolicy(ordinary=("a", "b", "c", "d")))
+
+
+def visited(models: InventedModels, *begun: str) -> Visited:
+    """The linear model and these sets of effects, fitted."""
+    for effects in ("", *begun):
+        models.fitted(tuple(effects), "first")
+    return Visited(models, CRITERION)  # type: ignore[arg-type]
+
+
+def best_of(models: InventedModels, *begun: str) -> str:
+    """The effects of the best model."""
+    return "".join(visited(models, *begun).best().effects)
+
+
+def test_each_effect_of_the_best_must_be_needed() -> None:
+    """``b`` gains nothing beside ``a``, in either order."""
+    assert best_of(InventedModels({"": 1.0, "a": 0.1, "b": 0.9}), "ab") == "a"
+    assert best_of(InventedModels({"": 1.0, "b": 0.1, "a": 0.9}), "ab") == "b"
+    assert best_of(InventedModels({"": 1.0, "a": 0.5, "b": 0.5, "ab": 0.1}), "ab") == "ab"
+
+
+def test_an_effect_that_gains_too_little_leaves_the_linear_model() -> None:
+    assert best_of(InventedModels({"": 0.2, "a": 0.185}), "a") == ""
+
+
+def test_a_fit_without_budget_is_no_answer() -> None:
+    models = InventedModels({"": 1.0, "a": 0.1})
+    seen = visited(models, "a")
+    found = models.trials[("a",), ()]
+    models.trials[("a",), ()] = replace(found, fit=replace(found.fit, out_of_budget=True))
+    assert not seen.is_accepted(models.trials[("a",), ()])  # type: ignore[arg-type]
+    assert seen.best().effects == ()
+
+
+def test_a_fit_that_ends_elsewhere_is_ranked_again() -> None:
+    """``a`` seems cheapest, and ends above ``b``."""
+    errors = {"": 1.0, "a": 0.3, "b": 0.4}
+    assert best_of(InventedModels(errors), "a", "b") == "a"
+    assert best_of(InventedModels(errors, finished_deg={"a": 0.7}), "a", "b") == "b"
+
+
+@pytest.mark.parametrize(("free_deg", "held"), [(0.3, ("k",)), (0.296, ("k",)), (0.2, ())])
+def test_k_is_fitted_where_that_lowers_the_error(free_deg: float, held: tuple[str, ...]) -> None:
+    """By 5 %; that it is cheaper is not enough."""
+    errors = {"": 1.0, "a": 0.3}
+    models = InventedModels(errors)
+    seen = visited(models)
+    models.fitted((), "held", ("k",))
+    models.fitted(("a",), "held", ("k",))
+    errors["a"] = free_deg
+    models.fitted(("a",), "free")
+    assert seen.best().held == held
+
+
+def test_the_linear_model_with_k_held_is_no_answer() -> None:
+    models = InventedModels({"": 1.0})
+    seen = visited(models)
+    models.fitted((), "held", ("k",))
+    assert seen.ranked()[0].held == ("k",)
+    assert seen.best().held == ()
+
+
+def test_what_is_required_need_not_be_accepted_and_what_is_ruled_out_is_not_ranked() -> None:
+    required = InventedModels({"": 1.0, "a": 1.0}, known=PriorKnowledge(with_effects=("a",)))
+    assert best_of(required, "a") == "a"
+    ruled_out = InventedModels({"": 1.0, "a": 0.1}, known=PriorKnowledge(without_effects=("a",)))
+    assert best_of(ruled_out, "a") == ""
+
+
+def test_an_effect_is_left_out_from_one_model_once() -> None:
+    models = InventedModels({"": 1.0, "a": 0.5, "ab": 0.1})
+    seen = visited(models, "ab")
+    trial = seen.ranked()[0]
+    for _ in range(2):
+        assert seen.without(trial, "b").effects == ("a",)
+    assert models.done.count("reduce a") == 1
+
+
+def paths(models: InventedModels, last: str) -> Sequence[str]:
+    seen = visited(models, last)
+    first, ended = models.trials[(), ()], models.trials[tuple(last), ()]
+    return ["".join(one.effects) for one in seen.path(first, ended)]  # type: ignore[arg-type]
+
+
+def test_a_path_adds_the_effects_in_the_order_of_what_they_gain() -> None:
+    errors = {"": 1.0, "a": 0.8, "b": 0.7, "c": 0.9, "bc": 0.4, "ac": 0.5, "abc": 0.1}
+    assert paths(InventedModels(errors), "abc") == ["", "b", "bc", "abc"]
+    assert paths(InventedModels(errors), "a") == ["", "a"]
+    assert paths(InventedModels(errors), "") == [""]
