@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servosight.bench.camera import Camera
+from servosight.bench.camera import OpenCamera
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo
 from servosight.bench.session import Light, Run, run
@@ -123,7 +123,7 @@ def _way(recording: Recording, time_s: Array) -> Array:
 
 def find_zero(
     servo: SupervisedServo,
-    camera: Camera,
+    camera: OpenCamera,
     folder: Path,
     *,
     light: Light | None = None,
@@ -149,7 +149,7 @@ def find_zero(
 
 def carry_out(
     servo: SupervisedServo,
-    camera: Camera,
+    camera: OpenCamera,
     folder: Path,
     *,
     duration_s: float = 20.0,

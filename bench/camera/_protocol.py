@@ -81,7 +81,7 @@ class Given:
         return replace(stream, **{k: v for k, v in stated.items() if v is not None})  # type: ignore[arg-type]
 
 
-class Camera(Protocol):
+class OpenCamera(Protocol):
     """A camera that is open and delivers frames."""
 
     name: str

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.bench.camera._protocol import Camera, CapturedFrame, Stream
+from servosight.bench.camera._protocol import CapturedFrame, OpenCamera, Stream
 from servosight.bench.timing import lost_between
 from servosight.models.core import Array, InputError
 from servosight.models.io import TICK_S, Ffv1Encoder, MatroskaWriter
@@ -67,7 +67,7 @@ class Recorder:
     where a fault has come before, which ``fault`` then names.
     """
 
-    def __init__(self, camera: Camera, folder: Path) -> None:
+    def __init__(self, camera: OpenCamera, folder: Path) -> None:
         self._camera = camera
         self._path, self._spare = folder / VIDEO, folder / "spare"
         self._writer: MatroskaWriter | None = None

@@ -9,11 +9,11 @@ from servosight.bench.camera._ffmpeg import open_ffmpeg
 from servosight.bench.camera._found import FoundCamera
 from servosight.bench.camera._http import open_http
 from servosight.bench.camera._picamera2 import list_picamera2, open_picamera2
-from servosight.bench.camera._protocol import Camera, Given, Now
+from servosight.bench.camera._protocol import Given, Now, OpenCamera
 from servosight.bench.camera.genicam import list_genicam, open_genicam
 from servosight.bench.camera.v4l2 import list_v4l2, open_v4l2
 
-BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
+BACK_ENDS: dict[str, Callable[[str, Given, Now], OpenCamera]] = {
     "genicam": open_genicam,
     "http": open_http,
     "https": open_http,
@@ -23,7 +23,7 @@ BACK_ENDS: dict[str, Callable[[str, Given, Now], Camera]] = {
 """By what stands before the first colon of an address; any other address is FFmpeg's."""
 
 
-def open_camera(address: str, given: Given | None = None, now: Now = time.monotonic) -> Camera:
+def open_camera(address: str, given: Given | None = None, now: Now = time.monotonic) -> OpenCamera:
     """Open a camera by its address.
 
     ``v4l2:/dev/video0?width=640&height=480&rate=60&exposure=0.004`` for a camera of

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.bench.camera import Camera, CapturedFrame
+from servosight.bench.camera import CapturedFrame, OpenCamera
 from servosight.bench.host_clock import HOST, Clock
 from servosight.bench.servo import Reading, SupervisedServo
 from servosight.bench.session._lines import Line, line_of
@@ -56,13 +56,13 @@ class MeasuredRate:
     meaning: str
 
 
-def measure_camera(camera: Camera, frames: int = _FRAMES, clock: Clock = HOST) -> MeasuredRate:
+def measure_camera(camera: OpenCamera, frames: int = _FRAMES, clock: Clock = HOST) -> MeasuredRate:
     """Measure rate and jitter over some frames; InputError where fewer than ten come."""
     return _rate(camera, some_frames(camera, frames, clock))
 
 
 def check_camera(
-    camera: Camera, limits: CheckLimits = LIMITS, *, frames: int = _FRAMES, clock: Clock = HOST
+    camera: OpenCamera, limits: CheckLimits = LIMITS, *, frames: int = _FRAMES, clock: Clock = HOST
 ) -> list[Line]:
     """Look through a camera for a second or two; time passes by ``clock``."""
     taken = some_frames(camera, frames, clock)
@@ -198,7 +198,7 @@ def serial_ports(devices: Path = Path("/dev")) -> list[str]:
     return lasting or plain
 
 
-def _rate(camera: Camera, frames: Sequence[CapturedFrame]) -> MeasuredRate:
+def _rate(camera: OpenCamera, frames: Sequence[CapturedFrame]) -> MeasuredRate:
     # The first one may have waited since the stream was opened.
     stamps = np.array([frame.stamp_s for frame in frames[1:]])
     number = np.array([float(frame.number) for frame in frames[1:]])

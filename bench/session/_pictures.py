@@ -10,7 +10,7 @@ from itertools import islice
 
 import numpy as np
 
-from servosight.bench.camera import Camera, CapturedFrame, Stream
+from servosight.bench.camera import CapturedFrame, OpenCamera, Stream
 from servosight.bench.host_clock import Clock
 from servosight.models.core import Image, InputError
 
@@ -20,7 +20,7 @@ _LEAVE_S = 5.0
 
 
 def some_frames(
-    camera: Camera,
+    camera: OpenCamera,
     count: int,
     clock: Clock,
     poll: Callable[[], object] = lambda: None,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from servosight.bench.camera import VIDEO, Camera, Footage, Recorder
+from servosight.bench.camera import VIDEO, Footage, OpenCamera, Recorder
 from servosight.bench.safety import check_command, released
 from servosight.bench.servo import CommandLog, StoredPlayback, SupervisedServo, play
 from servosight.bench.session._lamp import CodedLamp
@@ -52,7 +52,7 @@ class Run:
 
 def run(
     servo: SupervisedServo,
-    camera: Camera,
+    camera: OpenCamera,
     time_s: Array,
     command_deg: Array,
     folder: Path,

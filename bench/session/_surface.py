@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.bench.camera import Camera
+from servosight.bench.camera import OpenCamera
 from servosight.bench.safety import released
 from servosight.bench.servo import SupervisedServo
 from servosight.bench.session._lines import Line, line_of
@@ -39,7 +39,7 @@ SURFACE_LIMITS = SurfaceLimits()
 
 
 def check_surface(
-    servo: SupervisedServo, camera: Camera, limits: SurfaceLimits = SURFACE_LIMITS
+    servo: SupervisedServo, camera: OpenCamera, limits: SurfaceLimits = SURFACE_LIMITS
 ) -> list[Line]:
     """Turn an idle servo from neutral by up to 5 deg and back, and look at what moves.
 
@@ -89,7 +89,7 @@ def judge_surface(
     return lines
 
 
-def _look(servo: SupervisedServo, camera: Camera, goal_deg: float) -> Image:
+def _look(servo: SupervisedServo, camera: OpenCamera, goal_deg: float) -> Image:
     """The picture at a goal, after a rest in which the camera's latency passes."""
     clock = servo.clock
     servo.move_to(goal_deg)

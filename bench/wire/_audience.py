@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, contextmanager
 from queue import Queue
 
-from servosight.bench.camera import Camera, CapturedFrame
+from servosight.bench.camera import CapturedFrame, OpenCamera
 from servosight.bench.wire._mjpeg import ServedFrame
 
 _PATIENCE_S = 5.0
@@ -69,7 +69,7 @@ class Audience:
             for client in self._clients:
                 client.queue.put(None)
 
-    def attended(self, camera: Camera) -> Camera:
+    def attended(self, camera: OpenCamera) -> OpenCamera:
         """``camera``, which shows these frames, for a reader that time is to wait for."""
         return _Attended(camera, self)
 
@@ -112,7 +112,7 @@ class Audience:
 class _Attended:
     """A camera whose frames are read under the eyes of an audience."""
 
-    def __init__(self, camera: Camera, audience: Audience) -> None:
+    def __init__(self, camera: OpenCamera, audience: Audience) -> None:
         self.name, self.stream = camera.name, camera.stream
         self._camera, self._audience = camera, audience
 

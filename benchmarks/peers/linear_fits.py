@@ -154,8 +154,7 @@ def _by_swarm(recording: Recording) -> float:
 
 def _sampled(recording: Recording) -> Array:
     """The command at the samples, for peers that know one clock."""
-    at = np.searchsorted(recording.command_time_s, recording.time_s + 1e-9, side="right") - 1
-    return np.asarray(recording.command_deg[at])
+    return recording.command_at(recording.time_s)
 
 
 def _by_n4sid(recording: Recording) -> float:

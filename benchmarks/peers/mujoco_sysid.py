@@ -155,8 +155,7 @@ def by_sysid(recording: Recording, manual: ManualModel, noise_deg: float) -> Pee
     spec = manual.spec()
     model = spec.compile()
     time_s = STEP_S * np.arange(round(recording.duration_s / STEP_S) + 2)
-    at = np.searchsorted(recording.command_time_s, time_s + 1e-9, side="right") - 1
-    control = sysid.TimeSeries(time_s, np.radians(recording.command_deg[at])[:, None])
+    control = sysid.TimeSeries(time_s, np.radians(recording.command_at(time_s))[:, None])
     # A rollout's sensors are those of the step's beginning, under the time of its end.
     measured = sysid.TimeSeries.from_names(
         recording.time_s + STEP_S, np.radians(recording.angle_deg)[:, None], model

@@ -195,9 +195,15 @@ def partial_words(
     """What each step took of the squared error, what is left, and how much of it repeats."""
     if left is None:
         return ""
-    steps = [f"{step.change} {_share_words(step.taken)}" for step in ladder[1:]]
+    steps = [f"{_change_words(step)} {_share_words(step.taken)}" for step in ladder[1:]]
     took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
     return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
+
+
+def _change_words(step: LadderStep) -> str:
+    """What a step did, as the subject of a sentence: ``adding backlash``."""
+    done = [("adding", step.added), ("removing", step.removed)]
+    return " and ".join(f"{verb} {listed([name])}" for verb, name in done if name)
 
 
 def _share_words(taken: float) -> str:

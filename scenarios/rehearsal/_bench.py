@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
-from servosight.bench.camera import Camera as OpenCamera
-from servosight.bench.camera import Given, open_camera
+from servosight.bench.camera import Given, OpenCamera, open_camera
 from servosight.bench.host_clock import HOST
 from servosight.bench.wire import (
     BoardStandIn,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from servosight.bench.camera import Camera, Given, open_camera
+from servosight.bench.camera import Given, OpenCamera, open_camera
 from servosight.bench.light import BIT_S, PERIOD_BITS, pattern
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo, open_servo
@@ -137,7 +137,7 @@ class FilmedWire:
     """Devices as a run takes them, and what stands behind them."""
 
     servo: SupervisedServo
-    camera: Camera
+    camera: OpenCamera
     far: StandIn
     film: LightCamera
     clock: VirtualClock

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from servosight.bench.camera import Camera, Given, open_camera
+from servosight.bench.camera import Given, OpenCamera, open_camera
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo, open_servo
 from servosight.models.core import InputError
@@ -33,7 +33,7 @@ def given_of(args: argparse.Namespace) -> Given:
 
 
 @contextmanager
-def opened_camera(args: argparse.Namespace) -> Iterator[Camera]:
+def opened_camera(args: argparse.Namespace) -> Iterator[OpenCamera]:
     """The camera of ``--camera``, closed in any case."""
     camera = open_camera(args.camera, given_of(args))
     try:

@@ -88,7 +88,10 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"report: {args.report}")
     write_json(args.json, values)
     start = ["--from", args.model, "--trust"] if is_fmu(args.model) else []
-    out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
+    if result.explained:
+        out.print(next_command("compare", args.model, "ANOTHER_REC"))
+    else:
+        out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
 
 
 def _change(args: argparse.Namespace) -> None:
