@@ -83,6 +83,7 @@ class InventedModels:
     work: Work = field(default_factory=Work)
     recordings: tuple[None, ...] = (None,)
     at_one_gain: bool = True
+    k_may_be_held: bool = False
     split: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(carried=()))
 
     @property
@@ -106,8 +107,11 @@ class InventedModels:
         key = (tuple(sorted(self.known.first)), ())
         return self.trials.get(key) or self.fitted(self.known.first, "first")
 
-    def unloaded(self) -> None:
-        """No model with k held."""
+    def unloaded(self) -> InventedTrial | None:
+        """The linear model with k held, which is tried only where ``k_may_be_held``."""
+        if not self.k_may_be_held:
+            return None
+        return self.trials.get(((), ("k",))) or self.fitted((), "held", ("k",))
 
     def candidates(self, base: InventedTrial) -> list[str]:
         gone = {*base.effects, *"".join(self.contains.get(own, "") for own in base.effects)}
@@ -138,7 +142,7 @@ class InventedModels:
     def together(
         self, base: InventedTrial, names: Sequence[str], enough_deg: float = 0.0
     ) -> InventedTrial:
-        return self.fitted((*base.effects, *names), "together")
+        return self.fitted((*base.effects, *names), "together", base.held)
 
     def varied(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
         self.fitted(trial.effects, "vary")

@@ -14,9 +14,10 @@ from servosight.diagnose.selection import (
     PriorKnowledge,
     SearchEffort,
     SelectionPolicy,
+    Step,
 )
 from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
-from servosight.diagnose.selection.search._wide import _simplest
+from servosight.diagnose.selection.search._wide import _simplest, fitted_jointly
 from servosight.models.core import silent
 
 CRITERION = AcceptanceCriterion(0.1, 0.0, SelectionPolicy(ordinary=("a", "b", "c", "d")))
@@ -160,6 +161,25 @@ def test_the_cheapest_and_what_fits_best_with_one_effect_more_are_varied() -> No
 def test_from_a_clearly_lower_minimum_the_search_goes_on(varied: float, rounds: int) -> None:
     models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.3}, varied_deg={"a": varied})
     assert searched_up(models, ("", "a", "b")).count("vary a") == rounds
+
+
+@pytest.mark.parametrize(
+    ("both_deg", "left_deg", "found"),
+    [(0.1, 0.5, "ab"), (0.1, 0.1, "a"), (0.3, 0.3, "")],
+    ids=["both are needed", "one is enough", "they do not explain"],
+)
+def test_ordinary_effects_at_once_are_the_answer_where_they_explain(
+    both_deg: float, left_deg: float, found: str
+) -> None:
+    models = InventedModels({"": 1.0, "a": left_deg, "ab": both_deg}, k_may_be_held=True)
+    steps = [Step(models.first())]  # type: ignore[arg-type]
+    seen = Visited(models, CRITERION)  # type: ignore[arg-type]
+    ended = fitted_jointly(steps, seen, EFFORT, silent)
+    assert "".join(ended[-1].trial.effects) == found
+    assert [step.added for step in ended[1:]] == list(found)
+    models = InventedModels({"": 1.0, "ab": 0.1})
+    seen = Visited(models, CRITERION)  # type: ignore[arg-type]
+    assert fitted_jointly(steps, seen, EFFORT, silent) == steps
 
 
 def test_special_cases_of_the_best_are_tried_whatever_was_tried_before() -> None:
