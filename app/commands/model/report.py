@@ -19,6 +19,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "recordings",
         metavar="REC",
         nargs="*",
+        default=[],
         type=any_path,
         help="its recordings, in the same order (default: the paths saved in it)",
     )

@@ -13,7 +13,12 @@ from servosight.models.base import Kind
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight calibrate``."""
     parser.add_argument(
-        "sources", metavar="IMAGE|VIDEO", nargs="*", type=any_path, help="the board, in many poses"
+        "sources",
+        metavar="IMAGE|VIDEO",
+        nargs="*",
+        default=[],
+        type=any_path,
+        help="the board, in many poses",
     )
     parser.add_argument(
         "--board",
