@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> None:
     """Ask, check, move, film, diagnose; ends at any question."""
     questions.check_terminal("bench wizard")
     print(
-        "This leads from plugging in to the report. An empty answer takes what stands in brackets, "
+        "This leads from plugging in to the report. An empty answer takes the value in brackets, "
         f"{questions.END} ends it at any question, and Ctrl-C at any time: the servo then goes to "
         "neutral and its torque off."
     )

@@ -38,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         dest="command_file",
         metavar="FILE",
         type=any_path,
-        help="a second table, on the same clock, in which the command stands",
+        help="a second table, on the same clock, that has the command",
     )
     add_pulse(parser)
     add_force(parser)

@@ -87,7 +87,7 @@ def _check_command(source: Path, name: str, command: Path) -> None:
     wrong = source if name != "table" else command
     if name != "table" or other is None or other.name != "table":
         raise InputError(
-            f"{wrong}: is no table of text, expected one where the command stands in a file of "
+            f"{wrong}: is no table of text, expected one where the command has a file of "
             f"its own; export both as CSV files"
         )
 
