@@ -16,8 +16,6 @@ from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem
 from servosight.identify.problem._problem import Work as Work
 from servosight.identify.problem._projection import projected_out as projected_out
-from servosight.identify.problem._read_errors import usable_views as usable_views
-from servosight.identify.problem._read_limits import ReadErrorLimits as ReadErrorLimits
 from servosight.identify.problem._score_directions import score_directions as score_directions
 from servosight.identify.problem._starts import BaseModel as BaseModel
 from servosight.identify.problem._starts import effect_guesses as effect_guesses
@@ -25,6 +23,8 @@ from servosight.identify.problem._starts import effect_starts as effect_starts
 from servosight.identify.problem._starts import linear_start as linear_start
 from servosight.identify.problem._starts import neutral_start as neutral_start
 from servosight.identify.problem._starts import search_box as search_box
-from servosight.identify.problem._thin import MOST_SAMPLES as MOST_SAMPLES
-from servosight.identify.problem._thin import largest_share as largest_share
-from servosight.identify.problem._thin import thinned as thinned
+from servosight.identify.problem.samples import MOST_SAMPLES as MOST_SAMPLES
+from servosight.identify.problem.samples import ReadErrorLimits as ReadErrorLimits
+from servosight.identify.problem.samples import largest_share as largest_share
+from servosight.identify.problem.samples import thinned as thinned
+from servosight.identify.problem.samples import usable_views as usable_views

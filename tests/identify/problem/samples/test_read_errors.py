@@ -11,8 +11,8 @@ import pytest
 from servosight.diagnose import PriorKnowledge, compare, diagnose
 from servosight.identify.fit import identify
 from servosight.identify.problem import ReadErrorLimits, usable_views
-from servosight.identify.problem._old_values import held_values, old_values
-from servosight.identify.problem._read_errors import wrong_reads
+from servosight.identify.problem.samples._old_values import held_values, old_values
+from servosight.identify.problem.samples._read_errors import wrong_reads
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 

@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.identify.problem._noise import resolution_deg
-from servosight.identify.problem._old_values import held_values, old_values
-from servosight.identify.problem._read_limits import LIMITS, ReadErrorLimits
 from servosight.identify.problem._setups import setup_doubts
+from servosight.identify.problem.samples._old_values import held_values, old_values
+from servosight.identify.problem.samples._read_limits import LIMITS, ReadErrorLimits
 from servosight.models.core import Array, Mask, Recording, views
 
 
