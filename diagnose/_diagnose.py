@@ -58,6 +58,7 @@ from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import CommandLimits
 
 
+# Long by its keywords and by the fields of its result: each is a line.
 def diagnose(
     recordings: Sequence[Recording],
     validate: Sequence[Recording] = (),

@@ -32,6 +32,7 @@ _SEARCH_RAD = np.deg2rad(75.0)
 _LEAST_TURN_PX = 0.5  # features of it that move by less are none
 
 
+# Long by its errors, each of which says what the frames lack.
 def acquire(
     video: Path,
     images: Sequence[Image],
