@@ -89,17 +89,27 @@ def shares(
     """The share of ``named`` sets for each effect but the ``settled``: the ``chosen`` ones first.
 
     A set with an effect that contains a chosen one counts for the chosen one as well: it is there,
-    and more beside it.
+    and more beside it. So it is for the special cases of a chosen effect that is too seldom named.
 
     >>> from servosight.models.effects import catalogue
     >>> sets = [frozenset({"coulomb_friction"}), frozenset({"presliding"})]
     >>> shares(sets, ["coulomb_friction"], frozenset(), catalogue())
     {'coulomb_friction': 1.0, 'presliding': 0.5}
+    >>> sets = [frozenset({"torque_saturation"})] * 2 + [frozenset({"current_limit"})]
+    >>> shares(sets, ["current_limit"], frozenset(), catalogue())["torque_saturation"]
+    1.0
     """
-    seen: Counter[str] = Counter()
-    for names in named:
-        special = {simple for name in names for simple in catalogue[name].contains}
-        seen.update(sorted((names | special & set(chosen)) - settled))
+
+    def counted(special_cases: set[str]) -> Counter[str]:
+        seen: Counter[str] = Counter()
+        for names in named:
+            special = {simple for name in names for simple in catalogue[name].contains}
+            seen.update(sorted((names | special & special_cases) - settled))
+        return seen
+
+    seen = counted(set(chosen))
+    rare = [name for name in chosen if seen[name] < LEAST * len(named)]
+    seen = counted({*chosen, *(simple for name in rare for simple in catalogue[name].contains)})
     order = dict.fromkeys([*chosen, *(name for name, _ in seen.most_common())])
     return {name: seen[name] / len(named) for name in order}
 
@@ -110,9 +120,9 @@ def stable_steps(
     """The selection with steps to what most resamples name.
 
     Where more than half of them name one other model, that takes the place of the chosen one. Of
-    the effects that are left, those go that less than half name. No step leads to a model of a
-    higher price: an effect that the error cannot do without stays in the model, though its name is
-    uncertain.
+    the effects that are left, those go that less than half name, or a special case of them takes
+    their place that more name. No step leads to a model of a higher price: an effect that the error
+    cannot do without stays in the model, though its name is uncertain.
     """
     steps = list(selected.steps)
 
@@ -124,7 +134,10 @@ def stable_steps(
         steps.append(swap)
     for name in found.uncertain:
         trial = steps[-1].trial
-        if name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
+        special = _special_case(models, trial, name, found)
+        if special is not None and is_cheap(special.trial):
+            steps.append(special)
+        elif name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
             steps.append(Step(smaller, removed=name))
     return replace(selected, steps=tuple(steps))
 
@@ -144,6 +157,17 @@ def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
     tried = {frozenset(one.effects): one for one in models.alike(last)}
     (name,) = added
     return Step(models.finished(tried[best]), name, next(iter(removed), None))
+
+
+def _special_case(models: ModelSelection, trial: Trial, name: str, found: Stability) -> Step | None:
+    """The step to a special case of one effect of ``trial`` that enough resamples name, or None."""
+    if name not in trial.effects or found.shares.get(name, 0.0) >= LEAST:
+        return None
+    others = {*trial.effects, *models.known.without_effects}
+    for simple in models.catalogue[name].contains:
+        if found.shares.get(simple, 0.0) >= LEAST and simple not in others:
+            return Step(models.swapped(trial, name, simple), simple, name)
+    return None
 
 
 def rivals(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> list[Trial]:

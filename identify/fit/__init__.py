@@ -13,6 +13,7 @@ from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects
 from servosight.identify.fit._effects import sketch_effects as sketch_effects
 from servosight.identify.fit._fitted import FittedParameters as FittedParameters
+from servosight.identify.fit._horizon import over_horizons as over_horizons
 from servosight.identify.fit._identify import METHODS as METHODS
 from servosight.identify.fit._identify import check_method as check_method
 from servosight.identify.fit._identify import floor_deg as floor_deg

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from servosight.identify.fit._horizon import CLEARLY, over_horizons
 from servosight.identify.fit._solution import Solution, polish
 from servosight.identify.problem import Problem, neutral_start
 from servosight.identify.search import half_squares
@@ -35,7 +36,6 @@ VARIED_BY = 0.25
 """they have this standard deviation on a logarithmic scale, itself varied by a factor of two."""
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
-CLEARLY = 0.98
 
 
 def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> Solution:
@@ -49,16 +49,18 @@ def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> S
 
 
 def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
-    """``fit``, or a better one of the same effects, from seeded variations of all its parameters.
+    """``fit``, or a better one of the same effects: over growing horizons, and from seeded
+    variations of all its parameters.
 
     Stick-slip, play and limits leave many minima side by side, and each step to a lower one shows
     the next. It ends where nothing is gained, or at an rms error of ``enough_deg``.
     """
-    in_vain = 0
+    fit, in_vain = over_horizons(fit, enough_deg), 0
     for seed in range(ROUNDS):
         if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN:
             break
-        best = _ended(_begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0])
+        varied = _begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0]
+        best = over_horizons(_ended(varied), enough_deg)
         in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
         fit = min(fit, best, key=_cost)
     return fit

@@ -105,12 +105,12 @@ class Runs:
     # The signature is that of the compiled kernel, which this stands in for.
     def fill(
         self, rows: Array, times: Array, values: Array, linear: bool, pushes: Array,
-        samples: Array, horn: bool, step: float, out: Array,
+        restarts: Array, samples: Array, horn: bool, step: float, out: Array,
     ) -> None:  # fmt: skip
         """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples), NaN where it fails.
 
-        The steps are the FMU's own and its one input is the command: ``step`` and ``pushes`` are
-        not used.
+        The steps are the FMU's own and its one input is the command: ``step``, ``pushes`` and
+        ``restarts`` are not used.
         """
         asked = _Asked.of(times, values, linear, samples)
         for row, target in zip(rows, out, strict=True):

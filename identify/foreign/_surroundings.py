@@ -45,7 +45,7 @@ class Surroundings(dict[str, Effect]):
     @property
     def plant(self) -> Plant:
         """What ``Plant.of`` returns for this catalogue."""
-        return replace(self.runs.around, run=self.runs.fill)
+        return replace(self.runs.around, run=self.runs.fill, restartable=False)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
+from servosight.identify.problem._restarts import restarts
 from servosight.identify.problem._standstill import standstill_errors
+from servosight.identify.problem.samples import sample_weights
 from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant import Plant, Stimulus
@@ -22,8 +24,6 @@ LOST_DEG = 1e6
 """The error [deg] of a sample that was not simulated, and the largest that counts."""
 ORDINARY_STEP_S = 4e-3
 """The steps [s] of a simulation that costs 1."""
-TOLERANCE_SHARE = 5e-4
-"""Default tolerance as a share of the moved range: no model is right to the last digit."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,8 @@ class Problem:
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
     so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain. ``held``
     parameters stay at their values: their bounds are these. Those of effects that are not fitted
-    are ignored. ``work`` is told of every simulation, where it is given.
+    are ignored. ``work`` is told of every simulation, where it is given. ``horizon_s``: the model
+    predicts so far at a time, beginning anew from the measured motion; the whole recording if None.
     """
 
     recordings: tuple[Recording, ...]
@@ -100,6 +101,7 @@ class Problem:
     masks: tuple[Mask, ...]
     k_bounds: tuple[float, float] | None = None
     held: Mapping[str, float] = field(default_factory=dict)
+    horizon_s: float | None = None
     work: Work | None = field(default=None, compare=False)
 
     @classmethod
@@ -112,6 +114,7 @@ class Problem:
         k_bounds: tuple[float, float] | None = None,
         held: Mapping[str, float] | None = None,
         work: Work | None = None,
+        horizon_s: float | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
@@ -123,6 +126,7 @@ class Problem:
             tuple(masks),
             k_bounds,
             dict(held or {}),
+            horizon_s,
             work,
         )
 
@@ -179,22 +183,18 @@ class Problem:
     @cached_property
     def stimuli(self) -> tuple[Stimulus, ...]:
         """Command and sample times of each recording, as the plant takes them."""
-        return tuple(Stimulus.of(recording) for recording in self.recordings)
+        whole = [Stimulus.of(recording) for recording in self.recordings]
+        if self.horizon_s is None or not self.plant.restartable:
+            return tuple(whole)
+        return tuple(
+            replace(stimulus, restarts=restarts(recording, mask, self.horizon_s))
+            for stimulus, recording, mask in zip(whole, self.recordings, self.masks, strict=True)
+        )
 
     @cached_property
     def weights(self) -> tuple[Array, ...]:
-        """For each recording its samples' weights: ones where no sigma is known.
-
-        A sample counts by rms(sigma) / sigma within its recording, and recordings among themselves
-        by their rms sigma together with the tolerance: a horn that is measured less accurately than
-        the surface must not make the parameters that the surface determines less accurate.
-        """
-        within = tuple(_weights(recording) for recording in self.recordings)
-        sizes = np.array([_size_deg(recording) for recording in self.recordings])
-        if not np.all(sizes > 0.0):
-            return within
-        among = np.sqrt(np.mean(sizes**2)) / sizes
-        return tuple(weight * share for weight, share in zip(within, among, strict=True))
+        """For each recording its samples' weights: ones where no sigma is known."""
+        return sample_weights(self.recordings)
 
     @cached_property
     def shared(self) -> Array:
@@ -270,15 +270,6 @@ class Problem:
         }
 
 
-def _size_deg(recording: Recording) -> float:
-    """hypot(rms sigma, tolerance) [deg]; 0 where no sigma is known."""
-    sigma = recording.sigma_deg
-    if sigma is None or not np.all(sigma > 0.0):
-        return 0.0
-    tolerance = TOLERANCE_SHARE * recording.moved_range_deg
-    return float(np.sqrt(np.mean(sigma**2) + tolerance**2))
-
-
 def _ordinary(steps: int, stimulus: Stimulus) -> float:
     """The cost of so many steps through a recording."""
     return steps * ORDINARY_STEP_S / float(stimulus.samples_s[-1] - stimulus.samples_s[0])
@@ -291,10 +282,3 @@ def _fastest_deg_s(recording: Recording) -> float:
     """
     speeds = np.abs(np.diff(recording.angle_deg) / np.diff(recording.time_s))
     return 2.0 * float(np.max(speeds)) + 1.0
-
-
-def _weights(recording: Recording) -> Array:
-    sigma = recording.sigma_deg
-    if sigma is None or not np.all(sigma > 0.0):
-        return np.ones(recording.time_s.size)
-    return np.asarray(np.sqrt(np.mean(sigma**2)) / sigma)

@@ -23,6 +23,8 @@ class Stimulus:
     lines; ``samples_s`` (samples * nodes,) rising; ``weights`` (nodes,) average the nodes of one
     sample's exposure. ``horn`` True where the horn's angle is wanted: before shaft and linkage.
     ``disturbance`` (2, rows): times and values of the known disturbance, held between rows.
+    ``restarts`` (3, n): times [s], angles [deg] and speeds [deg/s] with which the motion begins
+    anew there, whatever the model has come to; none in a simulation from the command alone.
     """
 
     time_s: Array
@@ -32,10 +34,11 @@ class Stimulus:
     weights: Array
     horn: bool = False
     disturbance: Array = field(default_factory=lambda: np.zeros((2, 1)))
+    restarts: Array = field(default_factory=lambda: np.zeros((3, 0)))
 
     def __post_init__(self) -> None:
         # The kernel is compiled anew, half a minute long, for every other layout in memory.
-        for name in ("time_s", "command_deg", "samples_s", "disturbance"):
+        for name in ("time_s", "command_deg", "samples_s", "disturbance", "restarts"):
             values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
             object.__setattr__(self, name, values)
 
@@ -62,6 +65,8 @@ class Plant:
     run: Callable[..., int | None]
     shape: Callable[..., int]
     transmit: Callable[..., None]
+    restartable: bool = True
+    """False where the motion cannot begin anew on the way, as that of an FMU."""
 
     @classmethod
     def of(cls, effects: Mapping[str, Effect]) -> Plant:
@@ -99,6 +104,7 @@ class Plant:
             stimulus.command_deg,
             stimulus.linear,
             stimulus.disturbance,
+            stimulus.restarts,
             stimulus.samples_s,
             stimulus.horn,
             0.0 if step_s is None else step_s,
@@ -140,4 +146,5 @@ class Plant:
 @functools.lru_cache(maxsize=8)
 def _plant(effects: tuple[Effect, ...]) -> Plant:
     registry = {effect.id: effect for effect in effects}
-    return Plant(Layout.of(effects), *(kernel(registry, name) for name in ENTRIES))
+    run, shape, transmit = (kernel(registry, name) for name in ENTRIES)
+    return Plant(Layout.of(effects), run, shape, transmit)

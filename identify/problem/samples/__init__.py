@@ -5,3 +5,5 @@ from servosight.identify.problem.samples._read_limits import ReadErrorLimits as 
 from servosight.identify.problem.samples._thin import MOST_SAMPLES as MOST_SAMPLES
 from servosight.identify.problem.samples._thin import largest_share as largest_share
 from servosight.identify.problem.samples._thin import thinned as thinned
+from servosight.identify.problem.samples._weights import TOLERANCE_SHARE as TOLERANCE_SHARE
+from servosight.identify.problem.samples._weights import sample_weights as sample_weights

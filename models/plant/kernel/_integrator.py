@@ -88,13 +88,27 @@ def first_motion(p, friction, angle):
     return (angle, p[5]), start_states((*p[:4], angle, *p[5:])), first_mode(friction, p[5])
 
 
+@njit
+def begun_anew(p, on, friction, motion, memory, horn, angle, speed):
+    """Motion and states where a measured ``angle`` [deg] and ``speed`` [deg/s] replace the model's.
+
+    The motor stays where it is within its play; what else a term remembers goes on.
+    """
+    x, z, _ = motion
+    if not horn:
+        angle += x[0] - output_chain(p, on, x[0], memory)
+    first = start_states((*p[:4], angle, speed, *p[6:]))
+    return (angle, speed), first[:2] + z[2:], first_mode(friction, speed)
+
+
 # One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
-def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
+def _row(row_values, times, values, linear, pushes, restarts, samples, horn, steps, out):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out or the
     motion runs away. Returns how many steps and pieces of the command it took.
 
     ``pushes``: times and values of the known disturbance, held from each row to the next.
+    ``restarts``: times, angles and speeds at which the motion begins anew.
     ``steps``: where something has just changed, and the longest, to which they grow from there on.
     """
     p = unpack(row_values)
@@ -120,7 +134,7 @@ def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
     row = np.searchsorted(times, t - shift, side="right") - 1
     started = False
     n = 0
-    push_row = -1
+    push_row, restart = -1, 0
     length = (stop - t) / step + len(times)
     if pushed:
         push_row = np.searchsorted(pushes[0], t, side="right") - 1
@@ -141,6 +155,13 @@ def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
             push_row, push, _, until = recorded_piece(pushes[0], pushes[1], False, push_row, t)
             p = with_input(p, on, push)
             horizon = min(horizon, until)
+        while restart < restarts.shape[1] and restarts[0, restart] - t <= TINY:
+            motion = begun_anew(
+                p, on, acts[2], motion, memory, horn, restarts[1, restart], restarts[2, restart]
+            )
+            restart += 1
+        if restart < restarts.shape[1]:
+            horizon = min(horizon, restarts[0, restart] - t)
         span = (t, max(min(horizon, stop - t + step), 2.0 * TINY))
         line = (gain * value + bias, gain * slope)
         if t == samples[0]:
@@ -161,17 +182,20 @@ def _row(row_values, times, values, linear, pushes, samples, horn, steps, out):
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, pushes, samples, horn, step, out):
+def simulate_rows(rows, times, values, linear, pushes, restarts, samples, horn, step, out):
     """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples).
 
-    ``pushes`` (2, rows) are the times and values of the known disturbance.
+    ``pushes`` (2, rows) are the times and values of the known disturbance, ``restarts`` (3, n) the
+    times, angles and speeds at which the motion begins anew.
     ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns how many steps all
     of them took: what the batch costs, the same on every machine.
     """
     taken = 0
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
-        taken += _row(rows[b], times, values, linear, pushes, samples, horn, steps, out[b])
+        taken += _row(
+            rows[b], times, values, linear, pushes, restarts, samples, horn, steps, out[b]
+        )
     return taken
 
 

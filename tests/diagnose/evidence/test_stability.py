@@ -174,6 +174,13 @@ def test_who_names_the_whole_names_its_special_case() -> None:
     assert found == {"current_limit": 0.5, "backlash": 0.5, "torque_saturation": 0.5}
 
 
+def test_of_an_effect_that_is_seldom_named_its_special_case_counts_too() -> None:
+    """Four of ten parts ask for a limit with its back-EMF, five for one without: nine for one."""
+    names = ["current_limit"] * 4 + ["torque_saturation"] * 5 + ["backlash"]
+    found = shares([frozenset({name}) for name in names], names[:1], frozenset(), catalogue())
+    assert found == {"current_limit": 0.4, "torque_saturation": 0.9, "backlash": 0.1}
+
+
 def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
     selected = Selected(
         (Step(models.linear()), Step(models.trials[("cogging",), ()], "cogging")), ()
@@ -196,6 +203,21 @@ def test_no_step_leads_to_a_model_of_a_higher_price(models: ModelSelection) -> N
     assert stable_steps(models, CRITERION, selected, rare) == selected
     swap = Stability({"backlash": 0.1, "cogging": 0.9}, 10, {frozenset({"cogging"}): 0.9})
     assert stable_steps(models, CRITERION, selected, swap) == selected
+
+
+def test_a_special_case_that_more_parts_name_takes_the_place_of_the_whole(twin: Any) -> None:
+    """Not where the user has ruled it out."""
+    models = ModelSelection(Split.of([twin("coulomb_friction")[0]]), catalogue())
+    rich = models.extended(models.linear(), "presliding")
+    selected = Selected((Step(models.linear()), Step(rich, "presliding")), ())
+    found = Stability({"presliding": 0.4, "coulomb_friction": 0.9}, 10)
+    step = stable_steps(models, CRITERION, selected, found).steps[-1]
+    assert step.trial.effects == ("coulomb_friction",)
+    assert (step.added, step.removed) == ("coulomb_friction", "presliding")
+    known = PriorKnowledge(without_effects=("coulomb_friction",))
+    without = replace(models, known=known, trials=dict(models.trials))
+    kept = stable_steps(without, CRITERION, selected, found).steps[-1]
+    assert "coulomb_friction" not in kept.trial.effects
 
 
 def test_the_linear_model_has_nothing_to_name(models: ModelSelection) -> None:

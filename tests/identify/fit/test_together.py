@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from servosight.identify.fit import Solution, fit_together, fit_varied, polish
+from servosight.identify.fit import Solution, fit_together, fit_varied, over_horizons, polish
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.effects import catalogue
 
@@ -28,6 +29,16 @@ WRONG = {
     "stribeck_friction.excess": 2.8,
     "stribeck_friction.speed": 40.0,
     "gravity_load.sine": 12.0,
+}
+UNLIMITED = {
+    "k": 1.0,
+    "T": 0.025,
+    "xi": 1.06,
+    "torque_saturation.limit": 29.8,
+    "stribeck_friction.excess": 1.92,
+    "stribeck_friction.speed": 27.8,
+    "gravity_load.sine": 15.1,
+    "gravity_load.cosine": -3.7,
 }
 NOISE_DEG = 0.03
 
@@ -65,3 +76,21 @@ def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: 
     found = fit_varied(stuck, 1.1 * NOISE_DEG)
     assert found.rmse_deg <= 1.1 * NOISE_DEG
     assert fit_varied(found, found.rmse_deg) is found
+
+
+def test_growing_horizons_leave_a_wrong_minimum(problem: Problem) -> None:
+    """From a servo whose torque is hardly limited, and which has friction only near rest.
+
+    No draw is needed. A plant that cannot begin anew on the way keeps its fit.
+    """
+    start = [
+        coordinate.to_search(UNLIMITED.get(coordinate.name, 0.0))
+        for coordinate in problem.coordinates
+    ]
+    stuck = polish(problem, [np.clip(start, *problem.bounds)])
+    assert stuck.rmse_deg > 10.0 * NOISE_DEG
+    found = over_horizons(stuck, 1.1 * NOISE_DEG)
+    assert found.rmse_deg <= 1.1 * NOISE_DEG
+    fixed = replace(problem, plant=replace(problem.plant, restartable=False))
+    kept = replace(stuck, problem=fixed)
+    assert over_horizons(kept) is kept

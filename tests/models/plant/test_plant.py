@@ -250,3 +250,42 @@ def test_a_motion_that_runs_away_is_given_up(plant: Plant) -> None:
     assert 2 < lost < 100
     assert np.all(np.isnan(answer[lost:]))
     assert np.all(np.abs(answer[: lost - 2]) < 1e9)
+
+
+def test_a_motion_begins_anew_where_it_is_told(plant: Plant) -> None:
+    """Behind a restart the answer is that of a recording which begins there with this motion.
+
+    The sample at the restart is the last of what was predicted before it.
+    """
+    samples = np.arange(0.0, 0.1, 0.001)
+    times, command = np.array([0.0, 0.021]), np.array([0.0, 10.0])
+    whole = Stimulus(
+        times, command, False, samples, np.ones(1), restarts=np.array([[0.05], [3.0], [200.0]])
+    )
+    begun = samples[samples >= 0.05]
+    alone = replace(whole, samples_s=begun, restarts=np.zeros((3, 0)))
+    plain = replace(whole, restarts=np.zeros((3, 0)))
+    for more in ({}, {"coulomb_friction__level": 1.0}, {"gravity_load__sine": 5.0}):
+        row = row_of(plant, **more)
+        there = row_of(plant, initial_angle=3.0, initial_speed=200.0, **more)
+        answer = plant.simulate(row, whole)
+        before = samples <= 0.05
+        np.testing.assert_allclose(
+            answer[before], plant.simulate(row, plain)[before], rtol=0.0, atol=1e-9
+        )
+        np.testing.assert_allclose(
+            answer[~before], plant.simulate(there, alone)[1:], rtol=0.0, atol=1e-6
+        )
+
+
+def test_a_restart_keeps_the_motor_where_it_is_within_its_play(plant: Plant) -> None:
+    """The surface is measured, the motor is half a gap ahead of it after a rise, as before."""
+    row = row_of(plant, backlash__gap=2.0)
+    samples = np.arange(0.0, 1.0, 0.002)
+    command = 20.0 * samples
+    plain = Stimulus(samples, command, True, samples, np.ones(1))
+    answer = plant.simulate(row, plain)
+    middle = samples.size // 2
+    measured = np.array([[samples[middle]], [answer[middle]], [20.0]])
+    again = plant.simulate(row, replace(plain, restarts=measured))
+    np.testing.assert_allclose(again, answer, rtol=0.0, atol=1e-5)
