@@ -271,7 +271,7 @@ def test_a_motion_begins_anew_where_it_is_told(plant: Plant) -> None:
         answer = plant.simulate(row, whole)
         before = samples <= 0.05
         np.testing.assert_allclose(
-            answer[before], plant.simulate(row, plain)[before], rtol=0.0, atol=1e-9
+            answer[before], plant.simulate(row, plain)[before], rtol=0.0, atol=1e-6
         )
         np.testing.assert_allclose(
             answer[~before], plant.simulate(there, alone)[1:], rtol=0.0, atol=1e-6
