@@ -11,11 +11,13 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._horizon import over_horizons
 from servosight.identify.fit._latencies import latency_notes
 from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, jumpy, polish
+from servosight.identify.fit._together import fit_together
 from servosight.identify.problem import (
     TOLERANCE_SHARE,
     BaseModel,
@@ -39,6 +41,8 @@ from servosight.models.effects import catalogue as built_in
 from servosight.models.plant import Linear, to_difference
 
 SEARCH_BUDGET = 6_000
+FAR, SEVERAL = 2.0, 2
+"""So many effects are fitted at once, where a search ends beyond so many times the floor."""
 METHODS = tuple(ESTIMATORS)
 """Names of the search methods."""
 
@@ -67,7 +71,8 @@ def identify(
     ``catalogue`` holds the effects to choose from (default: the built-in ones), ``method`` is one
     of :data:`METHODS`, and ``tolerance`` [deg] is the error that no model need go below (default
     0.05 % of the moved range). ``fix`` holds parameters, such as ``{"k": 1.0}``: they get a sigma
-    of 0 and are not fitted. Every method ends with Levenberg-Marquardt descents. InputError for an
+    of 0 and are not fitted. Every method ends with Levenberg-Marquardt descents, with effects over
+    growing horizons too where an error above the floor is left. InputError for an
     unknown effect or method, and for a parameter that cannot be held. :class:`Fit` has an example.
     """
     began = time.perf_counter()
@@ -80,12 +85,14 @@ def identify(
     scored, notes = thinned(whole)
     held = checked_held(fix or {}, chosen, known)
     problem = Problem.of(scored, known, chosen, held=held)
+    noise = joint_noise_deg(tuple(whole))
+    floor = floor_deg(whole, noise, tolerance)
     solution, history = _solved(problem, method, seed)
+    solution = _beside(solution, floor) if chosen else solution
     shared, warnings = solution.uncertainty.shared_estimates()
     biases = solution.uncertainty.own_estimates("bias")
     linear = Linear(*(shared[name].value for name in ("k", "T", "xi")))
     sample_time_s = float(np.median(np.diff(whole[0].time_s)))
-    noise = joint_noise_deg(tuple(whole))
     covariance = solution.uncertainty.matrix(shared)
     model = Actuator({**shared, "bias": biases[0]}, chosen)
     return Fit(
@@ -93,7 +100,7 @@ def identify(
         covariance=covariance,
         rmse_deg=solution.rmse_deg,
         noise_deg=noise,
-        floor_deg=floor_deg(whole, noise, tolerance),
+        floor_deg=floor,
         samples=int(sum(mask.sum() for mask in problem.masks)),
         method=method,
         seconds=time.perf_counter() - began,
@@ -149,6 +156,24 @@ def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | 
     if tolerance is None:
         tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in recordings)
     return float(np.hypot(noise, tolerance))
+
+
+def _beside(solution: Solution, floor: float) -> Solution:
+    """``solution``, or a better one: friction, play and limits leave minima beside the lowest.
+
+    Far from the floor, several effects are fitted at once as well, with k held at 1 at first, which
+    load and friction can stand in for.
+    """
+    problem = solution.problem
+    found = over_horizons(solution, floor)
+    if found.rmse_deg <= FAR * floor or len(problem.effects) < SEVERAL or "k" in problem.held:
+        return found
+    gain = float(np.copysign(1.0, found.outcome.point[0]))
+    unloaded = replace(problem, held={**problem.held, "k": gain})
+    base = polish(unloaded.linear, [linear_start(unloaded.linear)])
+    together = fit_together(unloaded, base, floor)
+    released = polish(problem, [together.outcome.point])
+    return min(found, released, key=lambda one: one.outcome.cost)
 
 
 def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
