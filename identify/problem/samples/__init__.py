@@ -1,4 +1,4 @@
-"""Which samples of a recording are scored: no wrong reads, no more than are needed."""
+"""Which samples of a recording are scored, and how much each counts."""
 
 from servosight.identify.problem.samples._read_errors import usable_views as usable_views
 from servosight.identify.problem.samples._read_limits import ReadErrorLimits as ReadErrorLimits
