@@ -10,6 +10,8 @@ from servosight.tracking.core._features import Index as Index
 from servosight.tracking.core._median import known_median as known_median
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions
+from servosight.tracking.core._parallel import chunks as chunks
+from servosight.tracking.core._parallel import threaded as threaded
 from servosight.tracking.core._plane import PICTURE as PICTURE
 from servosight.tracking.core._plane import CameraGeometry as CameraGeometry
 from servosight.tracking.core._plane import Lens as Lens

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -137,21 +138,31 @@ def _bench(
     NaN and infinity where too little of it is ever visible.
     """
     shape = images[0].shape
-    cc, cs, ss = np.zeros((3, images[0].size))
+    products = np.zeros((3, images[0].size))
     for image, frame, gain, offset in zip(images, frames, now.gain, now.offset, strict=True):
-        left = (image.reshape(-1) - offset) / gain
-        through = np.ones_like(left)
-        light, clear = frame.linear(now.layers)[:2]
-        through[frame.index] = np.where(clear > _DIM, clear, 0.0)
-        left[frame.index] -= light
-        left *= through > 0
-        cc += through**2
-        cs += through * left
-        ss += left**2
+        light, clear = np.zeros((2, image.size), np.float32)
+        clear[:] = 1.0
+        seen, through = frame.linear(now.layers)[:2]
+        light[frame.index], clear[frame.index] = seen, np.where(through > _DIM, through, 0.0)
+        _add_products(image.reshape(-1), light, clear, gain, offset, products)
+    cc, cs, ss = products
     enough = cc > _LEAST_CLEAR
     bench = np.where(enough, cs / np.maximum(cc, 1e-9), np.nan)
     unlike = np.where(enough, (ss - cs**2 / np.maximum(cc, 1e-9)) / np.maximum(cc, 1.0), np.inf)
     return bench.reshape(shape).astype(np.float32), unlike.reshape(shape).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_products(grey, light, clear, gain, offset, products):  # type: ignore[no-untyped-def]
+    """Add one frame's transparency squared, times what the surface leaves of a pixel, and that
+    squared, where the background is visible; (3, pixels)."""
+    for i in range(grey.size):
+        through = np.float64(clear[i])
+        if through > 0.0:
+            left = (grey[i] - offset) / gain - light[i]
+            products[0, i] += through * through
+            products[1, i] += through * left
+            products[2, i] += left * left
 
 
 def usual(misfit: Single) -> NDArray[np.bool_]:
