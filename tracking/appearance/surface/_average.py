@@ -9,7 +9,7 @@ from numba import njit
 from scipy import ndimage
 
 from servosight.models.core import Array, Image, Single
-from servosight.tracking.core import weights
+from servosight.tracking.core import chunks, insert, middle_of, threaded, weights
 from servosight.tracking.fit import GATE, PolarGrid
 
 
@@ -29,12 +29,16 @@ def average(
     stack = np.empty((grid.columns, grid.rows, len(splines)), np.float32)
     radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
     phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns)
-    for number, (spline, angle, shift) in enumerate(
-        zip(splines, angles_rad, shifts_px, strict=True)
-    ):
-        centre = np.array(grid.pivot_px) + shift
-        _turn_back(spline, centre, radius, phi + angle, stack[:, :, number])
-    mean = ndimage.spline_filter(_usual_mean(stack), order=3, mode="mirror", output=np.float64)
+
+    def turn_back(number: int) -> None:
+        centre = np.array(grid.pivot_px) + shifts_px[number]
+        turned = phi + angles_rad[number]
+        _turn_back(splines[number], centre, radius, turned, stack[:, :, number])
+
+    threaded(turn_back, range(len(splines)))
+    parts = threaded(lambda part: _usual_mean(stack[part.start : part.stop]), chunks(grid.columns))
+    usual = np.concatenate(parts)
+    mean = ndimage.spline_filter(usual, order=3, mode="mirror", output=np.float64)
     return np.ascontiguousarray(mean, dtype=np.float32)
 
 
@@ -72,8 +76,8 @@ def _usual_mean(stack):  # type: ignore[no-untyped-def]
     for m in range(columns):
         for j in range(rows):
             for i in range(count):
-                _insert(values, i, stack[m, j, i])
-            middle = _middle(values)
+                insert(values, i, stack[m, j, i])
+            middle = middle_of(values)
             gate = GATE * 1.4826 * _median_away(values, middle) + 1.0
             total, used = 0.0, 0
             for i in range(count):
@@ -82,16 +86,6 @@ def _usual_mean(stack):  # type: ignore[no-untyped-def]
                     used += 1
             mean[m, j] = total / used
     return mean
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _insert(values, count, value):  # type: ignore[no-untyped-def]
-    """Put a value in its place among the first ``count``, which rise; fast for some dozens."""
-    i = count
-    while i > 0 and values[i - 1] > value:
-        values[i] = values[i - 1]
-        i -= 1
-    values[i] = value
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,12 +106,3 @@ def _median_away(values, middle):  # type: ignore[no-untyped-def]
             last = above
             high += 1
     return last if values.size % 2 else np.float32(0.5) * (before + last)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _middle(values):  # type: ignore[no-untyped-def]
-    """The median of rising values."""
-    half = values.size // 2
-    if values.size % 2:
-        return values[half]
-    return np.float32(0.5) * (values[half - 1] + values[half])

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.appearance.surface._average import average, spline_of
-from servosight.tracking.core import STILL, Exposure, smeared, turning
+from servosight.tracking.core import STILL, Exposure, smeared, threaded, turning
 from servosight.tracking.fit import (
     AngleFit,
     Pixels,
@@ -203,7 +203,7 @@ def learn(
     (blurred by motion, covered) are left out of the average. Returns the surface and the frames'
     angles [rad], NaN where left out; all are where no frame shows what they have in common.
     """
-    splines = [spline_of(image) for image in images]
+    splines = threaded(spline_of, images)
     angles = angles_rad.copy()
     shifts = np.zeros((len(images), 2))
     used = np.ones(len(images), bool)
@@ -250,10 +250,14 @@ def learn(
 def _fits(surface: Surface, images: Sequence[Image], angles_rad: Array) -> list[AngleFit | None]:
     pixels = surface.pixels(images[0].shape)
     still = surface.blurred(0.0)
-    return [
-        gauss_newton(lambda a: still.at(pixels, a), turn_and_shift, image, float(angle))
-        for image, angle in zip(images, angles_rad, strict=True)
-    ]
+
+    def fitted(number: int) -> AngleFit | None:
+        start_rad = float(angles_rad[number])
+        return gauss_newton(
+            lambda a: still.at(pixels, a), turn_and_shift, images[number], start_rad
+        )
+
+    return threaded(fitted, range(len(images)))
 
 
 def _trusted(fits: Sequence[AngleFit | None]) -> Mask:
