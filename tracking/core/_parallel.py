@@ -25,7 +25,8 @@ def threaded(function: Callable[[S], T], items: Sequence[S]) -> list[T]:
     >>> threaded(lambda number: number**2, [1, 2, 3])
     [1, 4, 9]
     """
-    threads = min(numba.config.NUMBA_NUM_THREADS, len(items))
+    allowed: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # set at import
+    threads = min(allowed, len(items))
     if threads < 2:
         return [function(item) for item in items]
     with ThreadPoolExecutor(threads) as pool:
