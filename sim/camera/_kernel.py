@@ -12,18 +12,19 @@ from numba import njit
 
 
 @njit(cache=True, fastmath=True, inline="always")
-def _mix(flat, at, row, p, q, below):  # type: ignore[no-untyped-def]
-    """The sample of a body over the light ``below``, ``p`` and ``q`` beyond the place ``at`` in the
-    ``flat`` body, whose rows are ``row`` long.
+def _mix(body, row, column, p, q, below):  # type: ignore[no-untyped-def]
+    """The sample of ``body`` over the light ``below``, ``p`` columns and ``q`` rows beyond a place.
 
     Places are unsigned: for signed ones numba tests for wrap-around.
     """
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    next_row = at + row
-    light = flat[at] + p * (flat[at + two] - flat[at])
-    light_next = flat[next_row] + p * (flat[next_row + two] - flat[next_row])
-    cover = flat[at + one] + p * (flat[at + three] - flat[at + one])
-    cover_next = flat[next_row + one] + p * (flat[next_row + three] - flat[next_row + one])
+    one = np.uint64(1)
+    j, i = np.uint64(row), np.uint64(column)
+    light, light_next = body[j, i, 0], body[j + one, i, 0]
+    cover, cover_next = body[j, i, 1], body[j + one, i, 1]
+    light += p * (body[j, i + one, 0] - light)
+    light_next += p * (body[j + one, i + one, 0] - light_next)
+    cover += p * (body[j, i + one, 1] - cover)
+    cover_next += p * (body[j + one, i + one, 1] - cover_next)
     light += q * (light_next - light)
     cover += q * (cover_next - cover)
     return below * (np.float32(1) - cover) + light
@@ -36,9 +37,8 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
     ``matrix`` (3, 3), affine, takes columns and rows of the picture to those of the body.
     """
     rows, columns = body.shape[0], body.shape[1]
-    flat, row = body.reshape(-1), np.uint64(2 * columns)
     # Places and weights of a row first: that loop has no access to the body, and is vectorised.
-    place = np.empty(picture.shape[1], np.int32)
+    place = np.empty((2, picture.shape[1]), np.int32)
     beyond = np.empty((2, picture.shape[1]), np.float32)
     du, dv = matrix[0, 0], matrix[1, 0]
     du4, dv4 = np.float32(du), np.float32(dv)
@@ -62,10 +62,10 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
             u, v = u1 + du4 * np.float32(i), v1 + dv4 * np.float32(i)
             m, n = np.int32(u), np.int32(v)
             beyond[0, i], beyond[1, i] = u - np.float32(m), v - np.float32(n)
-            place[i] = 2 * (n * np.int32(columns) + m)
+            place[0, i], place[1, i] = n, m
         line = picture[j, begin : begin + count]
         for i in range(count):
-            line[i] = _mix(flat, np.uint64(place[i]), row, beyond[0, i], beyond[1, i], line[i])
+            line[i] = _mix(body, place[0, i], place[1, i], beyond[0, i], beyond[1, i], line[i])
 
 
 @njit(cache=True, fastmath=True, nogil=True)
@@ -75,7 +75,6 @@ def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
     ``matrix`` (3, 3), a homography, takes rays to columns and rows of the body.
     """
     rows, columns = body.shape[0], body.shape[1]
-    flat, row = body.reshape(-1), np.uint64(2 * columns)
     for j in range(picture.shape[0]):
         for i in range(picture.shape[1]):
             x, y = rays[j, i, 0], rays[j, i, 1]
@@ -86,5 +85,4 @@ def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
             if 0.0 <= u < columns - 1 and 0.0 <= v < rows - 1:
                 m, n = np.int32(u), np.int32(v)
                 p, q = u - np.float32(m), v - np.float32(n)
-                place = np.uint64(2 * (n * columns + m))
-                picture[j, i] = _mix(flat, place, row, p, q, picture[j, i])
+                picture[j, i] = _mix(body, n, m, p, q, picture[j, i])
