@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from functools import lru_cache
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -40,8 +39,6 @@ from servosight.sim.film._plan import FramePlan, TrajectoryLike, command_start, 
 from servosight.sim.film._settings import VideoSettings
 from servosight.sim.film._truth import FrameTable, frame_table, stamps
 
-_KEPT_PX = 400_000  # pictures whose layers, 70 MB at 640 x 480, are kept for the next video
-
 
 def render_video(
     trajectory: TrajectoryLike,
@@ -62,7 +59,9 @@ def render_video(
     chosen = settings or VideoSettings()
     starts, led_on_s = frame_starts(trajectory, camera), command_start(trajectory)
     check(camera, starts)
-    renderer = FrameRenderer(_bench(camera, chosen), chosen, seed)
+    renderer = FrameRenderer(
+        render_layers(camera, chosen.texture_seed, chosen.room_px(camera)), chosen, seed
+    )
     size = camera.width, camera.height
     ticks = stamps(starts)
     with new_file(path) as temporary, temporary.open("wb") as file:
@@ -84,17 +83,6 @@ def render_video(
     return frame_table(
         trajectory, camera, starts, led_on_s, renderer.scene.projection, chosen, seed
     )
-
-
-def _bench(camera: Camera, settings: VideoSettings) -> BenchLayers:
-    """The bench that the camera sees, drawn once for the next video as well where it is small: in a
-    sweep most videos show the same one, and to draw it takes a quarter of a short video's time."""
-    view = Camera(width=camera.width, height=camera.height, pivot_px=camera.pivot_px)
-    draw = _kept_layers if camera.width * camera.height <= _KEPT_PX else render_layers
-    return draw(view, settings.texture_seed, settings.room_px(camera))
-
-
-_kept_layers = lru_cache(maxsize=1)(render_layers)
 
 
 def check(camera: Camera, starts: Array) -> None:
