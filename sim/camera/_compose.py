@@ -194,7 +194,7 @@ def light_of(
     y0, x0 = top * SUPERSAMPLING, left * SUPERSAMPLING
     y1, x1 = ((n + 2 * projection.margin) * SUPERSAMPLING for n in (bottom, right))
     background = scene.still[y0:y1, x0:x1]
-    total = np.zeros_like(background)
+    total: Single | None = None
     row = np.clip(
         np.arange(y0, y1) // SUPERSAMPLING - projection.margin, 0, projection.viewport.height - 1
     )
@@ -206,8 +206,10 @@ def light_of(
         picture = background.copy()
         for item in items:
             _lay(picture, (x0, y0), projection, item)
-        picture *= share[row, None]
-        total += picture
+        if len(placed) > 1:  # one alone has all of each row's light
+            picture *= share[row, None]
+        total = picture if total is None else np.add(total, picture, out=total)
+    assert total is not None  # each row has light
     light[top:bottom, left:right] = blur_and_bin(
         total, scene.optics, SUPERSAMPLING, projection.margin
     )

@@ -12,28 +12,22 @@ from numba import njit
 
 
 @njit(cache=True, fastmath=True, inline="always")
-def _mix(body, u, v, below):  # type: ignore[no-untyped-def]
-    """The sample at column ``u`` and row ``v`` of ``body`` over the light ``below``."""
-    one = np.float32(1)
-    m, n = int(u), int(v)
-    p, q = u - np.float32(m), v - np.float32(n)
-    a = (one - q) * (one - p)
-    b = (one - q) * p
-    d = q * (one - p)
-    e = q * p
-    light = (
-        a * body[n, m, 0]
-        + b * body[n, m + 1, 0]
-        + d * body[n + 1, m, 0]
-        + e * body[n + 1, m + 1, 0]
-    )
-    cover = (
-        a * body[n, m, 1]
-        + b * body[n, m + 1, 1]
-        + d * body[n + 1, m, 1]
-        + e * body[n + 1, m + 1, 1]
-    )
-    return below * (one - cover) + light
+def _mix(body, row, column, p, q, below):  # type: ignore[no-untyped-def]
+    """The sample of ``body`` over the light ``below``, ``p`` columns and ``q`` rows beyond a place.
+
+    Places are unsigned: for signed ones numba tests for wrap-around.
+    """
+    one = np.uint64(1)
+    j, i = np.uint64(row), np.uint64(column)
+    light, light_next = body[j, i, 0], body[j + one, i, 0]
+    cover, cover_next = body[j, i, 1], body[j + one, i, 1]
+    light += p * (body[j, i + one, 0] - light)
+    light_next += p * (body[j + one, i + one, 0] - light_next)
+    cover += p * (body[j, i + one, 1] - cover)
+    cover_next += p * (body[j + one, i + one, 1] - cover_next)
+    light += q * (light_next - light)
+    cover += q * (cover_next - cover)
+    return below * (np.float32(1) - cover) + light
 
 
 @njit(cache=True, fastmath=True, nogil=True)
@@ -43,6 +37,9 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
     ``matrix`` (3, 3), affine, takes columns and rows of the picture to those of the body.
     """
     rows, columns = body.shape[0], body.shape[1]
+    # Places and weights of a row first: that loop has no access to the body, and is vectorised.
+    place = np.empty((2, picture.shape[1]), np.int32)
+    beyond = np.empty((2, picture.shape[1]), np.float32)
     du, dv = matrix[0, 0], matrix[1, 0]
     du4, dv4 = np.float32(du), np.float32(dv)
     for j in range(picture.shape[0]):
@@ -60,11 +57,15 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
                 first, last = max(first, min(a, b)), min(last, max(a, b))
         begin = math.ceil(first + 1e-3)
         u1, v1 = np.float32(u0 + du * begin), np.float32(v0 + dv * begin)
-        for i in range(max(math.floor(last - 1e-3) + 1 - begin, 0)):
-            step = np.float32(i)
-            picture[j, begin + i] = _mix(
-                body, u1 + du4 * step, v1 + dv4 * step, picture[j, begin + i]
-            )
+        count = max(math.floor(last - 1e-3) + 1 - begin, 0)
+        for i in range(count):
+            u, v = u1 + du4 * np.float32(i), v1 + dv4 * np.float32(i)
+            m, n = np.int32(u), np.int32(v)
+            beyond[0, i], beyond[1, i] = u - np.float32(m), v - np.float32(n)
+            place[0, i], place[1, i] = n, m
+        line = picture[j, begin : begin + count]
+        for i in range(count):
+            line[i] = _mix(body, place[0, i], place[1, i], beyond[0, i], beyond[1, i], line[i])
 
 
 @njit(cache=True, fastmath=True, nogil=True)
@@ -82,4 +83,6 @@ def lay_along_rays(picture, body, rays, matrix):  # type: ignore[no-untyped-def]
             u = np.float32((matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) * w)
             v = np.float32((matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) * w)
             if 0.0 <= u < columns - 1 and 0.0 <= v < rows - 1:
-                picture[j, i] = _mix(body, u, v, picture[j, i])
+                m, n = np.int32(u), np.int32(v)
+                p, q = u - np.float32(m), v - np.float32(n)
+                picture[j, i] = _mix(body, n, m, p, q, picture[j, i])

@@ -7,9 +7,13 @@ from servosight.tracking.core._exposure import Shutters as Shutters
 from servosight.tracking.core._exposure import local_motion as local_motion
 from servosight.tracking.core._features import Features as Features
 from servosight.tracking.core._features import Index as Index
+from servosight.tracking.core._median import insert as insert
 from servosight.tracking.core._median import known_median as known_median
+from servosight.tracking.core._median import middle_of as middle_of
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions
+from servosight.tracking.core._parallel import chunks as chunks
+from servosight.tracking.core._parallel import threaded as threaded
 from servosight.tracking.core._plane import PICTURE as PICTURE
 from servosight.tracking.core._plane import CameraGeometry as CameraGeometry
 from servosight.tracking.core._plane import Lens as Lens

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,8 @@ _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _LONGEST_S = 10.0
-_KEPT_BYTES = 160_000_000  # of decoded frames: eight runs of 48 at 640 x 480
+_RUNS, _RUN_FRAMES = 8, 40
+_KEPT_BYTES = 160_000_000  # of the decoded runs: 98 MB at 640 x 480
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
 _MOUNTED = CameraMotion(0.0, 0.0)
 
@@ -41,7 +43,7 @@ class Film:
     ``table`` is the frames.csv used in place of the file's own times, ``table_time_s`` (frames,)
     its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
     ``stabiliser`` aligns frames with the first one, None where the camera does not move, as
-    ``camera`` says.
+    ``camera`` says. ``kept`` are the decoded ``runs``, none where they are too large.
     """
 
     path: Path
@@ -52,9 +54,7 @@ class Film:
     shutters: Shutters | None = None
     stabiliser: Stabiliser | None = None
     camera: CameraMotion = _MOUNTED
-    _kept: dict[tuple[int, int], list[list[Frame]]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
+    kept: tuple[list[Frame], ...] = field(default=(), repr=False, compare=False)
 
     @property
     def predicted(self) -> bool:
@@ -80,7 +80,7 @@ class Film:
         """The same video with every frame aligned with the first one, where the camera moves."""
         camera = CameraMotion.of(self.images)
         stabiliser = Stabiliser.of(self.images[0]) if camera.rms_px > LEAST_PX else None
-        film = replace(self, stabiliser=stabiliser, camera=camera, _kept={})
+        film = replace(self, stabiliser=stabiliser, camera=camera)
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
     def frames(self) -> Iterator[Frame]:
@@ -115,24 +115,20 @@ class Film:
         """The frame whose presentation time is nearest to ``at_s``; InputError beyond the end."""
         return self._still(frame_at(self.path, at_s))
 
-    def stretches(self, count: int, length: int) -> Iterator[list[Frame]]:
-        """``count`` runs of ``length`` neighbouring frames, spread evenly over the video.
+    def runs(self) -> Iterator[list[Frame]]:
+        """Eight runs of 40 neighbouring frames, spread evenly over the video.
 
         They are asked for several times, and decoded once where they fit into ``_KEPT_BYTES``.
         """
-        runs = self._kept.get((count, length))
-        if runs is not None:
-            yield from runs
+        if self.kept:
+            yield from self._kept_still
             return
-        size = self.calm[0].image.nbytes
-        keeping: list[list[Frame]] | None = [] if size * count * length <= _KEPT_BYTES else None
-        for run in stretches(self.path, count, length):
-            frames = [self._still(frame) for frame in run]
-            if keeping is not None:
-                keeping.append(frames)
-            yield frames
-        if keeping is not None:
-            self._kept[count, length] = keeping
+        for run in stretches(self.path, _RUNS, _RUN_FRAMES):
+            yield [self._still(frame) for frame in run]
+
+    @cached_property
+    def _kept_still(self) -> list[list[Frame]]:
+        return [[self._still(frame) for frame in run] for run in self.kept]
 
     def times(self, stamps_s: Sequence[float], middle_s: float) -> Array:
         """Mid-exposure times [s] (frames,) of frames with these presentation times.
@@ -218,7 +214,8 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     header = check(video)
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
-    calm = tuple(calm_frames(video))
+    kept: list[list[Frame]] = []
+    calm = tuple(calm_frames(_keeping(stretches(video, _RUNS, _RUN_FRAMES), kept)))
     shutters = _given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )
@@ -234,7 +231,20 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         table,
         times[0] if times is not None else None,
         shutters,
+        kept=tuple(kept),
     )
+
+
+def _keeping(runs: Iterable[list[Frame]], kept: list[list[Frame]]) -> Iterator[list[Frame]]:
+    """The same runs; ``kept`` holds all of them at the end, or none where they are too large."""
+    small = True
+    for run in runs:
+        small &= sum(frame.image.nbytes for frame in run) * _RUNS <= _KEPT_BYTES
+        if small:
+            kept.append(run)
+        else:
+            kept.clear()
+        yield run
 
 
 def _given_shutters(

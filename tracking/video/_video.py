@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +17,7 @@ from servosight.tracking.video._upright import progressive, tag_deg, upright
 if TYPE_CHECKING:
     from av.container import InputContainer
 
-_RUNS, _RUN_PARTS, _PART = 8, 4, 10
+_PART = 10  # of so many frames the calmest is taken
 _BEYOND_S = 0.1
 
 
@@ -223,14 +223,14 @@ def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             yield run
 
 
-def calm_frames(video: Path) -> list[Frame]:
-    """Some 32 pictures spread over the video in which little moves, the first one first.
+def calm_frames(runs: Iterable[list[Frame]]) -> list[Frame]:
+    """Pictures of runs of neighbouring frames in which little moves, the first one first.
 
     Of each tenth or so of a second, the picture that is most like its neighbours: the least
     smeared, and under a rolling shutter the least sheared.
     """
     calm: list[Frame] = []
-    for run in stretches(video, _RUNS, _RUN_PARTS * _PART):
+    for run in runs:
         if len(run) < 2:
             continue
         thin = np.stack([frame.image[::4, ::4] for frame in run]).astype(np.int16)

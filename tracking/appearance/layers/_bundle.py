@@ -12,17 +12,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Image, Mask, Single
 from servosight.tracking.appearance.layers._frame_pixels import FramePixels
+from servosight.tracking.appearance.layers._information import informative
 from servosight.tracking.appearance.layers._lattice import PAD_PX
 from servosight.tracking.appearance.layers._problem import Bundle, FrameResidual, improved
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import Pixels
 
 _ROUNDS = (3, 3, 1, 1, 1)  # each round uses one of so many pixels
+_COARSE = 2  # rounds on all cells, before it is known which of them hold information
+_TELLING_SHARE = 0.97
+_TELLING_ROOM = 3  # cells about those with information
 _INSIDE_PX = 4.0
 _BIN_PX = 0.5
 _GATE = 4.5
@@ -48,15 +53,22 @@ def solve_layers(
     pixels = Pixels.about(start.grid, images[0].shape)
     inside, near = inside_px > _INSIDE_PX, inside_px > -PAD_PX
     free = np.stack([near, near & ~inside], axis=2).astype(np.float32)
+    everywhere = telling = np.ones_like(near)
     now, residuals = _evaluated(
-        images, exposures, start, pixels, inside, near, _ROUNDS[0], strict=False
+        images, exposures, start, pixels, inside, near, everywhere, _ROUNDS[0], strict=False
     )
     for number, every in enumerate((*_ROUNDS[1:], 1)):
         likely = _likely(now.layers, inside_px)
         # Blank layers hold no information on the motion yet.
         now = improved(now, residuals, free, likely, number < _STILL)
+        if number == _COARSE - 1:
+            held = informative(now, _TELLING_SHARE) > 0
+            telling = ndimage.binary_dilation(held, iterations=_TELLING_ROOM)
+        cells = telling if number < len(_ROUNDS) - 1 else everywhere
         strict = number >= _TRUSTING
-        now, residuals = _evaluated(images, exposures, now, pixels, inside, near, every, strict)
+        now, residuals = _evaluated(
+            images, exposures, now, pixels, inside, near, cells, every, strict
+        )
     return now, residuals
 
 
@@ -67,12 +79,14 @@ def _evaluated(
     pixels: Pixels,
     inside: Mask,
     near: Mask,
+    telling: Mask,
     every: int,
     strict: bool,
 ) -> tuple[Bundle, list[FrameResidual]]:
     """The bundle with the background and the noise that follow from it, and the residuals.
 
-    In one of ``every`` pixels. Where ``strict``, pixels with an unusual misfit are not trusted.
+    In one of ``every`` pixels that show ``telling`` cells (columns, rows). Where ``strict``, pixels
+    with an unusual misfit are not trusted.
     """
     wanted = near.astype(np.uint8)
     frames = [
@@ -84,7 +98,14 @@ def _evaluated(
         bench[~usual(unlike)] = np.nan
     now = replace(now, bench=bench)
     residuals = [
-        _residual_of(image, now, frame.within(frame.index % every == 0), n, inside, every)
+        _residual_of(
+            image,
+            now,
+            frame.within((frame.index % every == 0) & telling[frame.cell]),
+            n,
+            inside,
+            every,
+        )
         for n, (image, frame) in enumerate(zip(images, frames, strict=True))
     ]
     some = np.concatenate([(r.grey - r.model)[r.trust > 0][::7] for r in residuals])
@@ -137,21 +158,31 @@ def _bench(
     NaN and infinity where too little of it is ever visible.
     """
     shape = images[0].shape
-    cc, cs, ss = np.zeros((3, images[0].size))
+    products = np.zeros((3, images[0].size))
     for image, frame, gain, offset in zip(images, frames, now.gain, now.offset, strict=True):
-        left = (image.reshape(-1) - offset) / gain
-        through = np.ones_like(left)
-        light, clear = frame.linear(now.layers)[:2]
-        through[frame.index] = np.where(clear > _DIM, clear, 0.0)
-        left[frame.index] -= light
-        left *= through > 0
-        cc += through**2
-        cs += through * left
-        ss += left**2
+        light, clear = np.zeros((2, image.size), np.float32)
+        clear[:] = 1.0
+        seen, through = frame.linear(now.layers)[:2]
+        light[frame.index], clear[frame.index] = seen, np.where(through > _DIM, through, 0.0)
+        _add_products(image.reshape(-1), light, clear, gain, offset, products)
+    cc, cs, ss = products
     enough = cc > _LEAST_CLEAR
     bench = np.where(enough, cs / np.maximum(cc, 1e-9), np.nan)
     unlike = np.where(enough, (ss - cs**2 / np.maximum(cc, 1e-9)) / np.maximum(cc, 1.0), np.inf)
     return bench.reshape(shape).astype(np.float32), unlike.reshape(shape).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_products(grey, light, clear, gain, offset, products):  # type: ignore[no-untyped-def]
+    """Add one frame's transparency squared, times what the surface leaves of a pixel, and that
+    squared, where the background is visible; (3, pixels)."""
+    for i in range(grey.size):
+        through = np.float64(clear[i])
+        if through > 0.0:
+            left = (grey[i] - offset) / gain - light[i]
+            products[0, i] += through * through
+            products[1, i] += through * left
+            products[2, i] += left * left
 
 
 def usual(misfit: Single) -> NDArray[np.bool_]:

@@ -80,11 +80,14 @@ class FramePixels:
         _shown(self._smeared(layers), self.where, self.parts, behind, out)
         return out
 
-    def spread(self, grey: Single, behind: Single, shape: tuple[int, ...]) -> Single:
-        """The transpose of ``shown``: grey levels (pixels,) onto layers of ``shape``."""
-        layers = np.zeros(shape, np.float32)
+    def spread(self, grey: Single, behind: Single, onto: Single) -> None:
+        """The transpose of ``shown``: grey levels (pixels,), added to the layers ``onto``."""
+        if self.smear < _LEAST_SMEAR:
+            _spread(onto, self.where, self.parts, behind, grey)
+            return
+        layers = np.zeros_like(onto)
         _spread(layers, self.where, self.parts, behind, grey)
-        return self._smeared(layers)
+        onto += self._smeared(layers)
 
     def _smeared(self, layers: Single) -> Single:
         if self.smear < _LEAST_SMEAR:

@@ -6,6 +6,7 @@ By conjugate gradients, preconditioned for the spline's overlap and for a unifor
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from scipy import fft, ndimage
 
 from servosight.models.core import Array, Single
 from servosight.tracking.appearance.layers._frame_pixels import FramePixels
+from servosight.tracking.core import chunks, threaded
 from servosight.tracking.fit import PolarGrid
 
 _STEPS = 24
@@ -147,19 +149,28 @@ class _Problem:
     def shown(self, x: Single) -> list[Single]:
         """The change of the frames' pixels with a change of the unknowns."""
         layers, own = self.parts(x)
-        return [
-            np.asarray(r.frame.shown(layers, r.behind) + o @ r.rows)
-            for r, o in zip(self.residuals, own, strict=True)
-        ]
+
+        def frames(chunk: range) -> list[Single]:
+            return [
+                np.asarray(r.frame.shown(layers, r.behind) + o @ r.rows)
+                for r, o in ((self.residuals[n], own[n]) for n in chunk)
+            ]
+
+        return list(chain.from_iterable(threaded(frames, chunks(self.frames))))
 
     def back(self, left: list[Single]) -> Single:
         """The transpose of ``shown``, weighted."""
-        layers = np.zeros(self.free.shape, np.float32)
         own = np.zeros((self.frames, _OWN), np.float32)
-        for n, (r, w, residual) in enumerate(zip(self.residuals, self.weight, left, strict=True)):
-            grey = w * residual
-            layers += r.frame.spread(grey, r.behind, self.free.shape)
-            own[n] = r.rows @ grey
+
+        def frames(chunk: range) -> Single:
+            onto = np.zeros(self.free.shape, np.float32)
+            for n in chunk:
+                r, grey = self.residuals[n], self.weight[n] * left[n]
+                r.frame.spread(grey, r.behind, onto)
+                own[n] = r.rows @ grey
+            return onto
+
+        layers = np.sum(threaded(frames, chunks(self.frames)), axis=0)
         layers[:, :, 1] -= self.middle * layers[:, :, 0]
         layers *= self.free
         return np.concatenate([layers.ravel(), own.ravel()])

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numba import njit
 from scipy import ndimage
 
-from servosight.models.core import Array, Image, Single
-from servosight.tracking.core import weights
+from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.core import chunks, insert, middle_of, threaded, weights
 from servosight.tracking.fit import GATE, PolarGrid
+
+_SPLINE_CELLS = 10  # beyond which a cell changes a spline by less than 1e-5 of its value
 
 
 def spline_of(image: Image) -> Single:
@@ -19,88 +19,89 @@ def spline_of(image: Image) -> Single:
 
 
 def average(
-    splines: Sequence[Single], angles_rad: Array, shifts_px: Array, grid: PolarGrid
+    splines: Single, angles_rad: Array, shifts_px: Array, grid: PolarGrid, wanted: Mask
 ) -> Single:
     """Spline coefficients of the mean of frames turned back, each shifted by its own.
 
-    Of shape (columns, rows), float32. A cell's mean leaves out values far from its median, where
-    something covered the surface for a time.
+    ``splines`` (frames, height, width) are the pictures'; of shape (columns, rows), float32. A
+    cell's mean leaves out values far from its median, where something covered the surface for a
+    time. Cells that are not ``wanted`` (columns, rows), nor near to one that is, are zero.
     """
-    stack = np.empty((grid.columns, grid.rows, len(splines)), np.float32)
+    near = ndimage.binary_dilation(wanted, iterations=_SPLINE_CELLS)
     radius = grid.radius_px + grid.step_px * np.arange(grid.rows)
-    phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns)
-    for number, (spline, angle, shift) in enumerate(
-        zip(splines, angles_rad, shifts_px, strict=True)
-    ):
-        centre = np.array(grid.pivot_px) + shift
-        _turn_back(spline, centre, radius, phi + angle, stack[:, :, number])
-    mean = ndimage.spline_filter(_usual_mean(stack), order=3, mode="mirror", output=np.float64)
-    return np.ascontiguousarray(mean, dtype=np.float32)
+    phi = grid.phi_rad + grid.step_rad * np.arange(grid.columns) + angles_rad[:, None]
+    centres = np.array(grid.pivot_px) + shifts_px
+    mean = np.zeros((grid.columns, grid.rows))
+
+    def part(columns: range) -> None:
+        some = slice(columns.start, columns.stop)
+        _usual_means(splines, centres, radius, phi[:, some], near[some], mean[some])
+
+    threaded(part, chunks(grid.columns))
+    filtered = ndimage.spline_filter(mean, order=3, mode="mirror", output=np.float64)
+    return np.ascontiguousarray(filtered, dtype=np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _turn_back(spline, centre, radius, phi, out):  # type: ignore[no-untyped-def]
-    """A picture's spline on a turned lattice; beyond the picture its border values are repeated."""
+def _at(spline, x, y):  # type: ignore[no-untyped-def]
+    """The value of a picture's spline; beyond the picture its border values are repeated."""
     height, width = spline.shape
-    for m in range(phi.size):
-        cos, sin = np.cos(phi[m]), np.sin(phi[m])
-        for j in range(radius.size):
-            x = min(max(centre[0] + radius[j] * cos, 0.0), width - 1.0)
-            y = min(max(centre[1] - radius[j] * sin, 0.0), height - 1.0)
-            column, row = int(x), int(y)
-            a, b = weights(np.float32(x - column)), weights(np.float32(y - row))
-            total = np.float32(0.0)
-            for k in range(4):
-                line = spline[min(max(row - 1 + k, 0), height - 1)]
-                if 1 <= column < width - 2:
-                    c0, c1 = line[column - 1], line[column]
-                    c2, c3 = line[column + 1], line[column + 2]
-                else:
-                    c0, c1 = line[max(column - 1, 0)], line[column]
-                    c2 = line[min(column + 1, width - 1)]
-                    c3 = line[min(column + 2, width - 1)]
-                total += b[k] * (a[0] * c0 + a[1] * c1 + a[2] * c2 + a[3] * c3)
-            out[m, j] = total
+    x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
+    column, row = int(x), int(y)
+    a, b = weights(np.float32(x - column)), weights(np.float32(y - row))
+    total = np.float32(0.0)
+    for k in range(4):
+        line = spline[min(max(row - 1 + k, 0), height - 1)]
+        if 1 <= column < width - 2:
+            c0, c1, c2, c3 = line[column - 1], line[column], line[column + 1], line[column + 2]
+        else:
+            c0, c1 = line[max(column - 1, 0)], line[column]
+            c2, c3 = line[min(column + 1, width - 1)], line[min(column + 2, width - 1)]
+        total += b[k] * (a[0] * c0 + a[1] * c1 + a[2] * c2 + a[3] * c3)
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _usual_mean(stack):  # type: ignore[no-untyped-def]
-    """Mean over the last axis of the values within the gate about the median."""
-    columns, rows, count = stack.shape
-    mean = np.empty((columns, rows))
+def _usual_means(splines, centres, radius, phi, wanted, mean):  # type: ignore[no-untyped-def]
+    """The mean of each wanted cell's values in the frames within the gate about their median.
+
+    ``phi`` (frames, columns) are the cells' polar angles about the frames' ``centres``.
+    """
+    count, columns = phi.shape
     values = np.empty(count, np.float32)
-    away = np.empty(count, np.float32)
     for m in range(columns):
-        for j in range(rows):
+        cos, sin = np.cos(phi[:, m]), np.sin(phi[:, m])
+        for j in range(radius.size):
+            if not wanted[m, j]:
+                continue
             for i in range(count):
-                _insert(values, i, stack[m, j, i])
-            middle = _middle(values)
-            for i in range(count):
-                _insert(away, i, abs(values[i] - middle))
-            gate = GATE * 1.4826 * _middle(away) + 1.0
+                x, y = centres[i, 0] + radius[j] * cos[i], centres[i, 1] - radius[j] * sin[i]
+                insert(values, i, _at(splines[i], x, y))
+            middle = middle_of(values)
+            gate = GATE * 1.4826 * _median_away(values, middle) + 1.0
             total, used = 0.0, 0
             for i in range(count):
                 if abs(values[i] - middle) <= gate:
                     total += values[i]
                     used += 1
             mean[m, j] = total / used
-    return mean
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _insert(values, count, value):  # type: ignore[no-untyped-def]
-    """Put a value in its place among the first ``count``, which rise; fast for some dozens."""
-    i = count
-    while i > 0 and values[i - 1] > value:
-        values[i] = values[i - 1]
-        i -= 1
-    values[i] = value
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _middle(values):  # type: ignore[no-untyped-def]
-    """The median of rising values."""
-    half = values.size // 2
-    if values.size % 2:
-        return values[half]
-    return np.float32(0.5) * (values[half - 1] + values[half])
+def _median_away(values, middle):  # type: ignore[no-untyped-def]
+    """The median distance of rising values from one of their middle: the nearest on either side
+    of it are taken in turn, until half of them are."""
+    low = values.size // 2 - 1
+    high = low + 1
+    before = last = np.float32(0.0)
+    for _ in range(values.size // 2 + 1):
+        before = last
+        below = middle - values[low] if low >= 0 else np.float32(np.inf)
+        above = values[high] - middle if high < values.size else np.float32(np.inf)
+        if below < above:
+            last = below
+            low -= 1
+        else:
+            last = above
+            high += 1
+    return last if values.size % 2 else np.float32(0.5) * (before + last)

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median
+from servosight.tracking.core import insert, known_median, middle_of
 from servosight.tracking.fit import PolarGrid
 
 
@@ -33,8 +34,13 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, f
     with np.errstate(invalid="ignore"):
         mean = known_median(seen)
         own = _nanmean((seen - mean) ** 2)
+    radius, phi = grid.polar_of((height, width))
+    polar = (
+        np.asarray(phi - grid.phi_rad, np.float32),
+        np.asarray((radius - grid.radius_px) / grid.step_px, np.float32),
+    )
     for _ in range(3):
-        bench = _bench(stack, angles_rad, grid, mask)
+        bench = _bench(stack, angles_rad, grid, polar, mask)
         behind = np.stack([_resampled(bench, place) for place in places])
         against = _nanmean((seen - behind) ** 2)
         own_near, against_near = _local(own), _local(against)
@@ -69,21 +75,41 @@ def _temporal_noise(stack: NDArray[np.float32]) -> float:
 
 
 def _bench(
-    stack: NDArray[np.float32], angles_rad: Array, grid: PolarGrid, mask: Mask
+    stack: NDArray[np.float32],
+    angles_rad: Array,
+    grid: PolarGrid,
+    polar: tuple[Single, Single],
+    mask: Mask,
 ) -> NDArray[np.float32]:
-    """Median picture of the background, NaN where the (generous) mask always covers it."""
-    height, width = stack.shape[1:]
-    y, x = np.indices((height, width), dtype=np.float32)
-    dx, dy = x - grid.pivot_px[0], grid.pivot_px[1] - y
-    r = ((np.hypot(dx, dy) - grid.radius_px) / grid.step_px).astype(np.float32)
-    phi = np.arctan2(dy, dx)
-    cover = mask.astype(np.uint8)
-    shown = stack.copy()
-    for image, angle in zip(shown, angles_rad, strict=True):
-        m = np.mod(phi - angle - grid.phi_rad, 2 * np.pi) / grid.step_rad
-        hidden = cv2.remap(cover, m.astype(np.float32), r, cv2.INTER_NEAREST)
-        image[hidden > 0] = np.nan
-    return known_median(shown)
+    """Median picture of the background, NaN where the (generous) mask always covers it.
+
+    ``polar`` are the column [rad] and the row of the lattice, at angle zero, of each pixel.
+    """
+    bench = np.empty(stack.shape[1:], np.float32)
+    turns = np.asarray(angles_rad, np.float32)
+    _median_uncovered(stack, turns, *polar, np.float32(grid.step_rad), mask, bench)
+    return bench
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _median_uncovered(stack, angles, phi, row, step, mask, out):  # type: ignore[no-untyped-def]
+    """Each pixel's median over the pictures in which it shows no cell of the turned mask."""
+    rows, columns = mask.shape
+    circle, half = np.float32(2.0 * np.pi), np.float32(0.5)
+    values = np.empty(len(stack), np.float32)
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            j = np.int32(np.floor(row[y, x] + half))
+            count = 0
+            for n in range(len(stack)):
+                turned = phi[y, x] - angles[n]
+                turned -= circle * np.floor(turned / circle)
+                m = np.int32(turned / step + half)
+                if 0 <= j < rows and m < columns and mask[j, m]:
+                    continue
+                insert(values, count, stack[n, y, x])
+                count += 1
+            out[y, x] = middle_of(values[:count]) if count else np.nan
 
 
 def _nanmean(stack: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.appearance.surface._average import average, spline_of
-from servosight.tracking.core import STILL, Exposure, smeared, turning
+from servosight.tracking.core import STILL, Exposure, smeared, threaded, turning
 from servosight.tracking.fit import (
     AngleFit,
     Pixels,
@@ -188,8 +188,8 @@ def spread(angles_rad: Array, count: int) -> NDArray[np.intp]:
 def single(image: Image, mask: Mask, grid: PolarGrid) -> Surface:
     """The surface as one frame shows it, with its angle at zero."""
     fine = lattice(grid.pivot_px, grid.largest_px, mask, grid)
-    picture = average([spline_of(image)], np.zeros(1), np.zeros((1, 2)), fine)
     reach = edge_distance(on_grid(mask, grid, fine), fine)
+    picture = average(spline_of(image)[None], np.zeros(1), np.zeros((1, 2)), fine, reach > 0)
     return Surface(fine, picture, reach, np.empty((0, 2)), 1.0, 1.0)
 
 
@@ -203,7 +203,7 @@ def learn(
     (blurred by motion, covered) are left out of the average. Returns the surface and the frames'
     angles [rad], NaN where left out; all are where no frame shows what they have in common.
     """
-    splines = [spline_of(image) for image in images]
+    splines = np.stack(threaded(spline_of, images))
     angles = angles_rad.copy()
     shifts = np.zeros((len(images), 2))
     used = np.ones(len(images), bool)
@@ -214,7 +214,7 @@ def learn(
         fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
         chosen = np.flatnonzero(used)
         chosen = chosen[spread(angles[chosen], _ROUND_FRAMES)]
-        mean = average([splines[i] for i in chosen], angles[chosen], shifts[chosen], fine)
+        mean = average(splines[chosen], angles[chosen], shifts[chosen], fine, reach > 0)
         surface = Surface(fine, mean, reach, np.empty((0, 2)), 0.0, 0.0)
         fits = _fits(surface, images, angles)
         used = _trusted(fits)
@@ -234,7 +234,7 @@ def learn(
             shifts -= np.array([turning(a) @ common for a in angles])
     fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
     chosen = np.flatnonzero(used)
-    mean = average([splines[i] for i in chosen], angles[chosen], np.zeros((len(chosen), 2)), fine)
+    mean = average(splines[chosen], angles[chosen], np.zeros((len(chosen), 2)), fine, reach > 0)
     good = [fit for fit, ok in zip(fits, used, strict=True) if fit and ok]
     surface = Surface(
         fine,
@@ -250,10 +250,14 @@ def learn(
 def _fits(surface: Surface, images: Sequence[Image], angles_rad: Array) -> list[AngleFit | None]:
     pixels = surface.pixels(images[0].shape)
     still = surface.blurred(0.0)
-    return [
-        gauss_newton(lambda a: still.at(pixels, a), turn_and_shift, image, float(angle))
-        for image, angle in zip(images, angles_rad, strict=True)
-    ]
+
+    def fitted(number: int) -> AngleFit | None:
+        start_rad = float(angles_rad[number])
+        return gauss_newton(
+            lambda a: still.at(pixels, a), turn_and_shift, images[number], start_rad
+        )
+
+    return threaded(fitted, range(len(images)))
 
 
 def _trusted(fits: Sequence[AngleFit | None]) -> Mask:

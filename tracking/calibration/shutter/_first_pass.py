@@ -15,8 +15,6 @@ from servosight.tracking.core import Shutter
 from servosight.tracking.fit import TrackedFrame, follow
 from servosight.tracking.video import Film
 
-_STRETCHES = 8
-_LENGTH = 48
 _THINNING = 3  # one of so many pixels is enough
 
 
@@ -26,6 +24,6 @@ def first_pass(
     """Each run of frames, measured on some of the pixels well inside the surface."""
     rough = interior.thinned(_THINNING)
     radius_px = interior.surface.grid.largest_px
-    for stretch in film.stretches(_STRETCHES, _LENGTH):
-        initial_rad = rough.search(stretch[0].image, 0.0, np.pi)
-        yield list(follow(rough, stretch, initial_rad, shutter, radius_px, film.predicted))
+    for run in film.runs():
+        initial_rad = rough.search(run[0].image, 0.0, np.pi)
+        yield list(follow(rough, run, initial_rad, shutter, radius_px, film.predicted))
