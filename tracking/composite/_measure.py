@@ -21,6 +21,7 @@ from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._steady import SteadySample, evenly
+from servosight.tracking.core import median_of
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
@@ -61,7 +62,7 @@ class PartMeter:
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
         still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
-        usual = np.asarray(np.median(pictures, axis=0), np.float32)
+        usual = median_of(pictures)
         kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
         most = 0
         for number in range(_ROUNDS):

@@ -21,6 +21,7 @@ from servosight.tracking.composite._part import (
 )
 from servosight.tracking.composite._pivots import APART, promising_pivots, scaled
 from servosight.tracking.composite._trust import TRUST
+from servosight.tracking.core import median_of
 
 _MIDDLE_PX = 240  # the longer side
 _FAR = 0.62  # of the longer side: how far a part reaches
@@ -199,7 +200,7 @@ def _beside(pictures: Single, found: FoundPart) -> Single:
         swept |= cover.astype(np.uint8)
     swept = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
     whole = cv2.resize(swept, (width, height), interpolation=cv2.INTER_NEAREST) > 0
-    return np.where(whole, np.median(pictures, axis=0).astype(np.float32), pictures)
+    return np.where(whole, median_of(pictures), pictures)
 
 
 def _pointed_at(part: TurningPart, hint: Hint) -> bool:

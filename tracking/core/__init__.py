@@ -8,6 +8,7 @@ from servosight.tracking.core._exposure import local_motion as local_motion
 from servosight.tracking.core._features import Features as Features
 from servosight.tracking.core._features import Index as Index
 from servosight.tracking.core._median import known_median as known_median
+from servosight.tracking.core._median import median_of as median_of
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions
 from servosight.tracking.core._plane import PICTURE as PICTURE
