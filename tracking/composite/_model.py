@@ -23,6 +23,7 @@ _GROW_PX = 3.0
 _EDGE_PX = 1.0
 _ROUNDS = 6
 _COMMON_PX = 0.1
+_USUAL_SHIFT_PX, _CORRELATED_PX2 = 3.0, 20.0  # before the pivot is known; of residuals
 _MOST_CELLS = 20_000
 _FARTHEST_RAD = np.deg2rad(12.0)
 
@@ -67,6 +68,7 @@ class CompositeModel:
     slopes: Array
     behind: Single
     block: Index
+    step_rad: float
 
     @classmethod
     def of(
@@ -98,7 +100,7 @@ class CompositeModel:
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
             np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32),
-            np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
+            np.asarray(np.unique(block, return_inverse=True)[1], np.intp), step * every,
         )  # fmt: skip
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
@@ -112,9 +114,13 @@ class CompositeModel:
             )  # fmt: skip
             scale = 1.4826 * float(np.partition(np.abs(left), left.size // 2)[left.size // 2]) + 0.3
             weight, normal, side = normal_equation(left, rows, area, scale, unknowns)
+            # Of a ball at the end of a rod, turn and shift are hardly told apart.
+            held = np.zeros(unknowns)
+            held[1:] = _CORRELATED_PX2 * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2
+            side[1:] += held[1:] * shift[: unknowns - 1]
             if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
                 return None
-            step = -np.linalg.solve(normal, side)
+            step = -np.linalg.solve(normal + np.diag(held), side)
             angle_rad += float(step[0])
             shift = shift + step[1:3] if shifted else shift
             if abs(angle_rad - start) > _FARTHEST_RAD or np.abs(shift).max() > 12.0:
