@@ -33,6 +33,7 @@ _LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is look
 _GAP_PX, _SHADOW_PX = 15, 11
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
+_RIVAL = 0.6  # of what the best part explains: less is not made up for by a better pivot
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,10 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
             rough.append(part)
     found = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
-        better = _converged(middle, change, part, references) if rank < refined else part
+        far_off = part.explained < _RIVAL * found[0].explained if found else False
+        better = part
+        if rank < refined and not far_off:
+            better = _converged(middle, change, part, references)
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
