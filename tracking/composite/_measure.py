@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, motion_between
+from servosight.tracking.composite._direct import Background
 from servosight.tracking.composite._model import (
     CompositeModel,
     PoseFit,
@@ -48,6 +49,7 @@ class PartMeter:
     rough: TurningPart
     rough_scale: float
     features: Image
+    background: Background | None
     doubt_px: float
 
     @classmethod
@@ -88,7 +90,8 @@ class PartMeter:
             swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
         features = np.asarray(255 * clear, np.uint8)
-        return cls(steady, model, view, shape, rough, rough_scale, features, doubt_px)
+        background = Background.of(model.behind, clear) if steady.moves else None
+        return cls(steady, model, view, shape, rough, rough_scale, features, background, doubt_px)
 
     @property
     def pivot_px(self) -> Array:
@@ -139,6 +142,8 @@ class PartMeter:
             if motion is None:
                 return None
             onto = motion
+            if self.background is not None:
+                onto = self.background.onto(picture, motion)
         still, _ = aligned(picture, onto)
         still = evenly(still, self.model.behind)
         angle, sure = _searched(self.rough, self.rough_scale, still, near)

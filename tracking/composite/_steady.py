@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import CameraPath, aligned
+from servosight.tracking.composite._direct import Background
 from servosight.tracking.core import median_of
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
@@ -55,7 +56,10 @@ class SteadySample:
         low, high = path.rest
         if path.moves:
             lit &= ~laid_over(sample.pictures[low : high + 1], path.onto[low : high + 1])
-        shown = [aligned(sample.pictures[n], path.onto[n], lit) for n in range(low, high + 1)]
+        onto = path.onto
+        if path.moves:
+            onto = _by_all_pixels(sample.pictures, onto, low, high, lit)
+        shown = [aligned(sample.pictures[n], onto[n], lit) for n in range(low, high + 1)]
         content = np.asarray(np.stack([known for _, known in shown]).all(0))
         stack = np.stack([picture for picture, _ in shown])
         usual = median_of(stack)
@@ -65,8 +69,23 @@ class SteadySample:
         index = np.array(sample.index[low : high + 1])
         return cls(
             stack, index, grey[path.reference], content, path.moves, sample.scale,
-            np.array(sample.index), path.onto, sample.index[path.reference],
+            np.array(sample.index), onto, sample.index[path.reference],
         )  # fmt: skip
+
+
+def _by_all_pixels(
+    pictures: Sequence[Single], onto: Array, low: int, high: int, lit: Mask
+) -> Array:
+    """Better motions (all, 2, 3) of the pictures ``low`` to ``high``, onto their median."""
+    shown = [aligned(pictures[n], onto[n], lit) for n in range(low, high + 1)]
+    known = np.asarray(np.stack([known for _, known in shown]).all(0))
+    background = Background.of(median_of(np.stack([picture for picture, _ in shown])), known)
+    if background is None:
+        return onto
+    better = onto.copy()
+    for number in range(low, high + 1):
+        better[number] = background.onto(pictures[number], onto[number])
+    return better
 
 
 def bars(pictures: list[Image]) -> Mask:
