@@ -76,7 +76,8 @@ class Background:
             weight = inside / np.maximum(1.0, np.abs(left) / (_HUBER * scale))
             weight *= np.abs(left) < 6.0 * scale
             normal = (self.rows * weight) @ self.rows.T
-            if np.linalg.cond(normal / np.sqrt(np.outer(*(np.diag(normal),) * 2))) > 1e6:
+            size = np.sqrt(np.diag(normal))
+            if size.min() == 0.0 or np.linalg.cond(normal / np.outer(size, size)) > 1e6:
                 return rough
             step = np.linalg.solve(normal, (self.rows * weight) @ left)
             motion = self._less(motion, step)
@@ -87,9 +88,10 @@ class Background:
 
     def _less(self, motion: Array, step: Array) -> Array:
         """The motion after the inverse of a small one (4,) about the middle of the pixels."""
-        x, y, turn, size = step
+        turn, size = step[2:]
         small = np.array([[1.0 + size, -turn], [turn, 1.0 + size]])
         back = np.linalg.inv(small)
+        moved = self.middle_px + step[:2]
         matrix = motion[:, :2] @ back
-        shift = motion[:, 2] + motion[:, :2] @ (self.middle_px - back @ (self.middle_px + [x, y]))
+        shift = motion[:, 2] + motion[:, :2] @ (self.middle_px - back @ moved)
         return np.column_stack([matrix, shift])

@@ -39,7 +39,8 @@ class PartMeter:
     """Measures a found part in frame after frame; pixels are those of the steady sample.
 
     ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
-    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot.
+    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot. ``features`` (height,
+    width) is not 0, and ``background`` lies, where the part never passes.
     """
 
     steady: SteadySample

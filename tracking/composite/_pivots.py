@@ -13,7 +13,7 @@ from servosight.tracking.composite._part import Change, diverse, pivot_scores
 
 _ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
 _STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
-_FINE_PX = 3.0
+_FINE_PX = 2.0
 _REACH = 0.45  # of the longer side: how far a part reaches
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _TRIED, APART = 4, 0.06  # pivots, and their distance as a share of the longer side
@@ -47,7 +47,7 @@ def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = No
     best = _apart(grid, scores, _TRIED, APART * max(height, width))
     sharp = Change.of(coarse[fewer])
     references = references_for(coarse[fewer], sharp, near)
-    step = np.arange(-1, 2) * _FINE_PX
+    step = np.arange(-2, 3) * _FINE_PX
     around = np.array([(dx, dy) for dy in step for dx in step])
     fine = []
     for place in best:

@@ -174,7 +174,7 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
         part = learnt(middle, change, place, _FAR * max(middle.shape[1:]), references)
         if part is not None:
             rough.append(part)
-    found = []
+    found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
         far_off = part.explained < _RIVAL * found[0].explained if found else False
         better = part
@@ -217,8 +217,9 @@ def _swept(shape: tuple[int, ...], found: FoundPart) -> Mask:
     swept = np.zeros(size, np.uint8)
     for cover in covers_in(part.view, part.cover > 0.5, part.angle_rad.tolist(), size):
         swept |= cover.astype(np.uint8)
-    swept = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
-    return np.asarray(cv2.resize(swept, (width, height), interpolation=cv2.INTER_NEAREST) > 0)
+    grown = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
+    whole = cv2.resize(grown, (width, height), interpolation=cv2.INTER_NEAREST)
+    return np.asarray(whole) > 0
 
 
 def _pointed_at(part: TurningPart, hint: Hint) -> bool:
