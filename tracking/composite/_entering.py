@@ -7,6 +7,7 @@ import numpy as np
 
 from servosight.models.core import Mask, Single
 from servosight.tracking.composite._part import Change
+from servosight.tracking.core import median_of
 
 _BORDER_PX, _JOINED_PX = 3, 7
 _LEAST_LEFT = 0.3  # of a usual picture's change, without what enters it
@@ -38,7 +39,7 @@ def without_entering(pictures: Single, content: Mask | None = None) -> Single:
     gone = entering(pictures, content)
     if not gone.any():
         return pictures
-    return np.where(gone, np.median(pictures, axis=0).astype(np.float32), pictures)
+    return np.where(gone, median_of(pictures), pictures)
 
 
 def enough_left(pictures: Single, cleared: Single) -> bool:

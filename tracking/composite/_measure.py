@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, motion_between
+from servosight.tracking.composite._direct import Background
 from servosight.tracking.composite._model import (
     CompositeModel,
     PoseFit,
@@ -21,6 +22,7 @@ from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._steady import SteadySample, evenly
+from servosight.tracking.core import median_of
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
@@ -37,7 +39,8 @@ class PartMeter:
     """Measures a found part in frame after frame; pixels are those of the steady sample.
 
     ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
-    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot.
+    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot. ``features`` (height,
+    width) is not 0, and ``background`` lies, where the part never passes.
     """
 
     steady: SteadySample
@@ -47,6 +50,7 @@ class PartMeter:
     rough: TurningPart
     rough_scale: float
     features: Image
+    background: Background | None
     doubt_px: float
 
     @classmethod
@@ -61,7 +65,7 @@ class PartMeter:
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
         still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
-        usual = np.asarray(np.median(pictures, axis=0), np.float32)
+        usual = median_of(pictures)
         kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
         most = 0
         for number in range(_ROUNDS):
@@ -87,7 +91,8 @@ class PartMeter:
             swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
         features = np.asarray(255 * clear, np.uint8)
-        return cls(steady, model, view, shape, rough, rough_scale, features, doubt_px)
+        background = Background.of(model.behind, clear) if steady.moves else None
+        return cls(steady, model, view, shape, rough, rough_scale, features, background, doubt_px)
 
     @property
     def pivot_px(self) -> Array:
@@ -138,6 +143,8 @@ class PartMeter:
             if motion is None:
                 return None
             onto = motion
+            if self.background is not None:
+                onto = self.background.onto(picture, motion)
         still, _ = aligned(picture, onto)
         still = evenly(still, self.model.behind)
         angle, sure = _searched(self.rough, self.rough_scale, still, near)

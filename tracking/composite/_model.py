@@ -15,14 +15,15 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite._cells import normal_equation, residuals
 from servosight.tracking.core import Index, known_median, turning
 from servosight.tracking.verification import PolarView
 
 _GROW_PX = 3.0
 _EDGE_PX = 1.0
-_HUBER = 1.5
 _ROUNDS = 6
 _COMMON_PX = 0.1
+_USUAL_SHIFT_PX, _CORRELATED_PX2 = 3.0, 20.0  # before the pivot is known; of residuals
 _MOST_CELLS = 20_000
 _FARTHEST_RAD = np.deg2rad(12.0)
 
@@ -67,6 +68,7 @@ class CompositeModel:
     slopes: Array
     behind: Single
     block: Index
+    step_rad: float
 
     @classmethod
     def of(
@@ -98,7 +100,7 @@ class CompositeModel:
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
             np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32),
-            np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
+            np.asarray(np.unique(block, return_inverse=True)[1], np.intp), step * every,
         )  # fmt: skip
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
@@ -106,22 +108,26 @@ class CompositeModel:
         start, shift = angle_rad, np.zeros(2)
         unknowns = 3 if shifted else 1
         for _ in range(_ROUNDS):
-            left, rows, area, still = self._linear(picture, angle_rad, shift)
-            rows = rows[:unknowns]
-            scale = 1.4826 * float(np.median(np.abs(left))) + 0.3
-            weight = area / np.maximum(1.0, np.abs(left) / (_HUBER * scale))
-            weight *= np.abs(left) < 6.0 * scale + 12.0
-            normal = (rows * weight) @ rows.T
+            left, rows, area, still = residuals(
+                picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
+                self.level, self.slopes, angle_rad, shift,
+            )  # fmt: skip
+            scale = 1.4826 * float(np.partition(np.abs(left), left.size // 2)[left.size // 2]) + 0.3
+            weight, normal, side = normal_equation(left, rows, area, scale, unknowns)
+            # Of a ball at the end of a rod, turn and shift are hardly told apart.
+            held = np.zeros(unknowns)
+            held[1:] = _CORRELATED_PX2 * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2
+            side[1:] += held[1:] * shift[: unknowns - 1]
             if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
                 return None
-            step = -np.linalg.solve(normal, (rows * weight) @ left)
+            step = -np.linalg.solve(normal + np.diag(held), side)
             angle_rad += float(step[0])
             shift = shift + step[1:3] if shifted else shift
             if abs(angle_rad - start) > _FARTHEST_RAD or np.abs(shift).max() > 12.0:
                 return None
             if abs(step[0]) * self.radius_px.max() < 0.003:
                 break
-        inverse = np.linalg.inv(normal)
+        inverse, rows = np.linalg.inv(normal), rows[:unknowns]
         score = np.stack([np.bincount(self.block, row) for row in rows * weight * left])
         covariance = np.zeros((3, 3))
         covariance[:unknowns, :unknowns] = inverse @ (score @ score.T) @ inverse
@@ -145,23 +151,6 @@ class CompositeModel:
         """The direction of the part's middle."""
         weight = self.cover * self.radius_px**2
         return float(np.angle((weight * np.exp(1j * self.phi_rad)).sum()))
-
-    def _linear(self, picture: Single, angle_rad: float, shift: Array) -> tuple[Array, ...]:
-        """Picture less model, its slopes by angle and shift, the cells' areas, picture less
-        background; cells outside the picture have no area."""
-        phi = self.phi_rad + angle_rad
-        cos, sin = np.cos(phi), np.sin(phi)
-        x = (self.pivot_px[0] + self.radius_px * cos + shift[0]).astype(np.float32)
-        y = (self.pivot_px[1] - self.radius_px * sin + shift[1]).astype(np.float32)
-        seen, behind = (_at(image, x, y)[: x.size] for image in (picture, self.behind))
-        height, width = picture.shape
-        inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
-        m_phi, p_phi, m_r, p_r = self.slopes
-        by_phi, by_r = p_phi - m_phi * behind, p_r - m_r * behind
-        around = by_phi / np.maximum(self.radius_px, 1.0)
-        rows = np.stack([by_phi, cos * by_r - sin * around, -sin * by_r - cos * around])
-        left = seen - (1.0 - self.cover) * behind - self.level
-        return left, rows, self.radius_px * inside, seen - behind
 
 
 def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median
+from servosight.tracking.core import known_median, median_of
 from servosight.tracking.verification import PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
@@ -91,7 +91,7 @@ def diverse(pictures: Single, count: int) -> list[int]:
     """
     small = np.stack([cv2.resize(p, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
                       for p in pictures])  # fmt: skip
-    small = np.minimum(np.abs(small - np.median(small, axis=0)), 40.0).reshape(len(small), -1)
+    small = np.minimum(np.abs(small - median_of(small)), 40.0).reshape(len(small), -1)
     chosen = [int(np.argmin(small.sum(1)))]
     away = np.full(len(small), np.inf)
     while len(chosen) < min(count, len(small)):
@@ -113,7 +113,7 @@ class Change:
     @classmethod
     def of(cls, pictures: Single) -> Change:
         """By the pictures' own noise."""
-        usual = np.asarray(np.median(pictures, axis=0), np.float32)
+        usual = median_of(pictures)
         away = pictures - usual
         noise = 1.4826 * float(np.median(np.abs(away[:, ::2, ::2])))
         moved = np.abs(away) > _SIGMAS * noise + _LEAST_STEP

@@ -17,7 +17,7 @@ _FINE_PX = 2.0
 _REACH = 0.45  # of the longer side: how far a part reaches
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _TRIED, APART = 4, 0.06  # pivots, and their distance as a share of the longer side
-_FEWER = 14
+_FEWER, _FEWEST = 14, 8
 
 
 def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> list[Array]:
@@ -38,7 +38,7 @@ def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = No
     about = cv2.dilate(active, np.ones((41, 41), np.uint8))
     grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
     reach = _REACH * max(height, width)
-    rough, half = scaled(blurred, _ROUGH_PX)  # nothing finer is left
+    rough, half = scaled(blurred[diverse(blurred, _FEWEST)], _ROUGH_PX)  # nothing finer is left
     soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
     fewer_cells = Change.of(rough)
     references = references_for(rough, fewer_cells, soft)

@@ -21,6 +21,7 @@ from servosight.tracking.composite._part import (
 )
 from servosight.tracking.composite._pivots import APART, promising_pivots, scaled
 from servosight.tracking.composite._trust import TRUST
+from servosight.tracking.core import median_of
 
 _MIDDLE_PX = 240  # the longer side
 _FAR = 0.62  # of the longer side: how far a part reaches
@@ -32,19 +33,29 @@ _LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is look
 _GAP_PX, _SHADOW_PX = 15, 11
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
+_RIVAL = 0.6  # of what the best part explains: less is not made up for by a better pivot
 
 
 @dataclass(frozen=True)
 class FoundPart:
     """A part that turns: its pivot in pixels of the given pictures, its model in pictures
-    ``scale`` times as large, and the mean share of a picture's change that it explains;
-    ``inside`` says that what enters the picture was left out."""
+    ``scale`` times as large, and the mean share of a picture's change that it explains.
+
+    ``inside`` says that what enters the picture was left out, ``beside`` (height, width), if it is
+    not None, where a part passes that explains more and was left out.
+    """
 
     pivot_px: tuple[float, float]
     scale: float
     part: TurningPart
     explained: float
     inside: bool = False
+    beside: Mask | None = None
+
+    @property
+    def explained_there(self) -> float:
+        """The share of what changes in the pictures in which it was found."""
+        return self.part.explained
 
 
 def find_parts(
@@ -97,25 +108,30 @@ def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
     does not pass, if enough changes there."""
     found = _parts(seen, hint)
     if found and hint is None:
-        away = _beside(seen, found[0])
+        beside = _swept(seen.shape[1:], found[0])
+        away = np.where(beside, median_of(seen), seen)
         share = float(Change.of(away).energy.sum() / max(Change.of(seen).energy.sum(), 1.0))
         if share > _LEFT_SHARE:
             others = _parts(away, None, 1)
-            found += [replace(one, explained=share * one.explained) for one in others]
+            found += [
+                replace(one, explained=share * one.explained, beside=beside) for one in others
+            ]
     return found
 
 
 def found_about(
     pictures: Single, pivot_px: Array, hint: Hint | None = None, content: Mask | None = None,
-    inside: bool = True,
+    inside: bool = True, beside: Mask | None = None,
 ) -> FoundPart | None:  # fmt: skip
     """The part learnt anew about a pivot (2,) that is better known; None where nothing holds.
 
-    ``inside``: what enters the picture is left out.
+    ``inside``: what enters the picture is left out; ``beside`` as in ``FoundPart``.
 
     A part that was learnt about a wrong pivot has a wrong shape: some of it is taken for
     background, and its angles are then too small.
     """
+    if beside is not None:
+        pictures = np.where(beside, median_of(pictures), pictures)
     seen = chosen_of(pictures, hint, content, inside)
     middle, scale = scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)
@@ -125,7 +141,8 @@ def found_about(
     part = learnt(middle, change, (float(x), float(y)), reach, references)
     if part is None:
         return None
-    return replace(_as_found(_converged(middle, change, part, references), scale), inside=inside)
+    better = _as_found(_converged(middle, change, part, references), scale)
+    return replace(better, inside=inside, beside=beside)
 
 
 def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None, inside: bool) -> Single:
@@ -157,9 +174,12 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
         part = learnt(middle, change, place, _FAR * max(middle.shape[1:]), references)
         if part is not None:
             rough.append(part)
-    found = []
+    found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
-        better = _converged(middle, change, part, references) if rank < refined else part
+        far_off = part.explained < _RIVAL * found[0].explained if found else False
+        better = part
+        if rank < refined and not far_off:
+            better = _converged(middle, change, part, references)
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
@@ -189,17 +209,17 @@ def _connected(pictures: Single, region: Mask) -> Single:
     return np.where(own, pictures, change.usual) if (own & near).any() else pictures
 
 
-def _beside(pictures: Single, found: FoundPart) -> Single:
-    """The pictures without what changes where a part passes."""
+def _swept(shape: tuple[int, ...], found: FoundPart) -> Mask:
+    """Where a part passes in pictures (height, width)."""
     part = found.part
-    height, width = pictures.shape[1:]
+    height, width = shape
     size = (max(1, round(found.scale * height)), max(1, round(found.scale * width)))
     swept = np.zeros(size, np.uint8)
     for cover in covers_in(part.view, part.cover > 0.5, part.angle_rad.tolist(), size):
         swept |= cover.astype(np.uint8)
-    swept = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
-    whole = cv2.resize(swept, (width, height), interpolation=cv2.INTER_NEAREST) > 0
-    return np.where(whole, np.median(pictures, axis=0).astype(np.float32), pictures)
+    grown = cv2.dilate(swept, np.ones((_SHADOW_PX, _SHADOW_PX), np.uint8))
+    whole = cv2.resize(grown, (width, height), interpolation=cv2.INTER_NEAREST)
+    return np.asarray(whole) > 0
 
 
 def _pointed_at(part: TurningPart, hint: Hint) -> bool:

@@ -10,6 +10,8 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import CameraPath, aligned
+from servosight.tracking.composite._direct import Background
+from servosight.tracking.core import median_of
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
 
@@ -54,23 +56,41 @@ class SteadySample:
         low, high = path.rest
         if path.moves:
             lit &= ~laid_over(sample.pictures[low : high + 1], path.onto[low : high + 1])
-        shown = [aligned(sample.pictures[n], path.onto[n], lit) for n in range(low, high + 1)]
+        onto = path.onto
+        if path.moves:
+            onto = _by_all_pixels(sample.pictures, onto, low, high, lit)
+        shown = [aligned(sample.pictures[n], onto[n], lit) for n in range(low, high + 1)]
         content = np.asarray(np.stack([known for _, known in shown]).all(0))
         stack = np.stack([picture for picture, _ in shown])
-        usual = np.median(stack, axis=0)
+        usual = median_of(stack)
         stack = np.where(content, stack, usual).astype(np.float32)
         for number, picture in enumerate(stack):
             stack[number] = evenly(picture, usual)
         index = np.array(sample.index[low : high + 1])
         return cls(
             stack, index, grey[path.reference], content, path.moves, sample.scale,
-            np.array(sample.index), path.onto, sample.index[path.reference],
+            np.array(sample.index), onto, sample.index[path.reference],
         )  # fmt: skip
+
+
+def _by_all_pixels(
+    pictures: Sequence[Single], onto: Array, low: int, high: int, lit: Mask
+) -> Array:
+    """Better motions (all, 2, 3) of the pictures ``low`` to ``high``, onto their median."""
+    shown = [aligned(pictures[n], onto[n], lit) for n in range(low, high + 1)]
+    known = np.asarray(np.stack([known for _, known in shown]).all(0))
+    background = Background.of(median_of(np.stack([picture for picture, _ in shown])), known)
+    if background is None:
+        return onto
+    better = onto.copy()
+    for number in range(low, high + 1):
+        better[number] = background.onto(pictures[number], onto[number])
+    return better
 
 
 def bars(pictures: list[Image]) -> Mask:
     """The dark bars that letterboxing adds at the sides; (height, width)."""
-    usual = np.median(np.stack(pictures), axis=0)
+    usual = median_of(np.stack(pictures))
     mask = np.zeros(usual.shape, bool)
     for axis in (0, 1):
         dark = np.quantile(usual, _BAR_SHARE, axis=axis) < _DARK
@@ -109,8 +129,8 @@ def laid_over(pictures: Sequence[Single], onto: Array) -> Mask:
 def _variation(stack: Single, share: float) -> Single:
     """The distance from their median at each place that a share of pictures (n, height, width)
     keeps, smoothed over some pixels."""
-    away = np.quantile(np.abs(stack - np.median(stack, axis=0)), share, axis=0)
-    return np.asarray(cv2.blur(away.astype(np.float32), (5, 5)), np.float32)
+    away = np.sort(np.abs(stack - median_of(stack)), axis=0)[round(share * (len(stack) - 1))]
+    return np.asarray(cv2.blur(away, (5, 5)), np.float32)
 
 
 def evenly(picture: Single, usual: Array | Single) -> Single:

@@ -9,6 +9,7 @@ from servosight.tracking.core._features import Features as Features
 from servosight.tracking.core._features import Index as Index
 from servosight.tracking.core._median import insert as insert
 from servosight.tracking.core._median import known_median as known_median
+from servosight.tracking.core._median import median_of as median_of
 from servosight.tracking.core._median import middle_of as middle_of
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions

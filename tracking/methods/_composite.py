@@ -12,7 +12,7 @@ from functools import partial
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, FrameProgress, Image, Mask
+from servosight.models.core import Array, FrameProgress, Image, Mask, Single
 from servosight.tracking.acquisition import POINT, pointed_box
 from servosight.tracking.composite import (
     TRUST,
@@ -45,6 +45,7 @@ _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
 _ANEW = 2
+_RIVALS = 2  # parts that are tried where the frames refuse the first one
 
 
 def composite(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -64,9 +65,9 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         # An uncertain angle of a part in full view is no reason to measure what enters instead.
         if number > 1 or not parts or (refused.measured and parts[0].inside):
             raise
-        number = 1 + len(parts)
+        tried = len(parts) if refused.measured else 1
         parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
-        track, inside = footage.instead(parts[number - 1 :], refused, progress)
+        track, inside, number = footage.instead(parts, tried, refused, progress)
     candidates = tuple(footage.candidate(part) for part in parts)
     notes = _notes(track, candidates, number, inside)
     return replace(track, candidates=candidates, notes=(*notes, *track.notes))
@@ -114,22 +115,27 @@ class Footage:
         return parts[pick - 1]
 
     def instead(
-        self, others: Sequence[FoundPart], refused: TrackRefused, progress: FrameProgress | None
-    ) -> tuple[Track, Mask]:
-        """As ``measured``, of the best of other parts; ``refused``, the refusal of the first one,
-        where there is none or the frames do not confirm it either."""
-        if not others or others[0].explained < self.least_explained:
-            raise refused
-        try:
-            return self.measured(others[0], progress)
-        except TrackRefused as again:
-            raise (again if again.measured else refused) from again
+        self, parts: Sequence[FoundPart], tried: int, refused: TrackRefused,
+        progress: FrameProgress | None,
+    ) -> tuple[Track, Mask, int]:  # fmt: skip
+        """As ``measured``, of the first part after those ``tried`` that the frames confirm, and its
+        number; ``refused``, the refusal of the first one, where they confirm none."""
+        numbers = range(tried + 1, len(parts) + 1)
+        least = self.least_explained
+        rivals = [n for n in numbers if parts[n - 1].explained_there >= least]
+        for number in rivals[:_RIVALS]:
+            try:
+                return (*self.measured(parts[number - 1], progress), number)
+            except TrackRefused as again:
+                if again.measured and not refused.measured:
+                    refused = again
+        raise refused
 
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
         """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where
         the frames do not confirm it."""
         settled, meter = _settled(self.steady, part, self.hint)
-        share = max(part.explained, settled.explained)
+        share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
             seen = SeenPart(self.candidate(settled).pivot_px, self._outline(settled))
             raise TrackRefused(
@@ -149,14 +155,13 @@ class Footage:
         inside = np.arange(len(fits)) >= first
         inside &= np.arange(len(fits)) <= last
         track = track_of(self.film, self.options, meter, self.stamps_s[: len(fits)], fits)
-        return self._confirmed(track, meter, fits, inside, settled.inside), inside
+        return self._confirmed(track, meter, fits, inside, settled), inside
 
     def _confirmed(
         self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
-        alone: bool,
+        part: FoundPart,
     ) -> Track:  # fmt: skip
-        """The track with the sigma of its pivot, where the frames confirm it; ``alone``: what
-        enters the picture was left out."""
+        """The track with the sigma of its pivot, where the frames confirm it."""
         pictures = list(self.steady.pictures)
         seen = replace(
             self.sample, index=self.steady.index.tolist(), pictures=pictures,
@@ -167,8 +172,7 @@ class Footage:
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
         verify(
             self.film, self.options, track, np.array(track.pivot_px), line,
-            seen, inside, draw,
-            partial(entering, content=self.steady.content) if alone else None,
+            seen, inside, draw, partial(_left_out, part, self.steady.content),
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
@@ -242,11 +246,19 @@ def _settled(
         # A pixel of the pictures in which the part was found.
         if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
             break
-        better = found_about(steady.pictures, meter.pivot_px, hint, steady.content, part.inside)
+        better = found_about(
+            steady.pictures, meter.pivot_px, hint, steady.content, part.inside, part.beside
+        )
         if better is None:
             break
         part, meter = better, PartMeter.of(steady, better)
     return part, meter
+
+
+def _left_out(part: FoundPart, content: Mask, pictures: Single) -> Mask:
+    """Where pictures (n, height, width) show what was left out when the part was found."""
+    gone = entering(pictures, content) if part.inside else np.zeros(pictures.shape, bool)
+    return gone if part.beside is None else gone | part.beside
 
 
 def _as_it_is(image: Image) -> Image:

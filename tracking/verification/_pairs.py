@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import median_of
 from servosight.tracking.verification._turning import PolarView
 
 _PAIRS = 24
@@ -61,7 +62,7 @@ def pair_agreement(
     ``near_rad`` is the tolerance, ``as_good`` the share of the best gain that the angles must
     reach. 1 where no pair changes enough to tell.
     """
-    away = (frames - np.median(frames, axis=0))[:, ::2, ::2]
+    away = (frames - median_of(frames))[:, ::2, ::2]
     step = _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
     reached = np.nan_to_num(view.of(swept.astype(np.float32), nearest=True)) > 0
     agreed = []

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, turned
+from servosight.tracking.core import known_median, median_of, turned
 from servosight.tracking.verification._turning import PolarView
 
 _MARGIN_PX = 3
@@ -60,7 +60,7 @@ class TurningScene:
         cover = view.of(_filled(outline_px, shape).astype(np.float32), nearest=True)
         if not np.all(np.isfinite(cover)):  # a part that begins outside the picture
             cover = np.nan_to_num(cover)
-        usual = np.asarray(np.median(frames, axis=0), np.float32)
+        usual = median_of(frames)
         return cls(
             frames, angle_rad, view, covers > 0, swept > 0, behind, usual,
             known_median(np.stack(back)), cover,
@@ -107,7 +107,7 @@ class TurningScene:
 
 def evenly_lit(frames: Single) -> Single:
     """Frames (n, height, width) scaled to the brightness of their median frame."""
-    usual = np.median(frames[:, ::4, ::4], axis=0) + 1.0
+    usual = median_of(frames[:, ::4, ::4]) + 1.0
     ratio = np.median((frames[:, ::4, ::4] + 1.0) / usual, axis=(1, 2))
     return np.asarray(frames / ratio[:, None, None], np.float32)
 

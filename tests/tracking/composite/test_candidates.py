@@ -52,6 +52,6 @@ def test_the_more_telling_refusal_is_raised(
         raise again
 
     monkeypatch.setattr(Footage, "measured", measured)
-    others = [cast(Any, SimpleNamespace(explained=share)) for share in explained]
+    others = [cast(Any, SimpleNamespace(explained_there=s)) for s in (0.9, *explained)]
     with pytest.raises(TrackRefused, match=raised):
-        footage.instead(others, TrackRefused("first", PICTURE), None)
+        footage.instead(others, 1, TrackRefused("first", PICTURE), None)
