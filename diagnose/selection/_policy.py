@@ -41,7 +41,7 @@ class SelectionPolicy:
     ``worse`` at most. Pairs are tried where the larger rmse of fitted and validation data exceeds
     ``far`` times the floor and less than ``most`` of the squared error is accounted for.
     ``max_steps`` ends the steps. Beyond ``far`` other sets are searched, too, and that of
-    the lowest price is taken each of whose effects is accepted: log of the validation rmse,
+    the lowest price is taken each of whose effects is accepted: log of the larger rmse of the two,
     ``effect_price`` an effect or a fitted k, ``rare_price`` an effect not in ``ordinary``, and
     ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
     floor, these sets come before any step. Neither with fewer than ``fewest`` samples. So many as
@@ -211,11 +211,13 @@ class AcceptanceCriterion:
         )
 
     def price(self, score: Score) -> float:
-        """What a model costs among many: log validation rmse [deg], its effects and parameters.
+        """What a model costs among many: log rmse [deg], its effects and parameters.
 
-        A fitted k costs what an effect does. Below the floor no error is better than another.
+        The rmse is the larger of fitted and validation data: effects that are missing raise the
+        one, too many the other. A fitted k costs what an effect does. Below the floor no error is
+        better than another.
         """
-        return self._price(score, score.validation_rmse_deg)
+        return self._price(score, _larger_rmse(score))
 
     def overall_price(self, score: Score) -> float:
         """The same with the error of all fitted and validation samples."""
@@ -243,8 +245,7 @@ class AcceptanceCriterion:
 
     def _far(self, score: Score) -> bool:
         """True where fitted or validation data leave much: what is missing may show in one only."""
-        larger = max(score.train_rmse_deg, score.validation_rmse_deg)
-        return larger > self.policy.far * self.floor_deg
+        return _larger_rmse(score) > self.policy.far * self.floor_deg
 
     def wants_pairs(self, reached: Score, first: Score) -> bool:
         """True where no effect was added to the first model on its own, and one is missing."""
@@ -283,3 +284,7 @@ class AcceptanceCriterion:
                     found.remove(model)
                     found.insert(found.index(simple) + 1, model)
         return found
+
+
+def _larger_rmse(score: Score) -> float:
+    return max(score.train_rmse_deg, score.validation_rmse_deg)

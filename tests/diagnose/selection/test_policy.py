@@ -338,6 +338,14 @@ def test_price(name: str, price: float) -> None:
     assert CRITERION.price(score(0.5 * FLOOR)) == CRITERION.price(score(FLOOR))
 
 
+def test_the_price_is_that_of_the_larger_error() -> None:
+    """A model that fits badly and predicts another run less badly is no cheap one."""
+    one = score(0.5, "backlash")
+    for worse in ("train_rmse_deg", "validation_rmse_deg"):
+        raised = replace(one, **{worse: 0.7})
+        assert CRITERION.price(raised) == pytest.approx(CRITERION.price(one) + math.log(0.7 / 0.5))
+
+
 def test_ordinary_effects_are_in_the_catalogue() -> None:
     assert set(POLICY.ordinary) < set(catalogue())
 
