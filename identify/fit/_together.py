@@ -60,10 +60,10 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
         if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN:
             break
         varied = _begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0]
-        best = over_horizons(_ended(varied), enough_deg)
+        best = over_horizons(varied, enough_deg)
         in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
         fit = min(fit, best, key=_cost)
-    return fit
+    return _ended(fit)
 
 
 def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
