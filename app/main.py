@@ -7,6 +7,7 @@ imported, and heavy modules are imported inside the commands, so that help comes
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import shlex
@@ -16,6 +17,7 @@ from collections.abc import Sequence
 from servosight.app import interrupt
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
+NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -70,10 +72,18 @@ def _run(words: list[str]) -> int:
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            return _complain(_no_room(error), BAD_INPUT, debug)
         what = f"{type(error).__name__}: {error}".rstrip(": ")
         hint = "" if debug else "; run it again with --debug for the traceback"
         return _complain(f"error of the program ({what}){hint}", FAILED, debug)
     return DONE
+
+
+def _no_room(error: OSError) -> str:
+    """What to do where the disk is full, also for compiled code, which is kept for later runs."""
+    where = error.filename or "a file to write"
+    return f"{where}: expected room on its disk ({error.strerror}); free some, or raise the limit"
 
 
 def _quieten() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import math
 import os
@@ -389,3 +390,15 @@ def test_the_script_of_a_shell(shell: str, capsys: pytest.CaptureFixture[str]) -
 
 def test_long_words_are_shortened(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(said(capsys, 2, ["effects", "y" * 5000])) < 2000
+
+
+@pytest.mark.parametrize("reason", [errno.ENOSPC, errno.EFBIG])
+def test_a_full_disk_is_no_error_of_the_program(
+    reason: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where a library writes what it has compiled and names no file."""
+    raising(monkeypatch, OSError(reason, os.strerror(reason)))
+    line = said(capsys, 2, ["effects"])
+    assert f"room on its disk ({os.strerror(reason)})" in line
+    raising(monkeypatch, OSError(errno.EIO, os.strerror(errno.EIO)))
+    assert "error of the program" in said(capsys, 1, ["effects"])
