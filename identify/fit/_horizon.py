@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from servosight.identify.fit._solution import Solution, polish
+from servosight.identify.fit._solution import Solution, ended, polish
 
 HORIZONS = (2.0, 4.0, 8.0)
 """The model predicts so many of its time constants T at a time, from the measured motion on."""
@@ -32,7 +32,7 @@ def over_horizons(fit: Solution, enough_deg: float = 0.0) -> Solution:
         found = _once(fit)
         if found.outcome.cost >= CLEARLY * fit.outcome.cost:
             return min(fit, found, key=lambda one: one.outcome.cost)
-        fit = polish(found.problem, [found.outcome.point]) if found.out_of_budget else found
+        fit = ended(found)
     return fit
 
 

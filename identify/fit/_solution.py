@@ -88,6 +88,11 @@ class Solution:
         return float(np.sqrt(2.0 * self.outcome.cost / scored))
 
 
+def ended(fit: Solution) -> Solution:
+    """``fit``, to its end where its budget was spent."""
+    return polish(fit.problem, [fit.outcome.point]) if fit.out_of_budget else fit
+
+
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Solution:
     """Descend from each start for a few generations, then to the end from the best."""
     if jumpy(problem).any():

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from servosight.identify.fit._horizon import CLEARLY, over_horizons
-from servosight.identify.fit._solution import Solution, polish
+from servosight.identify.fit._solution import Solution, ended, polish
 from servosight.identify.problem import Problem, neutral_start
 from servosight.identify.search import half_squares
 from servosight.models.core import Array
@@ -44,8 +44,8 @@ def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> S
     An rms error of ``enough_deg`` ends the search.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
-    ended = map(_ended, begun[:FINISHED])
-    return fit_varied(_first_enough(ended, enough_deg), enough_deg)
+    finished = map(ended, begun[:FINISHED])
+    return fit_varied(_first_enough(finished, enough_deg), enough_deg)
 
 
 def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
@@ -63,7 +63,7 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
         best = over_horizons(varied, enough_deg)
         in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
         fit = min(fit, best, key=_cost)
-    return _ended(fit)
+    return ended(fit)
 
 
 def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
@@ -71,11 +71,6 @@ def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
     costs = half_squares(problem.residuals(points))
     found = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:starts]]
     return sorted(found, key=_cost)
-
-
-def _ended(fit: Solution) -> Solution:
-    """``fit``, to its end."""
-    return polish(fit.problem, [fit.outcome.point]) if fit.out_of_budget else fit
 
 
 def _first_enough(fits: Iterable[Solution], enough_deg: float) -> Solution:
