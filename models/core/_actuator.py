@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tomli_w
 from msgspec import Meta
+from numpy.typing import NDArray
 
 from servosight.models.base import (
     InputError,
@@ -87,9 +88,23 @@ class Actuator:
             [{"parameter": name, **one.to_json()} for name, one in self.parameters.items()]
         )
 
+    def linear_response(self, frequency_hz: Array) -> NDArray[np.complex128]:
+        """G of the linear core at frequencies [Hz], complex, (frequencies,).
+
+        >>> still = Estimate(1.0, None, "-")
+        >>> card = Actuator({"k": still, "T": Estimate(0.02, None, "s"), "xi": still}, ())
+        >>> float(abs(card.linear_response(np.zeros(1))[0]))
+        1.0
+        """
+        k, T, xi = (self.value(name) for name in ("k", "T", "xi"))
+        s = 2j * np.pi * np.asarray(frequency_hz)
+        return np.asarray(k / (T * T * s * s + 2.0 * xi * T * s + 1.0))
+
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Gain of the linear core over frequency, in dB."""
-        return plot_gain(self.value("k"), self.value("T"), self.value("xi"), ax)
+        """Gain of the linear core over a decade about its own frequency each way, in dB."""
+        decade = np.geomspace(0.1, 10.0, 200)
+        frequency_hz = decade / (2.0 * np.pi * self.value("T"))
+        return plot_gain(frequency_hz, self.linear_response(frequency_hz), ax)
 
     def predict(
         self,

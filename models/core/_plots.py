@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.models.core._arrays import Array
 
@@ -33,13 +34,12 @@ class Recorded(Protocol):
         ...
 
 
-def plot_gain(k: float, T: float, xi: float, ax: Axes | None = None) -> Axes:
-    """Gain [dB] of k / (T^2 s^2 + 2 xi T s + 1), a decade about its own frequency each way."""
+def plot_gain(
+    frequency_hz: Array, response: NDArray[np.complex128], ax: Axes | None = None
+) -> Axes:
+    """Gain [dB] of a complex response over frequency."""
     axes = axes_of(ax)
-    frequency_hz = np.geomspace(0.1, 10.0, 200) / (2.0 * np.pi * T)
-    s = 2j * np.pi * frequency_hz
-    gain = np.abs(k / (T * T * s * s + 2.0 * xi * T * s + 1.0))
-    axes.semilogx(frequency_hz, 20.0 * np.log10(gain), color=MODEL)
+    axes.semilogx(frequency_hz, 20.0 * np.log10(np.abs(response)), color=MODEL)
     axes.set(xlabel="frequency [Hz]", ylabel="gain [dB]")
     axes.grid(visible=True, which="both", lw=0.3)
     return axes

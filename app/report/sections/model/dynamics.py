@@ -109,12 +109,10 @@ def _bode(models: Sequence[Named]) -> Markup:
     def paint(figure: Figure) -> None:
         gains, phases = figure.subplots(2, 1, sharex=True)
         for (name, actuator, _), (colour, look) in zip(models, LOOKS, strict=False):
-            k, T, xi = (actuator.value(one) for one in ("k", "T", "xi"))
-            s = 2j * np.pi * at
-            response = k / (T * T * s * s + 2.0 * xi * T * s + 1.0)
+            response = actuator.linear_response(at)
             style = {"color": colour, "linewidth": 1.3}
             gains.semilogx(at, 20.0 * np.log10(np.abs(response)), look, label=name, **style)
-            turned = 180.0 if k < 0.0 else 0.0
+            turned = 180.0 if actuator.value("k") < 0.0 else 0.0
             phases.semilogx(at, np.degrees(np.unwrap(np.angle(response))) - turned, look, **style)
         marks = (
             (middle, "natural frequency"),
