@@ -32,6 +32,7 @@ _UNKNOWN_PX = 3.0
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
+_PIECE = 0.2  # of the largest piece's area; smaller ones are noise
 
 
 @dataclass(frozen=True)
@@ -166,8 +167,12 @@ def outline_of(found: FoundPart, steady: SteadySample) -> Array:
 
 
 def _contour(cover: Mask) -> Array:
+    """Around a part (points, 2); around all of its pieces, as the spokes of a plain wheel are."""
     lines, _ = cv2.findContours(cover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return np.asarray(max(lines, key=len)[:, 0, :], np.float64)
+    sizes = np.array([cv2.contourArea(line) for line in lines])
+    large = [line for line, size in zip(lines, sizes, strict=True) if size >= _PIECE * sizes.max()]
+    line = large[0] if len(large) == 1 else cv2.convexHull(np.concatenate(large))
+    return np.asarray(line[:, 0, :], np.float64)
 
 
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:

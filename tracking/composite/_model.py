@@ -35,7 +35,9 @@ class PoseFit:
     ``sigma_rad`` as for residuals that are correlated over the model's blocks; ``kept`` is the
     share of cells that the model explains, ``explained`` how much better it does than the
     background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3). ``sides_rad`` is the
-    angle by the leading half of the cells less that by the trailing one.
+    angle by the leading half of the cells less that by the trailing one. A shift by one pixel,
+    as of a pivot that is off, is taken for ``per_px_rad`` at most: much of an arm, hardly anything
+    of a wheel.
     """
 
     angle_rad: float
@@ -45,6 +47,7 @@ class PoseFit:
     explained: float
     noise: float
     sides_rad: float
+    per_px_rad: float
 
     @property
     def sigma_rad(self) -> float:
@@ -127,6 +130,8 @@ class CompositeModel:
                 return None
             if abs(step[0]) * self.radius_px.max() < 0.003:
                 break
+        turn = rows[0] * weight
+        per_px = np.hypot(*(rows[1:] @ turn)) / max(float(rows[0] @ turn), 1e-9)
         inverse, rows = np.linalg.inv(normal), rows[:unknowns]
         score = np.stack([np.bincount(self.block, row) for row in rows * weight * left])
         covariance = np.zeros((3, 3))
@@ -137,7 +142,7 @@ class CompositeModel:
         kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
         explained = 1.0 - model / max(plain, 1e-9)
         sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
-        return PoseFit(angle_rad, shift, covariance, kept, explained, scale, sides)
+        return PoseFit(angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px))
 
     def _sides(self, pull: Array, hold: Array) -> float:
         """The difference of the angles that both halves of the cells give, from their terms of the

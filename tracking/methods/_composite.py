@@ -104,13 +104,17 @@ class Footage:
     @property
     def least_explained(self) -> float:
         """The share of the change that a part must explain."""
-        return _LEAST_POINTED if self.options.pointed else TRUST.least_explained
+        return _LEAST_POINTED if self.options.pointed else TRUST.least_measured
+
+    @property
+    def least_tried(self) -> float:
+        """The share from which a part is looked at more closely."""
+        return min(_LEAST_TRIED, self.least_explained)
 
     def chosen(self, parts: Sequence[FoundPart]) -> FoundPart:
         """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
-        least = min(_LEAST_TRIED, self.least_explained)
         pick = self.options.pick
-        if len(parts) < pick or parts[pick - 1].explained < least:
+        if len(parts) < pick or parts[pick - 1].explained < self.least_tried:
             raise self.nothing(parts)
         return parts[pick - 1]
 
@@ -121,7 +125,7 @@ class Footage:
         """As ``measured``, of the first part after those ``tried`` that the frames confirm, and its
         number; ``refused``, the refusal of the first one, where they confirm none."""
         numbers = range(tried + 1, len(parts) + 1)
-        least = self.least_explained
+        least = self.least_tried
         rivals = [n for n in numbers if parts[n - 1].explained_there >= least]
         for number in rivals[:_RIVALS]:
             try:

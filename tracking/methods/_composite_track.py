@@ -81,8 +81,9 @@ def _sigma(fit: PoseFit, meter: PartMeter) -> float:
     """Sigma of an angle [rad]: of its residuals, and of what the camera's motion leaves."""
     share = max(fit.kept, 0.2)
     across_px = meter.doubt_px / np.sqrt(2.0)  # one of two directions turns the part
-    place_px = np.hypot(_ALIGNMENT_PX, _PIVOT_SIGMAS * across_px)
-    return float(np.hypot(fit.sigma_rad, place_px / (_ARM * meter.radius_px)) / share)
+    aligned = _ALIGNMENT_PX / (_ARM * meter.radius_px)
+    parts = (fit.sigma_rad, aligned, _PIVOT_SIGMAS * across_px * fit.per_px_rad)
+    return float(np.linalg.norm(parts) / share)
 
 
 def excess_noise(noise: Sequence[float]) -> Array:

@@ -69,9 +69,13 @@ class TurningScene:
     def gains(self) -> Array:
         """Of each frame, by how much the part explains it better than what is behind; (n, angles).
 
-        At ``view.angles()``.
+        At ``view.angles()``. What is behind a wheel is never seen: there the part counts by how
+        much better it explains the frame than its own middle level at each radius does.
         """
         behind = self.view.of(self.behind)
+        own = np.where((self.cover > 0.0) & np.isfinite(self.part), self.part, np.nan)
+        level = known_median(own.T.astype(np.float32))[:, None]
+        behind = np.where(np.isfinite(behind), behind, level).astype(np.float32)
         return np.stack(
             [self.view.gains(self.view.of(f), behind, self.part, self.cover) for f in self.frames]
         )
