@@ -96,7 +96,8 @@ def find_shutter(
 
 @dataclass(frozen=True)
 class ShutterEstimate:
-    """The shutter of least residual, and sigma of exposure and readout from the scatter alone."""
+    """The shutter of least residual, and sigma of exposure and readout from the scatter alone; that
+    of a value which may be anything within a frame time, where no least residual is found."""
 
     shutter: Shutter
     exposure_doubt_s: float
@@ -108,7 +109,8 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
 
     ``rough`` are less exact ones, and cheaper, for the first steps. Exposure and readout in turn,
     over a whole frame time and then in finer steps until both converge: a wrong exposure can look
-    like a readout.
+    like a readout. Where they do not converge, as along a valley without a lowest place, neither is
+    known.
     """
 
     def readout(at_s: Array, opens_s: float, by: Left = left) -> tuple[float, float]:
@@ -127,8 +129,9 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
         opens_s, opens_doubt_s = exposure(_about(opens_s, 0.0, frame_s), rolls_s)
         moved_s = np.subtract((rolls_s, opens_s), before_s)
         if np.abs(moved_s).max() < step_s / _FINER:
-            break
-    return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s)
+            return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s)
+    unknown = _UNKNOWN * frame_s
+    return ShutterEstimate(Shutter(opens_s, rolls_s), unknown, unknown)
 
 
 def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:

@@ -56,3 +56,17 @@ def test_a_wrong_exposure_may_pass_for_a_readout(exposure_s: float, readout_s: f
 
     assert found.shutter.exposure_s == pytest.approx(exposure_s, abs=1e-4)
     assert found.shutter.readout_s == pytest.approx(readout_s, abs=1e-4)
+
+
+def test_a_valley_without_a_lowest_place_tells_nothing() -> None:
+    """Each round leads 2 ms farther. Where it ends at the edge of the steps tried, no frame's
+    removal changes anything: without scatter sigma would be zero."""
+
+    def left(shutter: Shutter) -> np.ndarray:
+        apart = (shutter.exposure_s - shutter.readout_s) / 0.001
+        return np.full(24, 200.0 + apart**2 - 2.0 * shutter.exposure_s / 0.0005)
+
+    frame_s = 1.0 / 30.0
+    found = best_shutter(left, frame_s, left)
+    assert found.exposure_doubt_s > 0.2 * frame_s
+    assert found.readout_doubt_s > 0.2 * frame_s
