@@ -12,7 +12,7 @@ import numpy as np
 
 from servosight.models.core import Array, Camera
 from servosight.sim.camera import MonoScene, Pose, light_of, render_layers, vignette
-from servosight.sim.camera._optics import variance
+from servosight.sim.camera._optics import sensor_of, variance
 from servosight.sim.film import VideoSettings
 
 _STEP_DEG = 0.02
@@ -48,7 +48,7 @@ def bound_deg(
         slope = (high - low) / (2.0 * _STEP_DEG)
         tells = np.abs(slope) > 0.0
         noise = (
-            variance(mean[tells].astype(np.float32), optics)
+            variance(mean[tells].astype(np.float32), sensor_of(optics))
             + (optics.pixel_gain_rms * (mean[tells] - optics.dark_level)) ** 2
             + optics.pixel_offset_rms**2
             + 1.0 / 12.0

@@ -124,9 +124,9 @@ def sensor_of(optics: Optics) -> Single:
 def variance(mean, sensor):  # type: ignore[no-untyped-def]
     """Temporal variance [grey levels^2] before quantization, EMVA 1288 release 4, eq. (17).
 
-    var = K^2 sigma_d^2 + K (mean - dark); quantization adds 1/12.
+    var = K^2 sigma_d^2 + K (mean - dark); quantization adds 1/12. ``mean`` is a number or an array.
     """
-    return max(mean - sensor[1], np.float32(0.0)) * sensor[2] + sensor[3]
+    return np.maximum(mean - sensor[1], np.float32(0.0)) * sensor[2] + sensor[3]
 
 
 @njit(cache=True, nogil=True)
