@@ -11,6 +11,7 @@ from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._regimes import WITHOUT_IT, Regime, regimes
 from servosight.diagnose.evidence._repeats import Repeated, repeated
+from servosight.diagnose.evidence._spread import spread_of
 from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import Detectable
@@ -36,6 +37,11 @@ class Evidence:
         """The regime that holds most of the error, None where none does."""
         return next((one for one in self.regimes if one.leading), None)
 
+    @property
+    def by_chance(self) -> bool:
+        """True where parameters within their sigma may be all of the error."""
+        return self.unexplained is not None and self.unexplained.by_chance
+
 
 def gather(
     models: ModelSelection,
@@ -55,10 +61,13 @@ def gather(
     again = repeated(judged)
     errors = held_out_rms(models.tested(first)), held_out_rms(judged)
     missed = not criterion.at_floor(errors[1], held_out_samples_of(judged))
+    left = None
+    if missed:
+        left = partial(errors, floor_deg, remaining, judged, again, spread_of(models, last))
     return Evidence(
         regimes=_with_inclusion(models, last, judged, found),
         repeated=again,
-        unexplained=partial(errors, floor_deg, remaining, judged, again) if missed else None,
+        unexplained=left,
         detectable=detectable(models, first, criterion),
         equivalents=equivalents(models, last, criterion),
     )

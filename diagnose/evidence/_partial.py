@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.diagnose.evidence._repeats import Repeated
+from servosight.diagnose.evidence._spread import Spread
 from servosight.diagnose.residuals import (
     Finding,
     Judged,
@@ -98,7 +99,9 @@ class Unexplained:
     history, amplitude, time, frequency, load, gain. ``repeats``: whether most of it repeats where
     the command does, None where no command was repeated. ``during`` is the share of the remaining
     squared error in each kind of motion, the largest first, and ``worst`` the stretch of time that
-    holds most of it. ``next_step``: what to record next.
+    holds most of it. ``next_step``: what to record next. ``spread_deg`` is the rms change of the
+    prediction of the test data where the parameters move within their covariance, and ``by_chance``
+    True where that is as much as the error, which then is no sign of an effect that is missing.
     """
 
     share: float
@@ -108,6 +111,8 @@ class Unexplained:
     worst: Window | None
     sentence: str
     next_step: str | None
+    spread_deg: float = 0.0
+    by_chance: bool = False
 
 
 def partial(
@@ -116,10 +121,12 @@ def partial(
     remaining: Sequence[Finding],
     judged: Sequence[Judged],
     repeats: Repeated | None,
+    spread: Spread | None = None,
 ) -> Unexplained:
     """What is left, from the rms errors of the first and the last model on test data.
 
-    ``remaining`` are the findings on the last model's error, on the recordings ``judged``.
+    ``spread`` is by how much chance moves the last one's prediction, ``remaining`` are the
+    findings on its error, on the recordings ``judged``.
     """
     first, last = errors_deg
     share = max(last**2 - floor_deg**2, 0.0) / max(first**2, 1e-300)
@@ -128,6 +135,10 @@ def partial(
     during = shares(judged)
     worst = next(iter(worst_windows(judged, 1)), None)
     parts = [_left(share, first, last)]
+    spread = spread or Spread()
+    chance = spread.words(last)
+    if chance is not None:
+        parts.append(chance)
     if kinds:
         parts.append(f"it depends on {listed([WORDS[kind] for kind in kinds])}")
     else:
@@ -145,6 +156,8 @@ def partial(
         worst=worst,
         sentence=f"{'; '.join(parts)}.",
         next_step=STEPS[likely[0]] if likely else None,
+        spread_deg=spread.test_deg,
+        by_chance=chance is not None,
     )
 
 

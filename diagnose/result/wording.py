@@ -50,8 +50,7 @@ class Levels:
     def words(self, error_deg: float) -> str:
         """How an error compares with noise, tolerance and floor; the floor is explained."""
         tolerance, noise = degrees(self.tolerance_deg), degrees(self.noise_deg)
-        own, what = self.noise_deg, f"noise {noise}"
-        source = "noise of the measurement"
+        own, what, source = self.noise_deg, f"noise {noise}", "noise of the measurement"
         if self.scatter_deg > self.noise_deg:
             own, source = self.scatter_deg, "scatter of the servo from run to run"
             what = f"scatter from run to run {degrees(own)}"
@@ -93,9 +92,8 @@ def told(
     ``untried`` effects were ruled out beforehand: what is said of known effects leaves them open.
     """
     certain = [name for name in ladder[-1].effects if name not in stable.uncertain]
-    headline, summary = verdict_words(
-        verdict, ladder, candidates, law, levels, known.leading, certain
-    )
+    found = verdict, ladder, candidates, law, levels
+    headline, summary = verdict_words(*found, known.leading, certain, known.by_chance)
     firm = stability_words(certain, stable.shares, stable.resamples)
     firm += undetermined_words(stable.undetermined)
     firm += equivalent_words(ladder[-1].effects, known.equivalents)
@@ -114,12 +112,13 @@ def verdict_words(
     levels: Levels,
     regime: Regime | None = None,
     certain: Sequence[str] | None = None,
+    by_chance: bool = False,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
-    ``regime`` is one beyond the fitted data that holds most of the error: it comes first, and
-    nothing is said to be missing from the catalogue on its account. Of the last model's effects
-    only those in ``certain`` (default: all) are called missing.
+    ``regime`` is one beyond the fitted data that holds most of the error: it comes first. On its
+    account, or where the error is ``by_chance``, nothing is said to be missing from the catalogue.
+    Of the last model's effects only those in ``certain`` (default: all) are called missing.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
@@ -159,12 +158,12 @@ def verdict_words(
     if added:
         return (
             "Not fully explained",
-            f"With {listed(added)} added to the {base}, {fell}, still {levels.words(last)}: "
-            f"something remains that no known effect accounts for.",
+            f"With {listed(added)} added to the {base}, {fell}, still {levels.words(last)}"
+            + ("." if by_chance else ": something remains that no known effect accounts for."),
         )
     error = f"The rms error of the {base} on test data is {degrees(first)}"
-    helps = _best_single(candidates, first)
-    return f"The {base} misses something", f"{error}, {levels.words(first)}; {helps}."
+    error += f", {levels.words(first)}; {_best_single(candidates, first)}."
+    return f"The {base} misses something", error
 
 
 def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
@@ -195,19 +194,16 @@ def partial_words(
     """What each step took of the squared error, what is left, and how much of it repeats."""
     if left is None:
         return ""
-    steps = [f"{_change_words(step)} {_share_words(step.taken)}" for step in ladder[1:]]
+    steps = [_change_words(step) for step in ladder[1:]]
     took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
     return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
 
 
 def _change_words(step: LadderStep) -> str:
-    """What a step did, as the subject of a sentence: ``adding backlash``."""
+    """What a step did to the squared error: ``adding backlash removed 12 %``."""
     done = [("adding", step.added), ("removing", step.removed)]
-    return " and ".join(f"{verb} {listed([name])}" for verb, name in done if name)
-
-
-def _share_words(taken: float) -> str:
-    return f"{'removed' if taken >= 0.0 else 'added'} {abs(100.0 * taken):.0f} %"
+    change = " and ".join(f"{verb} {listed([name])}" for verb, name in done if name)
+    return f"{change} {'removed' if step.taken >= 0.0 else 'added'} {abs(100.0 * step.taken):.0f} %"
 
 
 def _closed(law: Law) -> str:
@@ -223,8 +219,7 @@ def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
         f"Something remains that no known effect accounts for: a torque that {terms}. With "
         f"this law the error of the model{named} on test data falls from "
         f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
-        f"{_closed(law)} of the gap to the floor of "
-        f"{degrees(levels.floor_deg)}."
+        f"{_closed(law)} of the gap to the floor of {degrees(levels.floor_deg)}."
     )
 
 

@@ -251,18 +251,20 @@ class ModelSelection:
         return self.whole(trial).fit.rmse_deg <= criterion.enough_deg
 
     def judge(self, fit: Solution, budget: int = POLISH_BUDGET) -> Trial:
-        """Simulate the recordings that fit or validate at the fitted point.
+        """The trial of a fit.
 
         A fit that came to its end above that of a model which it contains is repeated from there.
         A fit that ends where the same model's best did is that one.
         """
-        fit = fitted_again(self.trials, fit, budget)
+        return best_kept(self.trials, self.trial(fitted_again(self.trials, fit, budget)))
+
+    def trial(self, fit: Solution) -> Trial:
+        """The recordings that fit or validate, simulated at the fitted point."""
         carried = [
             Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
             for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
         ]
-        trial = Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
-        return best_kept(self.trials, trial)
+        return Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
 
     def no_worse(self, trial: Trial) -> Trial:
         """``trial``, fitted again where a model that it contains has come to fit better since."""
