@@ -20,6 +20,7 @@ from servosight.diagnose.selection.search import (
     fitted_jointly,
     searched_widely,
     simplified,
+    with_own_gain,
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
@@ -86,7 +87,8 @@ class StepwiseSelector:
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
-        steps = simplified(steps, Visited(self.models, self.criterion), self.effort)
+        visited = Visited(self.models, self.criterion)
+        steps = with_own_gain(simplified(steps, visited, self.effort), visited)
         begun = Step(self.models.first())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 

@@ -6,6 +6,7 @@ from servosight.diagnose.selection.search._preferred import (
     fewest_assumptions as fewest_assumptions,
 )
 from servosight.diagnose.selection.search._preferred import simplified as simplified
+from servosight.diagnose.selection.search._preferred import with_own_gain as with_own_gain
 from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
 from servosight.diagnose.selection.search._visited import Visited as Visited
 from servosight.diagnose.selection.search._wide import fitted_jointly as fitted_jointly

@@ -28,6 +28,24 @@ def simplified(steps: Sequence[Step], visited: Visited, effort: SearchEffort) ->
     return steps_to(steps, visited, preferred(visited, steps[-1].trial, effort))
 
 
+def with_own_gain(steps: Sequence[Step], visited: Visited) -> list[Step]:
+    """The steps, or those to a model with k fitted in the place of one of the last one's effects.
+
+    A k other than 1 belongs to the linear model. Where the last model explains the data with k held
+    at 1, and one with k fitted and an effect less does so too, that effect stands for the k.
+    """
+    models, criterion = visited.models, visited.criterion
+    last = steps[-1].trial
+    if last.held == models.first().held or not criterion.explained(last.score):
+        return list(steps)
+    own = [name for name in last.effects if name not in models.known.first]
+    smaller = [models.finished(models.refitted(visited.without(last, name))) for name in own]
+    able = [one for one in smaller if criterion.explained(one.score)]
+    if not able:
+        return list(steps)
+    return steps_to(steps, visited, min(able, key=lambda one: criterion.price(one.score)))
+
+
 def preferred(visited: Visited, last: Trial, effort: SearchEffort) -> Trial:
     """The model in the place of ``last``: fewest assumptions among the cheapest of all tried.
 
