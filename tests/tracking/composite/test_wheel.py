@@ -10,16 +10,22 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
+from servosight.tracking.composite._model import CompositeModel
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
-from servosight.tracking.verification import TurningScene, contradiction, evidence_of
+from servosight.tracking.verification import (
+    PolarView,
+    TurningScene,
+    contradiction,
+    evidence_of,
+)
 from servosight.tracking.video import open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
 
 FRAMES, RATE_HZ = 60, 30.0
 PIVOT = (121.4, 88.7)
-RADIUS_PX = 60.0
+RADIUS_PX = 80.0
 ANGLE_DEG = 14.0 * np.sin(np.arange(FRAMES) / 5.0) * (np.arange(FRAMES) > 15)
 RIM = np.array(PIVOT) + RADIUS_PX * np.array(
     [[np.cos(a), np.sin(a)] for a in np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)]
@@ -36,7 +42,7 @@ def wheels(angle_deg: Array) -> list[Single]:
         centre = tuple(int(round(16 * v)) for v in PIVOT)
         cv2.circle(image, centre, int(16 * RADIUS_PX), 90.0, -1, cv2.LINE_AA, 4)
         for number in range(5):
-            length = 40.0 if number == 2 else 52.0
+            length = 54.0 if number == 2 else 70.0
             spoke = np.array(PIVOT) + np.array(
                 [[8.0, -3.0], [length, -3.0], [length, 3.0], [8.0, 3.0]]
             )
@@ -70,12 +76,30 @@ def test_the_outline_holds_all_spokes(found: Track) -> None:
     directions = np.sort(np.arctan2(y, x))
     gaps = np.diff(np.concatenate([directions, directions[:1] + 2.0 * np.pi]))
     assert np.rad2deg(gaps.max()) < 80.0
-    assert np.hypot(x, y).max() > 45.0
+    assert np.hypot(x, y).max() > 60.0
 
 
-def test_a_wheel_is_hardly_turned_by_a_pivot_that_is_off(found: Track) -> None:
-    """Of an arm of 52 px, a pivot that is off by 0.1 px would be 0.1 deg."""
-    assert np.median(found.sigma_deg) < 0.3
+def test_a_shift_turns_a_wheel_less_than_an_arm() -> None:
+    """A pivot that is off by a pixel turns an arm of 70 px by 1/70 rad and more; of the spokes of a
+    wheel, each turns otherwise, and of five equal ones the sum would be nothing."""
+    angle_deg = ANGLE_DEG[16:40:2]
+    pictures = np.stack(wheels(angle_deg))
+    view = PolarView.around(PIVOT, RADIUS_PX + 4.0)
+    fits = []
+    for spokes in (range(5), range(1)):
+        shape = np.zeros(pictures.shape[1:], np.float32)
+        for number in spokes:
+            away = np.array([[8.0, -4.0], [71.0, -4.0], [71.0, 4.0], [8.0, 4.0]])
+            corners = turned(np.array(PIVOT) + away, PIVOT, np.deg2rad(72.0 * number))
+            cv2.fillPoly(shape, [np.round(16 * corners).astype(np.int32)], 1.0, shift=4)
+        cover = (np.nan_to_num(view.of(shape)) > 0.5).astype(np.float32)
+        model = CompositeModel.of(pictures, np.deg2rad(angle_deg), PIVOT, cover, view)
+        fits.append(model.fit(pictures[3], float(np.deg2rad(angle_deg[3]))))
+    wheel, arm = fits
+    assert wheel is not None
+    assert arm is not None
+    assert arm.per_px_rad > 1.0 / 70.0
+    assert wheel.per_px_rad < 0.35 * arm.per_px_rad
 
 
 @pytest.mark.parametrize(("claim", "confirmed"), [(1.0, True), (0.0, False), (-1.0, False)])
