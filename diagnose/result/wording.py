@@ -92,8 +92,9 @@ def told(
     ``untried`` effects were ruled out beforehand: what is said of known effects leaves them open.
     """
     certain = [name for name in ladder[-1].effects if name not in stable.uncertain]
-    found = verdict, ladder, candidates, law, levels
-    headline, summary = verdict_words(*found, known.leading, certain, known.by_chance)
+    headline, summary = verdict_words(
+        verdict, ladder, candidates, law, levels, known.leading, certain, known.by_chance
+    )
     firm = stability_words(certain, stable.shares, stable.resamples)
     firm += undetermined_words(stable.undetermined)
     firm += equivalent_words(ladder[-1].effects, known.equivalents)
