@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 from servosight.diagnose.evidence._detectable import detectable
 from servosight.diagnose.evidence._equivalents import equivalents
-from servosight.diagnose.evidence._inclusion import include
 from servosight.diagnose.evidence._partial import Unexplained, partial
-from servosight.diagnose.evidence._regimes import WITHOUT_IT, Regime, regimes
 from servosight.diagnose.evidence._repeats import Repeated, repeated
 from servosight.diagnose.evidence._spread import spread_of
+from servosight.diagnose.evidence.regimes import WITHOUT_IT, Regime, include, regimes
 from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import Detectable

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.diagnose.evidence._resamples import Resample
+from servosight.diagnose.evidence.stability._resamples import Resample
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection import ModelSelection, Score, Trial, own_point
 from servosight.identify.problem import Problem, coordinate_scale, difference_quotient

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose.evidence._inclusion import Inclusion
-from servosight.diagnose.evidence._motion import MeasuredMotion
+from servosight.diagnose.evidence.regimes._inclusion import Inclusion
+from servosight.diagnose.evidence.regimes._motion import MeasuredMotion
 from servosight.diagnose.residuals import EXPLAINED, FIT, TEST, VALIDATION, Judged, rms
 from servosight.models.core import Array, Mask, rounded
 

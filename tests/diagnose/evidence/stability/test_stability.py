@@ -16,7 +16,7 @@ from servosight.diagnose.evidence import (
     stable_steps,
     winner,
 )
-from servosight.diagnose.evidence._stability import rivals, shares
+from servosight.diagnose.evidence.stability._stability import rivals, shares
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result._stability_words import stability_words, uncertain_words
 from servosight.diagnose.selection import (

@@ -11,8 +11,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from servosight.diagnose.evidence._refit import resampled_scores
-from servosight.diagnose.evidence._resamples import resamples
+from servosight.diagnose.evidence.stability._refit import resampled_scores
+from servosight.diagnose.evidence.stability._resamples import resamples
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,

@@ -7,7 +7,7 @@ from math import inf
 import pytest
 
 from servosight.diagnose.evidence import Stability, undetermined
-from servosight.diagnose.evidence._determined import sigmas
+from servosight.diagnose.evidence.stability._determined import sigmas
 from servosight.models.core import Estimate
 from servosight.models.effects import catalogue
 
