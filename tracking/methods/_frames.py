@@ -23,7 +23,7 @@ from servosight.tracking.acquisition import (
 from servosight.tracking.appearance.surface import Surface, SurfaceEstimator
 from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Features, Shutters, Track, TrackOptions, turned
-from servosight.tracking.fit import AngleEstimator, follow
+from servosight.tracking.fit import AngleEstimator, StartCheck, follow
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.methods._verified import refused_with_picture, verify
 from servosight.tracking.uncertainty import FrameMeasurements, evaluate
@@ -173,20 +173,24 @@ def measure(
     """
     radius_px = part.surface.grid.largest_px
     rows = []
-    for seen in follow(
+    starts = StartCheck(setup.estimator, radius_px, film.header.count)
+    followed = follow(
         setup.estimator,
         sample.watch(film.frames()),
         setup.initial_rad,
         setup.shutters,
         radius_px,
         film.predicted,
-    ):
+    )
+    for seen in starts.watch(followed):
         frame = seen.frame
         rows.append((frame.time_s, frame.sigma_px, seen.fit, seen.exposure, seen.repeated))
         if progress is not None:
             progress(frame.index + 1, film.header.count)
     stamps, alignment, fits, exposures, repeated = (list(c) for c in zip(*rows, strict=True))
-    measured = FrameMeasurements(stamps, alignment, fits, exposures, repeated, radius_px)
+    measured = FrameMeasurements(
+        stamps, alignment, fits, exposures, repeated, radius_px, starts.sigma_rad
+    )
     if all(fit is None for fit in measured.fits):
         raise InputError(
             f"{film.path}: the surface was found in none of {len(rows)} frames; expected it in "

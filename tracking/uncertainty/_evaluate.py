@@ -35,7 +35,7 @@ class FrameMeasurements:
 
     Presentation times [s], sigma of the frame's alignment with the first one [px], the fit (None
     where the part was not found), the motion while exposed, whether the picture is the one before;
-    and the radius of the part's tip [px].
+    the radius of the part's tip [px]; and the sigma of the angles by the start of their fits [rad].
     """
 
     stamps_s: Sequence[float]
@@ -44,6 +44,7 @@ class FrameMeasurements:
     exposures: Sequence[Exposure]
     repeated: Sequence[bool]
     radius_px: float
+    by_start_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,7 @@ def evaluate(
         + timing**2
         + uneven(angle, time_s, shutters.exposures_s) ** 2
         + _by_alignment(measured) ** 2
+        + measured.by_start_rad**2
         + (shared**2).sum(1)
     )
     return EvaluatedAngles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
