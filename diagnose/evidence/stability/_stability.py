@@ -122,12 +122,13 @@ def stable_steps(
     Where more than half of them name one other model, that takes the place of the chosen one. Of
     the effects that are left, those go that less than half name, or a special case of them takes
     their place that more name. No step leads to a model of a higher price: an effect that the error
-    cannot do without stays in the model, though its name is uncertain.
+    cannot do without stays in the model, though its name is uncertain. A special case has nothing
+    that the whole lacks: its price may be higher by less than an effect's.
     """
     steps = list(selected.steps)
 
-    def is_cheap(trial: Trial) -> bool:
-        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score)
+    def is_cheap(trial: Trial, more: float = 0.0) -> bool:
+        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score) + more
 
     swap = _swap(models, steps[-1].trial, found)
     if swap is not None and is_cheap(swap.trial):
@@ -135,7 +136,7 @@ def stable_steps(
     for name in found.uncertain:
         trial = steps[-1].trial
         special = _special_case(models, trial, name, found)
-        if special is not None and is_cheap(special.trial):
+        if special is not None and is_cheap(special.trial, criterion.policy.effect_price):
             steps.append(special)
         elif name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
             steps.append(Step(smaller, removed=name))

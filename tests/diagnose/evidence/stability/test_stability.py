@@ -25,6 +25,7 @@ from servosight.diagnose.selection import (
     PriorKnowledge,
     Score,
     Selected,
+    SelectionPolicy,
     Split,
     Step,
 )
@@ -214,6 +215,11 @@ def test_a_special_case_that_more_parts_name_takes_the_place_of_the_whole(twin: 
     step = stable_steps(models, CRITERION, selected, found).steps[-1]
     assert step.trial.effects == ("coulomb_friction",)
     assert (step.added, step.removed) == ("coulomb_friction", "presliding")
+    for rare, swapped in ((0.15, True), (0.25, False)):  # dearer by half an effect's price, by 1.5
+        policy = SelectionPolicy(ordinary=("presliding",), effect_price=0.1, rare_price=rare)
+        dearer = replace(CRITERION, policy=replace(policy, parameter_price=0.0))
+        last = stable_steps(models, dearer, selected, found).steps[-1].trial
+        assert ("coulomb_friction" in last.effects) is swapped
     known = PriorKnowledge(without_effects=("coulomb_friction",))
     without = replace(models, known=known, trials=dict(models.trials))
     kept = stable_steps(without, CRITERION, selected, found).steps[-1]
