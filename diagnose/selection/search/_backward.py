@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from servosight.diagnose.selection._ordinary import at_several_gains
 from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
@@ -28,7 +29,7 @@ class BackwardSearch:
         """Visit the rich model that extends ``base``, and what is left of it effect by effect."""
         criterion, begun = self.visited.criterion, self.together(base)
         if not criterion.done(begun.score):
-            rich = self.models.finished(self.rich(begun, criterion.policy.ordinary))
+            rich = self.models.finished(self.rich(begun, self._ordinary))
             if rich.key != begun.key:
                 begun = self._varied(rich, criterion.enough_deg)
         self.reduce(self.models.finished(begun))
@@ -51,10 +52,15 @@ class BackwardSearch:
         better = criterion.earns(best.score, self.models.first().score, 1)
         return better and not criterion.frees(released.score, best.score)
 
+    @property
+    def _ordinary(self) -> tuple[str, ...]:
+        ordinary = self.visited.criterion.policy.ordinary
+        return ordinary if self.models.at_one_gain else at_several_gains(ordinary)
+
     def together(self, base: Trial) -> Trial:
         """``base`` with what the user knows and the first ordinary effects, fitted at once."""
-        models, policy = self.models, self.visited.criterion.policy
-        names = policy.ordinary[: policy.together]
+        models = self.models
+        names = self._ordinary[: self.visited.criterion.policy.together]
         known = [name for name in models.known.first if name not in base.effects]
         there = {*base.effects, *known}
         able = [name for name in names if name in models.candidates(base) and name not in there]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -79,6 +80,36 @@ def test_the_first_ordinary_effects_are_fitted_at_once(
     begun = backward(models, together=3).together(base)  # type: ignore[arg-type]
     assert models.done[1:] == [f"together {fitted}"]
     assert "".join(begun.effects) == fitted
+
+
+@pytest.mark.parametrize(
+    ("at_one_gain", "limit"), [(True, "torque_saturation"), (False, "current_limit")]
+)
+def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
+    at_one_gain: bool, limit: str
+) -> None:
+    ordinary = ("gravity_load", "torque_saturation", "dead_time", "current_limit")
+    fitted: list[tuple[str, ...]] = []
+
+    def together(base: Any, names: tuple[str, ...], enough_deg: float) -> Any:
+        fitted.append(tuple(names))
+        return base
+
+    models: Any = InventedModels({"": 1.0})
+    base = models.fitted((), "first")
+    stand_in: Any = SimpleNamespace(
+        at_one_gain=at_one_gain,
+        known=models.known,
+        catalogue={name: SimpleNamespace(contains=()) for name in ordinary},
+        candidates=lambda base: ordinary,
+        work=models.work,
+        recordings=models.recordings,
+        together=together,
+    )
+    policy = replace(CRITERION.policy, ordinary=ordinary, together=2)
+    visited = Visited(models, replace(CRITERION, policy=policy))
+    BackwardSearch(stand_in, visited, EFFORT, silent).together(base)
+    assert [tuple(names) for names in fitted] == [("gravity_load", limit)]
 
 
 def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -> None:
