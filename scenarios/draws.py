@@ -58,7 +58,14 @@ DRAWS: Mapping[str, ParameterRanges] = {
         {"ratio": (0.5, 0.65)}, T=(0.05, 0.07), xi=(0.35, 0.42), amplitude_deg=30.0
     ),
     "directional_friction": ParameterRanges(
-        {"motor": (0.5, 0.65), "outer": (0.1, 0.4)},
+        {"motor": (0.5, 0.65), "outer": (0.1, 0.4), "back_emf": (0.0, 0.04)},
+        T=(0.05, 0.07),
+        xi=(0.35, 0.42),
+        amplitude_deg=30.0,
+        alone=False,
+    ),
+    "load_dependent_stribeck": ParameterRanges(
+        {"excess": (0.2, 0.4), "speed": (30.0, 100.0), "back_emf": (0.0, 0.04)},
         T=(0.05, 0.07),
         xi=(0.35, 0.42),
         amplitude_deg=30.0,

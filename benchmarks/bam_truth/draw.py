@@ -141,6 +141,11 @@ def catalogued(
     if "load_friction_base" in constants:
         truth["directional_friction.motor"] = constants["load_friction_base"]
         truth["directional_friction.outer"] = constants["load_friction_base"]
+        truth["directional_friction.back_emf"] = constants["kt"] / volts_per_rad
+    if "load_friction_stribeck" in constants:
+        truth["load_dependent_stribeck.excess"] = constants["load_friction_stribeck"]
+        truth["load_dependent_stribeck.speed"] = math.degrees(constants["dtheta_stribeck"])
+        truth["load_dependent_stribeck.back_emf"] = constants["kt"] / volts_per_rad
     effects = dict.fromkeys(name.split(".")[0] for name in truth if "." in name)
     return tuple(effects), truth
 

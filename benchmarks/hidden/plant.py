@@ -62,6 +62,10 @@ class Physics(NamedTuple):
     load_dependent_friction_ratio: float = 0.0
     directional_friction_motor: float = 0.0
     directional_friction_outer: float = 0.0
+    directional_friction_back_emf: float = 0.0
+    load_dependent_stribeck_excess: float = 0.0
+    load_dependent_stribeck_speed: float = 1.0
+    load_dependent_stribeck_back_emf: float = 0.0
     presliding_level: float = 0.0
     presliding_stiffness: float = 1.0
     quadratic_drag_coefficient: float = 0.0
@@ -131,7 +135,12 @@ def march(p, command, disturbance, kept):
         if p.stribeck_friction_excess > 0.0:
             level += p.stribeck_friction_excess * math.exp(-((w / p.stribeck_friction_speed) ** 2))
         load = _load(p, theta, w)
-        level += abs(p.directional_friction_motor * drive + p.directional_friction_outer * load)
+        motor = drive - p.directional_friction_back_emf * w
+        level += abs(p.directional_friction_motor * motor + p.directional_friction_outer * load)
+        if p.load_dependent_stribeck_excess > 0.0:
+            share = math.exp(-((w / p.load_dependent_stribeck_speed) ** 2))
+            motor = drive - p.load_dependent_stribeck_back_emf * w
+            level += p.load_dependent_stribeck_excess * share * abs(motor + load)
         torque = drive - load - disturbance[n]
         if level > 0.0:
             # A bent bristle rings with the inertia; what damps it is gone once it slides.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 ORDINARY = (
     "gravity_load",
-    "load_dependent_friction",
+    "directional_friction",
     "torque_saturation",
     "stribeck_friction",
     "dead_time",
     "rate_limit",
+    "load_dependent_stribeck",
     "supply_sag",
     "coulomb_friction",
     "backlash",
@@ -16,6 +17,7 @@ ORDINARY = (
     "current_limit",
     "feedback_backlash",
     "dead_band",
+    "load_dependent_friction",
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
 TOGETHER = 6

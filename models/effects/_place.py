@@ -26,7 +26,9 @@ class Place(enum.Enum):
       feels and the surface follows; ``last`` the term's own output at the last turn of the motor.
     - ``FEEDBACK``: ``(theta) -> theta``, what the position loop believes.
     - ``DRIVE``: ``(drive, w) -> drive`` in degrees of position error.
-    - ``FRICTION``: ``(speed, drive, load) -> magnitude``, non-negative, opposes motion, sticks.
+    - ``FRICTION``: ``(speed, drive, load) -> magnitude``, non-negative, opposes motion, sticks;
+      ``speed`` is never negative, and ``drive`` and ``load`` are positive where they have the sign
+      of the motion, or of the torque at rest.
     - ``BRISTLE``: ``(theta, start, last) -> torque``, friction by hysteresis: ``last`` the term's
       own output at the angle ``start``, since when the motor has not turned round.
     - ``LOAD``: ``(theta, w) -> torque`` that opposes positive motion where positive.

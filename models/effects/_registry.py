@@ -26,6 +26,7 @@ CATALOGUE: tuple[str, ...] = (
     "stribeck_friction",
     "load_dependent_friction",
     "directional_friction",
+    "load_dependent_stribeck",
     "presliding",
     "quadratic_drag",
     "gravity_load",

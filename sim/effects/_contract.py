@@ -38,13 +38,14 @@ class Twin:
         self.sensor = int(self.model.joint(assembly.sensor).dofadr[0])
         self.drive_range = self.model.jnt_actfrcrange[self.motor]
         self._full_range = self.drive_range.copy()
+        self._held = float(self.model.dof_frictionloss[self.motor])
         self.angle = self.speed = self.sensed = 0.0
         """The motor's, and the sensor's angle, in the middle of the step [rad, rad/s, rad]."""
 
     def look_ahead(self) -> None:
         """Set the middle from the state and the acceleration at the step's start.
 
-        What was pushed and limited for the last step is over.
+        What was pushed, limited and braked for the last step is over.
         """
         half = 0.5 * self.model.opt.timestep
         mujoco.mj_forward(self.model, self.data)
@@ -54,6 +55,7 @@ class Twin:
             self.sensed, _ = self._after(self.sensor, half)
         self.data.qfrc_applied[:] = 0.0
         self.drive_range[:] = self._full_range
+        self.model.dof_frictionloss[self.motor] = self._held
 
     def _after(self, hinge: int, time_s: float) -> tuple[float, float]:
         angle, speed, acceleration = (float(x[hinge]) for x in self._state)
@@ -73,6 +75,17 @@ class Twin:
     def push(self, torque_nm: float) -> None:
         """Push the motor by ``torque_nm`` over the coming step, on top of what does already."""
         self.data.qfrc_applied[self.motor] += torque_nm
+
+    def brake(self, torque_nm: float) -> None:
+        """Dry friction of ``torque_nm`` over the coming step, on top of what there is already."""
+        self.model.dof_frictionloss[self.motor] += torque_nm
+
+    def load_torque(self) -> float:
+        """What weight and springs ask of the motor at the step's start [N m].
+
+        One hinge alone has no Coriolis force: gravity is all that the bias holds.
+        """
+        return float(self.data.qfrc_bias[self.motor] - self.data.qfrc_spring[self.motor])
 
 
 Regulator = Callable[[], None]

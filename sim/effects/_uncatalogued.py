@@ -26,12 +26,11 @@ from servosight.sim.effects.builtin.backlash import behind_play
 def _bent_shaft(twin: Twin, values: EffectValues) -> Regulator:
     """Friction ``level`` (1 + ``depth`` cos(2 pi theta/``period``)) [deg, -, deg]: it rubs once
     a turn."""
-    loss, motor = twin.model.dof_frictionloss, twin.motor
-    smooth, level = float(loss[motor]), twin.bench.torque(values["level"])
+    level = twin.bench.torque(values["level"])
     per_rad = 360.0 / values["period"]
 
     def rub() -> None:
-        loss[motor] = smooth + level * (1.0 + values["depth"] * math.cos(per_rad * twin.angle))
+        twin.brake(level * (1.0 + values["depth"] * math.cos(per_rad * twin.angle)))
 
     return rub
 

@@ -40,6 +40,7 @@ def test_friction_models_and_the_current_limit_have_their_effects() -> None:
     assert truth["current_limit.back_emf"] == pytest.approx(0.1)
     assert truth["stribeck_friction.speed"] == pytest.approx(math.degrees(2.0))
     assert truth["directional_friction.outer"] == 0.3
+    assert truth["directional_friction.back_emf"] == pytest.approx(0.1)
 
 
 def line(*named: str, **changes: Any) -> dict[str, Any]:

@@ -163,8 +163,13 @@ class Reference:
         share = w / self.get("stribeck_friction", "speed", 1.0)
         level += self.get("stribeck_friction", "excess") * math.exp(-min(share * share, 700.0))
         level += self.get("load_dependent_friction", "ratio") * abs(drive)
-        sides = self.get("directional_friction", "motor") * drive
-        return level + abs(sides + self.get("directional_friction", "outer") * load)
+        motor = drive - self.get("directional_friction", "back_emf") * w
+        sides = self.get("directional_friction", "motor") * motor
+        level += abs(sides + self.get("directional_friction", "outer") * load)
+        share = w / self.get("load_dependent_stribeck", "speed", 1.0)
+        excess = self.get("load_dependent_stribeck", "excess")
+        motor = drive - self.get("load_dependent_stribeck", "back_emf") * w
+        return level + excess * math.exp(-min(share * share, 700.0)) * abs(motor + load)
 
     def smooth_friction(self, w: float, bristle: float) -> float:
         """What brakes without ever sticking."""
@@ -174,7 +179,7 @@ class Reference:
         """Motor angle, or the far inertia's behind a flexible shaft, at ``samples``."""
         sticks = {
             *("coulomb_friction", "stribeck_friction"),
-            *("load_dependent_friction", "directional_friction"),
+            *("load_dependent_friction", "directional_friction", "load_dependent_stribeck"),
         }
         dry = not sticks.isdisjoint(self.effects)
         shaft = self.effects.get("flexible_shaft")

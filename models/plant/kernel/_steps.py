@@ -27,7 +27,7 @@ def net_torque(p, on, theta, w, z, force, mode):
     drive, load, reaction, share, rates = torques(p, on, force, theta, w, z)
     torque = drive - load - 2.0 * p[2] * T * w
     if mode != SLIDING_FREE:
-        torque -= mode * friction_size(p, on, max(mode * w, 0.0), drive, load)
+        torque -= mode * friction_size(p, on, max(mode * w, 0.0), mode * drive, mode * load)
     return (torque - reaction) / (T * T * (1.0 - share)), rates
 
 
@@ -36,8 +36,9 @@ def friction_excess(p, on, theta, z, force):
     """At rest: torque beyond what friction holds (negative while stuck), its sign, the rates."""
     drive, load, reaction, _, rates = torques(p, on, force, theta, 0.0, z)
     torque = drive - load - reaction
-    held = friction_size(p, on, 0.0, drive, load)
-    return abs(torque) - held, 1 if torque > 0.0 else -1, rates
+    ahead = 1 if torque > 0.0 else -1
+    held = friction_size(p, on, 0.0, ahead * drive, ahead * load)
+    return abs(torque) - held, ahead, rates
 
 
 @njit

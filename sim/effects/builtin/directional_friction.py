@@ -1,7 +1,8 @@
 """Friction in the reducer that grows with the torques at its two ends, each by a share of its own.
 
 MuJoCo's friction loss is set anew before each step, from the amplifiers' torque in the middle of
-the step and from what weight and springs bring to the motor's hinge.
+the step, less the part of the damping that is back-EMF, and from what weight and springs bring to
+the motor's hinge.
 """
 
 from __future__ import annotations
@@ -10,18 +11,19 @@ from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulat
 
 
 def regulate(twin: Twin, values: EffectValues) -> Regulator:
-    """Friction loss of the motor's hinge: what it has, plus the shares [-] of drive and load."""
-    data, motor, loss = twin.data, twin.motor, twin.model.dof_frictionloss
-    level = float(loss[motor])
+    """Friction of the shares [-] of the motor's torque and of the load; ``back_emf`` [s]."""
+    per_speed = twin.bench.loop_stiffness_nm_rad * values["back_emf"]
 
-    def set_friction() -> None:
-        # One hinge alone has no Coriolis force: gravity is all that the bias holds.
-        load = float(data.qfrc_bias[motor] - data.qfrc_spring[motor])
-        loss[motor] = level + abs(values["motor"] * twin.drive_torque() + values["outer"] * load)
+    def brake() -> None:
+        motor = twin.drive_torque() - per_speed * twin.speed
+        twin.brake(abs(values["motor"] * motor + values["outer"] * twin.load_torque()))
 
-    return set_friction
+    return brake
 
 
 EFFECT: HiddenEffect = HiddenEffect(
-    "directional_friction", {"motor": 0.3, "outer": 0.2}, regulate=regulate, steps_per_T=200
+    "directional_friction",
+    {"motor": 0.3, "outer": 0.2, "back_emf": 0.0},
+    regulate=regulate,
+    steps_per_T=200,
 )

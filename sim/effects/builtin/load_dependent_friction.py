@@ -10,14 +10,12 @@ from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulat
 
 
 def regulate(twin: Twin, values: EffectValues) -> Regulator:
-    """Friction loss of the motor's hinge: what it has, plus ``ratio`` [-] times the drive."""
-    loss, motor, ratio = twin.model.dof_frictionloss, twin.motor, values["ratio"]
-    level = float(loss[motor])
+    """Friction of ``ratio`` [-] times the drive."""
 
-    def set_friction() -> None:
-        loss[motor] = level + ratio * abs(twin.drive_torque())
+    def brake() -> None:
+        twin.brake(values["ratio"] * abs(twin.drive_torque()))
 
-    return set_friction
+    return brake
 
 
 EFFECT: HiddenEffect = HiddenEffect(

@@ -79,7 +79,12 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
         "gravity_load": {"sine": 3.0, "cosine": 12.0},
     },
     "friction by both sides under a weight": {
-        "directional_friction": {"motor": 0.3, "outer": 0.15},
+        "directional_friction": {"motor": 0.3, "outer": 0.15, "back_emf": 0.015},
+        "gravity_load": {"sine": 3.0, "cosine": 12.0},
+    },
+    "friction by the torque, less at speed": {
+        "coulomb_friction": {"level": 0.5},
+        "load_dependent_stribeck": {"excess": 0.3, "speed": 60.0, "back_emf": 0.015},
         "gravity_load": {"sine": 3.0, "cosine": 12.0},
     },
     "limits and friction": {

@@ -51,7 +51,7 @@ def test_an_effect_less_is_told_where_it_errs_about_as_much() -> None:
 
 
 def test_a_few_seconds_of_validation_do_not_decide() -> None:
-    last = trial("directional_friction gravity_load", HELD, 0.40, unseen=0.8)
+    last = trial("presliding gravity_load", HELD, 0.40, unseen=0.8)
     plain = trial("coulomb_friction gravity_load", HELD, 0.41, unseen=1.2)
     assert last.score.validation_rmse_deg < 0.7 * plain.score.validation_rmse_deg
     assert fewest_assumptions([last, plain], last, CRITERION, lambda one: True) is plain
