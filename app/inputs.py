@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.progress import progress
+from servosight.app.terminal import progress
 
 if TYPE_CHECKING:
     from servosight.identify.foreign import Interface

@@ -51,8 +51,8 @@ def _run(words: list[str]) -> int:
 
     try:
         from servosight.app.completion import complete
-        from servosight.app.output import show_notes
         from servosight.app.parser import parser
+        from servosight.app.terminal import show_notes
         from servosight.models.base import discard_all
 
         interrupt.clean_with(discard_all)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.progress import progress
+from servosight.app.terminal import progress
 from servosight.models.core import write_text
 
 from .compound import score as compound

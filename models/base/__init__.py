@@ -16,11 +16,10 @@ from servosight.models.base._files import plain_name as plain_name
 from servosight.models.base._files import read_bytes as read_bytes
 from servosight.models.base._files import read_settings as read_settings
 from servosight.models.base._files import read_text as read_text
+from servosight.models.base._files import shown as shown
 from servosight.models.base._json import json_text as json_text
 from servosight.models.base._json import plain as plain
 from servosight.models.base._json import read_json as read_json
-from servosight.models.base._json import read_typed as read_typed
-from servosight.models.base._json import typed as typed
 from servosight.models.base._mark import MARK as MARK
 from servosight.models.base._mark import Kind as Kind
 from servosight.models.base._mark import kind_of as kind_of
@@ -33,10 +32,3 @@ from servosight.models.base._temporary import discard_all as discard_all
 from servosight.models.base._temporary import sweep as sweep
 from servosight.models.base._temporary import temporary_file as temporary_file
 from servosight.models.base._temporary import temporary_folder as temporary_folder
-from servosight.models.base._validate import APART as APART
-from servosight.models.base._validate import check_fields as check_fields
-from servosight.models.base._validate import require as require
-from servosight.models.base._validate import share as share
-from servosight.models.base._validate import validated as validated
-from servosight.models.base._validate import validated_value as validated_value
-from servosight.models.base._validate import within as within

@@ -1,6 +1,5 @@
 """What everything else passes on: errors, parameters, recordings, the actuator and its card."""
 
-from servosight.models.base import APART as APART
 from servosight.models.base import LARGEST_LOG as LARGEST_LOG
 from servosight.models.base import LARGEST_TABLE as LARGEST_TABLE
 from servosight.models.base import MARK as MARK
@@ -8,7 +7,6 @@ from servosight.models.base import FrameProgress as FrameProgress
 from servosight.models.base import InputError as InputError
 from servosight.models.base import Kind as Kind
 from servosight.models.base import StageProgress as StageProgress
-from servosight.models.base import check_fields as check_fields
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
 from servosight.models.base import did_you_mean as did_you_mean
@@ -24,13 +22,7 @@ from servosight.models.base import plain_name as plain_name
 from servosight.models.base import read_json as read_json
 from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text
-from servosight.models.base import read_typed as read_typed
-from servosight.models.base import require as require
-from servosight.models.base import share as share
 from servosight.models.base import silent as silent
-from servosight.models.base import validated as validated
-from servosight.models.base import validated_value as validated_value
-from servosight.models.base import within as within
 from servosight.models.base import write_bytes as write_bytes
 from servosight.models.base import write_text as write_text
 from servosight.models.core._actuator import Actuator as Actuator
@@ -71,3 +63,11 @@ from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
 from servosight.models.core._views import views as views
+from servosight.models.schema import APART as APART
+from servosight.models.schema import check_fields as check_fields
+from servosight.models.schema import read_typed as read_typed
+from servosight.models.schema import require as require
+from servosight.models.schema import share as share
+from servosight.models.schema import validated as validated
+from servosight.models.schema import validated_value as validated_value
+from servosight.models.schema import within as within

@@ -12,21 +12,14 @@ import tomli_w
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from servosight.models.base import (
-    InputError,
-    Kind,
-    marked_toml,
-    read_settings,
-    require,
-    validated,
-    write_text,
-)
+from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import frame, html_table, parameter_rows
 from servosight.models.core._parameter import CORE, OWN, Parameter
 from servosight.models.core._plots import plot_gain
 from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import uncertain
+from servosight.models.schema import require, validated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

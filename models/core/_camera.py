@@ -8,8 +8,8 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from servosight.models.base import share, within
 from servosight.models.core._arrays import Array
+from servosight.models.schema import share, within
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
 
-from servosight.models.base import InputError, json_text, plain, read_json, typed, write_text
+from servosight.models.base import InputError, json_text, plain, read_json, write_text
 from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
 from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import rounded
+from servosight.models.schema import typed
 
 SCHEMA = 1
 LONGEST_WORDS = 40

@@ -194,22 +194,23 @@ def light_of(
     y0, x0 = top * SUPERSAMPLING, left * SUPERSAMPLING
     y1, x1 = ((n + 2 * projection.margin) * SUPERSAMPLING for n in (bottom, right))
     background = scene.still[y0:y1, x0:x1]
-    total: Single | None = None
+    total = np.zeros_like(background)
     row = np.clip(
         np.arange(y0, y1) // SUPERSAMPLING - projection.margin, 0, projection.viewport.height - 1
     )
-    for items, share in zip(placed, weights.astype(np.float32), strict=True):
+    for items, shares in zip(placed, weights.astype(np.float32)[:, row], strict=True):
         if stop is not None and stop.is_set():
             raise CancelledError
-        if not share.any():
+        lit = np.flatnonzero(shares)
+        if not lit.size:
             continue
-        picture = background.copy()
+        band = slice(lit[0], lit[-1] + 1)  # under a rolling shutter, few of the rows
+        picture = background[band].copy()
         for item in items:
-            _lay(picture, (x0, y0), projection, item)
+            _lay(picture, (x0, y0), projection, item, lit[0])
         if len(placed) > 1:  # one alone has all of each row's light
-            picture *= share[row, None]
-        total = picture if total is None else np.add(total, picture, out=total)
-    assert total is not None  # each row has light
+            picture *= shares[band, None]
+        total[band] += picture
     light[top:bottom, left:right] = blur_and_bin(
         total, scene.optics, SUPERSAMPLING, projection.margin
     )
@@ -224,22 +225,30 @@ def led_of(scene: MonoScene, shake: tuple[float, float, float] = TRIPOD) -> Sing
 
 
 def _lay(
-    picture: Single, corner: tuple[int, int], projection: Projection, item: PlacedLayer
+    picture: Single,
+    corner: tuple[int, int],
+    projection: Projection,
+    item: PlacedLayer,
+    skipped: int = 0,
 ) -> None:
-    """Lay a layer over ``picture`` in place, whose first sample (x, y) is ``corner``."""
+    """Lay a layer over ``picture`` in place, which begins ``skipped`` rows below ``corner`` (x, y).
+
+    The places of the samples are counted from ``corner``, so that a part of a picture has the very
+    values that it has in the whole.
+    """
     if item.within is not None:
         light, inside = np.zeros_like(picture), np.zeros_like(picture)
-        _lay(light, corner, projection, PlacedLayer(item.body, item.onto, item.box))
-        _lay(inside, corner, projection, item.within)
+        _lay(light, corner, projection, PlacedLayer(item.body, item.onto, item.box), skipped)
+        _lay(inside, corner, projection, item.within, skipped)
         picture += light * inside
         return
     rays = projection.rays
     if rays is None:
         matrix = item.onto @ projection.pixel_of_sample(corner)
-        lay_over(picture, item.body, matrix / matrix[2, 2])
+        lay_over(picture, item.body, matrix / matrix[2, 2], skipped)
         return
     left, right, top, bottom = (math.floor(edge) for edge in item.box)
-    x, y = corner
+    x, y = corner[0], corner[1] + skipped
     rows = slice(max(top - y, 0), max(min(bottom + 1 - y, picture.shape[0]), 0))
     columns = slice(max(left - x, 0), max(min(right + 1 - x, picture.shape[1]), 0))
     seen = rays[y : y + picture.shape[0], x : x + picture.shape[1]][rows, columns]

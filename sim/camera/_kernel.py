@@ -31,10 +31,11 @@ def _mix(body, row, column, p, q, below):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, nogil=True)
-def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
+def lay_over(picture, body, matrix, skipped):  # type: ignore[no-untyped-def]
     """Lay ``body`` (rows, columns, 2) over ``picture`` (rows, columns) in place.
 
-    ``matrix`` (3, 3), affine, takes columns and rows of the picture to those of the body.
+    ``matrix`` (3, 3), affine, takes columns and rows to those of the body, where the first row of
+    ``picture`` counts as row ``skipped``.
     """
     rows, columns = body.shape[0], body.shape[1]
     # Places and weights of a row first: that loop has no access to the body, and is vectorised.
@@ -45,8 +46,8 @@ def lay_over(picture, body, matrix):  # type: ignore[no-untyped-def]
     for j in range(picture.shape[0]):
         # Along this row the body's coordinates are u = u0 + du i, v = v0 + dv i: keep the i for
         # which both lie within the body.
-        u0 = matrix[0, 1] * j + matrix[0, 2]
-        v0 = matrix[1, 1] * j + matrix[1, 2]
+        u0 = matrix[0, 1] * (skipped + j) + matrix[0, 2]
+        v0 = matrix[1, 1] * (skipped + j) + matrix[1, 2]
         first, last = 0.0, picture.shape[1] - 1.0
         for start, slope, limit in ((u0, du, columns - 1.01), (v0, dv, rows - 1.01)):
             if abs(slope) < 1e-9:

@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,6 +145,7 @@ def fin(sheet: TextureArea, outline: Sequence[PlanePoint], seed: int) -> Picture
     return pen.finish()
 
 
+@lru_cache(maxsize=1)  # half of the time that the layers of a bench take; 6 MB, read-only
 def plate(sheet: TextureArea, extent: tuple[float, float, float, float], seed: int) -> Picture:
     """A ruled base plate with a protractor about the hinge, on a wooden table.
 

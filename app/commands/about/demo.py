@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_force, add_seed, any_path
-from servosight.app.output import check_target, console, made
-from servosight.app.progress import progress
+from servosight.app.terminal import check_target, console, made, progress, show_diagnosis
 from servosight.models.base import Kind
 
 WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
@@ -29,7 +28,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write recording/, model.toml, diagnosis.json and report.html."""
-    from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.diagnose import diagnose
     from servosight.models.base import json_text, write_text

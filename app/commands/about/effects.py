@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import add_force, add_json, add_plugins
 from servosight.app.completion import with_effects
-from servosight.app.output import check_outputs, console, write_json
+from servosight.app.terminal import check_outputs, console, write_json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from servosight.app.output import check_target, console, made
-from servosight.app.progress import progress
+from servosight.app.terminal import Shown, check_target, console, made, progress, show_diagnosis
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.app.progress import Shown
     from servosight.scenarios.trial import Zero
 
 WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
@@ -30,7 +28,6 @@ def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
     wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._check import show_lines
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
-    from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.bench.session import check_camera, check_servo, check_surface, run_words
     from servosight.models.base import json_text, make_folder, write_text

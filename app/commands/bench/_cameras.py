@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from servosight.app.output import console
+from servosight.app.terminal import console
 
 _FRAMES = 90
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from servosight.app.output import console
+from servosight.app.terminal import console
 
 if TYPE_CHECKING:
     from rich.console import Console

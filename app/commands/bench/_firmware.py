@@ -6,7 +6,7 @@ import argparse
 import shlex
 from urllib.parse import urlsplit
 
-from servosight.app.output import console
+from servosight.app.terminal import console
 
 _PORT = "/dev/ttyUSB0"
 

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.output import check_target, console
-from servosight.app.progress import progress
+from servosight.app.terminal import check_target, console, made, progress, show_diagnosis
 from servosight.models.base import InputError, Kind
 
 if TYPE_CHECKING:
@@ -32,8 +31,6 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             f"--duration: {args.duration:g} is out of range, expected 4 to {_LONGEST_S:g} seconds"
         )
-    from servosight.app.output import made
-    from servosight.app.present import show_diagnosis
     from servosight.app.report import write_report
     from servosight.diagnose import diagnose
     from servosight.models.base import json_text, make_folder, write_text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from servosight.app.output import check_target, console
+from servosight.app.terminal import check_target, console
 from servosight.models.base import Kind
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from servosight.app.output import console
-from servosight.app.progress import progress
+from servosight.app.terminal import console, progress
 
 if TYPE_CHECKING:
     from servosight.scenarios.trial import Zero

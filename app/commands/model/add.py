@@ -13,8 +13,14 @@ from servosight.app.arguments import (
     any_path,
 )
 from servosight.app.completion import with_effects
-from servosight.app.output import check_outputs, console, next_command, write_json
-from servosight.app.progress import progress
+from servosight.app.terminal import (
+    check_outputs,
+    console,
+    next_command,
+    progress,
+    show_identification,
+    write_json,
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +39,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Free the effect's parameters, fit, print, write the card."""
     from servosight.app.inputs import load
-    from servosight.app.present import show_identification
     from servosight.diagnose import add
     from servosight.models.core import Actuator, InputError
     from servosight.models.effects import catalogue, select

@@ -17,8 +17,17 @@ from servosight.app.arguments import (
     identifiers,
 )
 from servosight.app.completion import with_effects
-from servosight.app.output import check_outputs, console, made, next_command, write_json
-from servosight.app.progress import progress
+from servosight.app.terminal import (
+    check_outputs,
+    console,
+    made,
+    next_command,
+    progress,
+    show_change,
+    show_findings,
+    show_where,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from servosight.models.effects import Effect
@@ -51,7 +60,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
     from servosight.app.inputs import fmu_interface, is_fmu, load
-    from servosight.app.present import show_findings, show_where
     from servosight.diagnose import compare, compare_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
@@ -97,7 +105,6 @@ def run(args: argparse.Namespace) -> None:
 def _change(args: argparse.Namespace) -> None:
     """Two models, or two recordings: fit, compare, print, write the JSON and the report."""
     import servosight
-    from servosight.app.present import show_change
     from servosight.models.core import InputError
 
     if len(args.recordings) != 1:

@@ -22,8 +22,15 @@ from servosight.app.arguments import (
     limit_pair,
 )
 from servosight.app.completion import with_effects
-from servosight.app.output import check_outputs, console, made, next_command, write_json
-from servosight.app.progress import progress
+from servosight.app.terminal import (
+    check_outputs,
+    console,
+    made,
+    next_command,
+    progress,
+    show_diagnosis,
+    write_json,
+)
 from servosight.models.base import InputError
 
 if TYPE_CHECKING:
@@ -185,8 +192,6 @@ def _show(
     recordings: list[Recording],
 ) -> None:
     """What was found, on the terminal and in files."""
-    from servosight.app.present import show_diagnosis
-
     if args.output is not None:
         result.actuator.save(args.output)
     values = result.to_dict()

@@ -13,7 +13,7 @@ from servosight.app.arguments import (
     any_path,
     number,
 )
-from servosight.app.output import check_outputs, console, write_json
+from servosight.app.terminal import check_outputs, console, write_json
 from servosight.export.kinds import KINDS, kind_named
 
 if TYPE_CHECKING:

@@ -17,8 +17,15 @@ from servosight.app.arguments import (
     identifiers,
 )
 from servosight.app.completion import with_effects
-from servosight.app.output import check_outputs, console, next_command, write_json
-from servosight.app.progress import progress
+from servosight.app.terminal import (
+    check_outputs,
+    console,
+    next_command,
+    progress,
+    show_identification,
+    show_parameters,
+    write_json,
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +70,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Fit, print, write the card and the JSON."""
     from servosight.app.inputs import load
-    from servosight.app.present import show_identification
     from servosight.diagnose import with_detectable
     from servosight.identify.fit import check_method, identify, with_information
     from servosight.models.effects import catalogue, select
@@ -99,7 +105,6 @@ def run(args: argparse.Namespace) -> None:
 def _run_fmu(args: argparse.Namespace) -> None:
     """The same for the parameters of an FMU."""
     from servosight.app.inputs import load
-    from servosight.app.present import show_parameters
     from servosight.identify.foreign import identify_fmu
     from servosight.models.base import InputError
     from servosight.models.effects import catalogue

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path
-from servosight.app.output import check_outputs, console
+from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:

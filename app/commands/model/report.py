@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 
 from servosight.app.arguments import add_force, add_plugins, add_pulse, any_path
-from servosight.app.output import check_target, console, made
-from servosight.app.progress import progress
+from servosight.app.terminal import check_target, console, made, progress
 from servosight.models.base import Kind
 
 

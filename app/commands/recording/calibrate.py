@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_force, any_path
-from servosight.app.output import check_outputs, console
+from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind
 
 

@@ -16,7 +16,7 @@ from servosight.app.arguments import (
     identifiers,
     number,
 )
-from servosight.app.output import check_outputs, console, next_command, write_json
+from servosight.app.terminal import check_outputs, console, next_command, write_json
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:

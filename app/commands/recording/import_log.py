@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from servosight.app.arguments import add_force, add_pulse, any_path, number, seed
-from servosight.app.output import console, next_command
+from servosight.app.terminal import console, next_command
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

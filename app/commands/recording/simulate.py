@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from servosight.app.arguments import add_force, add_seed, any_path
 from servosight.app.completion import with_effects
-from servosight.app.output import console, next_command
-from servosight.app.progress import progress
+from servosight.app.terminal import console, next_command, progress
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from servosight.app.arguments import add_force, any_path, box, number, point, rank
-from servosight.app.output import check_outputs, check_target, console
-from servosight.app.progress import progress
+from servosight.app.terminal import check_outputs, check_target, console, progress
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, add_json, any_path, number
-from servosight.app.output import check_outputs, console, write_json
+from servosight.app.terminal import check_outputs, console, write_json
 
 if TYPE_CHECKING:
     from servosight.scenarios.sweeps import Summary

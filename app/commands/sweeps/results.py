@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, add_json, any_path
-from servosight.app.output import check_outputs, check_target, console, write_json
+from servosight.app.terminal import check_outputs, check_target, console, write_json
 
 if TYPE_CHECKING:
     from servosight.scenarios.sweeps import Summary

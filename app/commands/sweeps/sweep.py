@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import any_path
-from servosight.app.output import console, next_command
-from servosight.app.progress import progress, quiet
+from servosight.app.terminal import console, next_command, progress, quiet
 from servosight.models.base import StageProgress
 
 if TYPE_CHECKING:

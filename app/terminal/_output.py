@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servosight.app.progress import quiet, set_amount
+from servosight.app.terminal._progress import quiet, set_amount
 from servosight.models.base import (
     InputError,
     Kind,

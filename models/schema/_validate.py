@@ -18,8 +18,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
-from servosight.models.base._errors import InputError
-from servosight.models.base._files import shown
+from servosight.models.base import InputError, shown
 
 T = TypeVar("T")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from servosight.models.core import uncertain
-
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -89,6 +87,8 @@ def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: fl
 
 def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:
     """Each parameter, rounded to its standard deviation, with that and its unit."""
+    from servosight.models.core import uncertain
+
     table = _table("parameter", "value", "+- sigma", "unit")
     for name, entry in parameters.items():
         entries = entry if isinstance(entry, list) else [entry]
@@ -175,6 +175,8 @@ def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: st
 
 def show_change(out: Console, result: Mapping[str, Any]) -> None:
     """What differs between two servos: in words, each parameter, what it can mean."""
+    from servosight.models.core import uncertain
+
     out.print(f"{result['headline']}.")
     table = _table("parameter", "a", "b", "difference", "+- sigma", "sigmas", "unit")
     for one in result["parameters"]:

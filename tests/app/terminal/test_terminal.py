@@ -1,0 +1,101 @@
+"""What goes to the terminal and to files: JSON, progress, colour."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from servosight.app.terminal import progress, set_amount, write_json
+from servosight.models.core import InputError
+
+
+def test_json_to_files_and_nowhere(tmp_path: Path) -> None:
+    write_json(None, {})
+    write_json(str(tmp_path / "a.json"), {"a": 1})
+    assert json.loads((tmp_path / "a.json").read_text()) == {"a": 1}
+    with pytest.raises(InputError, match="cannot be written"):
+        write_json(str(tmp_path / "no" / "a.json"), {})
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.json"]
+
+
+class Terminal:
+    """A standard error that claims to be a terminal and keeps what it is told."""
+
+    encoding = "utf-8"
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def isatty(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        self.text += text
+        return len(text)
+
+    def flush(self) -> None:
+        pass
+
+
+def test_progress_is_shown_on_a_terminal_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with progress("work") as show:
+        show("step", 1, 2)
+    assert capsys.readouterr() == ("", "")
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("work") as show:
+        show("step", 1, 2)
+    assert "work: step" in terminal.text
+    assert "1/2" in terminal.text
+
+
+def test_progress_leaves_the_terminal_to_a_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("work") as show:
+        show("step", 1, 2)
+        with show.hidden():
+            before = terminal.text
+            show("asked", 1, 2)
+            assert terminal.text == before
+        assert "work: asked" in terminal.text
+
+
+def test_verbose_says_what_took_how_long(capsys: pytest.CaptureFixture[str]) -> None:
+    set_amount(quiet=False, verbose=True)
+    try:
+        with progress("diagnosing") as show:
+            show("1 frames/s", 1, 2)
+            show("2 frames/s", 2, 2)
+            show("trying backlash", 0, 1)
+    finally:
+        set_amount(quiet=False, verbose=False)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = [re.sub(r"\d+\.\d s$", "N s", line) for line in captured.err.splitlines()]
+    assert lines == ["diagnosing ...", "  trying backlash: N s", "diagnosing: N s"]
+
+
+@pytest.mark.parametrize("given", [{"NO_COLOR": "1"}, {"TERM": "dumb"}, {}])
+def test_no_colour_where_none_is_wanted(
+    given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """https://no-color.org: without it, the bar of a terminal is coloured."""
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in ({"TERM": "xterm-256color"} | given).items():
+        monkeypatch.setenv(name, value)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress("work") as show:
+        show("step", 1, 2)
+    coloured = re.search(r"\x1b\[[\d;]*3\d", terminal.text) is not None
+    assert coloured == (not given)
