@@ -64,6 +64,7 @@ def track_of(
         plane=PICTURE,
         notes=tuple(film.notes(stamps_s.tolist())),
         shutters=film.shutters,
+        channel=meter.steady.channel,
     )
 
 
