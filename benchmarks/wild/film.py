@@ -194,7 +194,7 @@ def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -
 
 
 def _noise(scene: WildScene, rng: np.random.Generator, colours: np.random.Generator) -> Single:
-    """A sensor's noise, as independent in blue, green and red as its pixels are; (height, width, 3).
+    """A sensor's noise, independent in blue, green and red as its pixels are; (height, width, 3).
 
     Its grey is drawn from ``rng`` alone, so that it is that of clips made without noise of colour.
     """

@@ -52,7 +52,8 @@ class SteadySample:
         """The reference in the pictures' own channel."""
         if self.channel.luma:
             return np.asarray(self.reference, np.float32)
-        return self.pictures[int(np.searchsorted(self.index, self.reference_index))]
+        row = int(np.searchsorted(self.index, self.reference_index))
+        return np.asarray(self.pictures[row], np.float32)
 
     @property
     def roll_rad(self) -> Array:

@@ -49,6 +49,9 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
         # An uncertain angle of a part in full view is no reason to measure what enters instead.
         if number > 1 or not parts or (refused.measured and parts[0].inside):
             raise
+        # In grey these were tried: what stands out in colour no better is someone at the side.
+        if not steady.channel.luma:
+            raise
         tried = len(parts) if refused.measured else 1
         parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
         track, inside, number = footage.instead(parts, tried, refused, progress)

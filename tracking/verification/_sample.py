@@ -63,7 +63,7 @@ class FrameSample:
         return numbers, [self.pictures[row] for row in rows], rolls
 
 
-def small(image: Image, scale: float) -> Single:
+def small(image: Image | Single, scale: float) -> Single:
     """A picture ``scale`` times as large, smoothed by a Gaussian of 1 px."""
     resized: Any = image.astype(np.float32)
     if scale < 1.0:
