@@ -17,6 +17,7 @@ from wild.scene import WildScene, angles_rad, scene_of
 
 _MOST_PARTS = 24
 _GAMMA = 1.0 / 2.2
+_GREY = np.array([0.114, 0.587, 0.299], np.float32)  # of blue, green and red: ITU-R BT.601
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def encode(scene: WildScene, video: Path) -> Array:
 
 def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
     """Each frame (height, width, 3) as the codec receives it, and whether it is usable."""
-    rng = _rng(scene)
+    rng, colours = _rng(scene), np.random.default_rng([2032, scene.number])
     bench, (sprite, middle), passing = background(scene), part(scene), hand(scene)
     camera = _camera(scene, rng)
     duration = scene.frames / scene.rate_hz
@@ -86,7 +87,7 @@ def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
         covered = _passing(picture, passing, scene, start_s)
         light = 1.0 + scene.breathing * np.sin(2 * np.pi * breath[0] * start_s + breath[1])
         yield (
-            _processed(picture * np.float32(light), scene, rng),
+            _processed(picture * np.float32(light), scene, rng, colours),
             not (covered or start_s < scene.pan_s),
         )
 
@@ -192,13 +193,27 @@ def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -
     return bool(away.size) and float(away.min()) < 1.2 * scene.length_px
 
 
-def _processed(linear: Single, scene: WildScene, rng: np.random.Generator) -> Image:
+def _noise(scene: WildScene, rng: np.random.Generator, colours: np.random.Generator) -> Single:
+    """A sensor's noise, independent in blue, green and red as its pixels are; (height, width, 3).
+
+    Its grey is drawn from ``rng`` alone, so that it is that of clips made without noise of colour.
+    """
+    size = (scene.size[1], scene.size[0])
+    own = cv2.GaussianBlur(colours.standard_normal((*size, 3), np.float32), (0, 0), 0.6)
+    own /= np.float32(np.linalg.norm(_GREY))  # so that its grey is as strong as that of ``rng``
+    grey = cv2.GaussianBlur(rng.standard_normal(size, np.float32), (0, 0), 0.6)
+    own += (grey - own @ _GREY)[:, :, None]
+    return np.asarray(1.6 * scene.noise * own, np.float32)
+
+
+def _processed(
+    linear: Single, scene: WildScene, rng: np.random.Generator, colours: np.random.Generator
+) -> Image:
     """Tone curve, noise, sharpening, bars and caption; uint8 (height, width, 3)."""
     tone = np.clip(linear, 0.0, 1.0) ** _GAMMA
     tone = tone + 0.12 * (tone * (1 - tone) * (2 * tone - 1)) * 2
     grey = 255.0 * np.asarray(tone, np.float32)
-    noise = rng.standard_normal(grey.shape[:2], np.float32)
-    grey += scene.noise * cv2.GaussianBlur(noise, (0, 0), 0.6)[:, :, None] * 1.6
+    grey += _noise(scene, rng, colours)
     if scene.sharpening:
         grey += scene.sharpening * (grey - cv2.GaussianBlur(grey, (0, 0), 1.2))
     picture = np.clip(np.round(grey), 0, 255).astype(np.uint8)

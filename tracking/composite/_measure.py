@@ -21,7 +21,7 @@ from servosight.tracking.composite._model import (
 from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
-from servosight.tracking.composite._steady import SteadySample, evenly
+from servosight.tracking.composite._steady import SteadySample, as_bright, evenly, light_of
 from servosight.tracking.core import median_of
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
@@ -74,7 +74,9 @@ class PartMeter:
             view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
             shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
-            model = CompositeModel.of(pictures[good], angles[good], place, shape, view, usual)
+            model = CompositeModel.of(
+                pictures[good], angles[good], place, shape, view, usual, steady.channel.grain
+            )
             fit = _refitted(model, pictures, angles)
             angles, good = fit.angle_rad, fit.good
             # The corrections may lead away where the part hardly shows its own direction.
@@ -92,7 +94,8 @@ class PartMeter:
             swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
         features = np.asarray(255 * clear, np.uint8)
-        background = Background.of(model.behind, clear) if steady.moves else None
+        behind = model.behind if steady.channel.luma else steady.guide
+        background = Background.of(behind, clear) if steady.moves else None
         return cls(steady, model, view, shape, rough, rough_scale, features, background, doubt_px)
 
     @property
@@ -131,12 +134,13 @@ class PartMeter:
         for frame in frames:
             inside = first <= frame.index <= last
             near = None if before is None else (before, _farthest(self.rough, since))
-            fit = self._fit(small(frame.image, self.steady.scale), near) if inside else None
+            fit = self._fit(frame, near) if inside else None
             # A wheel that looks the same at several angles would jump after a frame without it.
             before, since = (fit.angle_rad, 1) if fit is not None else (before, since + 1)
             yield frame, fit
 
-    def _fit(self, picture: Single, near: tuple[float, float] | None) -> PoseFit | None:
+    def _fit(self, frame: Frame, near: tuple[float, float] | None) -> PoseFit | None:
+        picture = small(frame.image, self.steady.scale)
         onto = np.eye(2, 3)
         if self.steady.moves:
             grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
@@ -147,7 +151,12 @@ class PartMeter:
             if self.background is not None:
                 onto = self.background.onto(picture, motion)
         still, _ = aligned(picture, onto)
-        still = evenly(still, self.model.behind)
+        if self.steady.channel.luma:
+            still = evenly(still, self.model.behind)
+        else:
+            light = light_of(still, self.steady.guide)
+            colour = small(frame.seen_in(self.steady.channel), self.steady.scale)
+            still = as_bright(aligned(colour, onto)[0], light)
         angle, sure = _searched(self.rough, self.rough_scale, still, near)
         fit = self.model.fit(still, angle) if sure else None
         if fit is None or fit.explained < _LEAST_EXPLAINED or fit.kept < _LEAST_KEPT:
@@ -158,7 +167,7 @@ class PartMeter:
 def outline_of(found: FoundPart, steady: SteadySample) -> Array:
     """The contour (points, 2) of a part that was found, where the reference picture shows it."""
     part, scale = found.part, found.scale
-    angle, _ = _searched(part, scale, np.asarray(steady.reference, np.float32))
+    angle, _ = _searched(part, scale, steady.shown)
     height, width = (max(1, round(scale * side)) for side in steady.content.shape)
     cover = cover_in(part.view, part.cover > 0.5, angle, (height, width))
     if not cover.any():

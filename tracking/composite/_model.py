@@ -24,6 +24,7 @@ _EDGE_PX = 1.0
 _ROUNDS = 6
 _COMMON_PX = 0.1
 _USUAL_SHIFT_PX, _CORRELATED_PX2 = 3.0, 20.0  # before the pivot is known; of residuals
+_BLOCK_PX = 8  # along a side: a block of the codec, over which residuals are correlated
 _MOST_CELLS = 20_000
 _FARTHEST_RAD = np.deg2rad(12.0)
 
@@ -60,7 +61,8 @@ class CompositeModel:
     """Cells (cells,) at ``radius_px`` and ``phi_rad``, counter-clockwise, at angle zero.
 
     ``cover`` and ``level`` with their slopes by radius [1/px] and angle [1/rad]; ``behind`` is the
-    background's picture (height, width); ``block`` numbers the cells by their place.
+    background's picture (height, width); ``block`` numbers the cells by their place: of half as
+    large samples, as those of colour are (``grain`` 2), the residuals are correlated twice as far.
     """
 
     pivot_px: tuple[float, float]
@@ -72,16 +74,18 @@ class CompositeModel:
     behind: Single
     block: Index
     step_rad: float
+    grain: int = 1
 
     @classmethod
     def of(
         cls, pictures: Single, angle_rad: Array, pivot_px: tuple[float, float],
-        cover: Single, view: PolarView, usual: Single | None = None,
+        cover: Single, view: PolarView, usual: Single | None = None, grain: int = 1,
     ) -> CompositeModel:  # fmt: skip
         """From pictures (n, height, width) at known angles, and the part's shape on a raster.
 
         ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part,
-        ``usual`` (height, width) the pictures' median if it is known.
+        ``usual`` (height, width) the pictures' median if it is known, ``grain`` how many pixels
+        along a side share one sample.
         """
         tiled = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)
         soft = np.asarray(tiled[:, view.columns : 2 * view.columns], np.float32)
@@ -97,13 +101,15 @@ class CompositeModel:
         by_angle = [(np.roll(f, -1, 1) - np.roll(f, 1, 1)) / (2.0 * step) for f in (soft, level)]
         by_radius = [np.gradient(f, view.step_px, axis=0) for f in (soft, level)]
         radius = np.asarray(view.radius_px[rows], np.float64)
-        block = (radius // 8).astype(int) * 100_000 + (columns * step * radius // 8).astype(int)
+        side = _BLOCK_PX * grain
+        block = (radius // side).astype(int) * 100_000
+        block += (columns * step * radius // side).astype(int)
         return cls(
             pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
             np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32),
-            np.asarray(np.unique(block, return_inverse=True)[1], np.intp), step * every,
+            np.asarray(np.unique(block, return_inverse=True)[1], np.intp), step * every, grain,
         )  # fmt: skip
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
@@ -119,7 +125,8 @@ class CompositeModel:
             weight, normal, side = normal_equation(left, rows, area, scale, unknowns)
             # Of a ball at the end of a rod, turn and shift are hardly told apart.
             held = np.zeros(unknowns)
-            held[1:] = _CORRELATED_PX2 * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2
+            correlated = _CORRELATED_PX2 * self.grain**2
+            held[1:] = correlated * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2
             side[1:] += held[1:] * shift[: unknowns - 1]
             if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
                 return None

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import CameraPath, aligned
+from servosight.tracking.composite._colour import colour_of
 from servosight.tracking.composite._direct import Background
-from servosight.tracking.core import median_of
+from servosight.tracking.core import LUMA, NEUTRAL, Channel, median_of
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
 
@@ -28,7 +29,9 @@ class SteadySample:
     ``reference`` the picture that all are aligned with, ``content`` (height, width) where it is
     neither a bar nor outside of some frame. ``moves`` says that the camera does. ``every`` are the
     numbers of all sampled frames, ``onto`` (all, 2, 3) takes the reference to each one's pixels.
-    ``reference_index`` is the reference's number.
+    ``reference_index`` is the reference's number. ``pictures`` show one ``channel``; ``reference``
+    and ``guide`` (height, width), the usual picture, are grey in any case: by them frames are
+    aligned, and scaled by ``light`` (n,) to the same brightness.
     """
 
     pictures: Single
@@ -40,6 +43,17 @@ class SteadySample:
     every: Array
     onto: Array
     reference_index: int
+    guide: Single
+    light: Array
+    channel: Channel = LUMA
+
+    @property
+    def shown(self) -> Single:
+        """The reference in the pictures' own channel."""
+        if self.channel.luma:
+            return np.asarray(self.reference, np.float32)
+        row = int(np.searchsorted(self.index, self.reference_index))
+        return np.asarray(self.pictures[row], np.float32)
 
     @property
     def roll_rad(self) -> Array:
@@ -64,13 +78,35 @@ class SteadySample:
         stack = np.stack([picture for picture, _ in shown])
         usual = median_of(stack)
         stack = np.where(content, stack, usual).astype(np.float32)
+        light = np.array([light_of(picture, usual) for picture in stack])
         for number, picture in enumerate(stack):
-            stack[number] = evenly(picture, usual)
+            stack[number] = picture * float(light[number])
         index = np.array(sample.index[low : high + 1])
         return cls(
             stack, index, grey[path.reference], content, path.moves, sample.scale,
-            np.array(sample.index), onto, sample.index[path.reference],
+            np.array(sample.index), onto, sample.index[path.reference], usual, light,
         )  # fmt: skip
+
+    def in_colour(self, cb: FrameSample, cr: FrameSample) -> SteadySample | None:
+        """The same pictures in the colour in which they change most; None where there is none.
+
+        The samples hold the same frames in their differences of colour.
+        """
+        blue, red = self._still(cb), self._still(cr)
+        channel = colour_of(blue, red, self.content)
+        if channel is None:
+            return None
+        mixed = channel.cb * (blue - NEUTRAL) + channel.cr * (red - NEUTRAL)
+        return replace(self, pictures=np.asarray(NEUTRAL + mixed, np.float32), channel=channel)
+
+    def _still(self, sample: FrameSample) -> Single:
+        """The same frames in a difference of colour, aligned and as bright; (n, height, width)."""
+        rows = np.searchsorted(self.every, self.index).tolist()
+        stack = np.stack([aligned(sample.pictures[row], self.onto[row])[0] for row in rows])
+        stack = np.where(self.content, stack, median_of(stack)).astype(np.float32)
+        for number, picture in enumerate(stack):
+            stack[number] = as_bright(picture, float(self.light[number]))
+        return stack
 
 
 def _by_all_pixels(
@@ -135,5 +171,14 @@ def _variation(stack: Single, share: float) -> Single:
 
 def evenly(picture: Single, usual: Array | Single) -> Single:
     """A picture scaled to the brightness of the usual one."""
-    ratio = float(np.median((usual[::3, ::3] + 1.0) / (picture[::3, ::3] + 1.0)))
-    return np.asarray(picture * ratio, np.float32)
+    return np.asarray(picture * light_of(picture, usual), np.float32)
+
+
+def light_of(picture: Single, usual: Array | Single) -> float:
+    """By which factor a picture is darker than the usual one."""
+    return float(np.median((usual[::3, ::3] + 1.0) / (picture[::3, ::3] + 1.0)))
+
+
+def as_bright(colour: Single, light: float) -> Single:
+    """A picture's difference of colour with its grey scaled by a factor."""
+    return np.asarray(NEUTRAL + light * (colour - NEUTRAL), np.float32)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Result, frame
+from servosight.tracking.core._channel import LUMA, Channel
 from servosight.tracking.core._exposure import Shutters
 from servosight.tracking.core._plane import PICTURE, MotionPlane
 from servosight.tracking.core._rotation import turned
@@ -67,6 +68,7 @@ class Track(Result):
         shutters: exposure and readout, given or found.
         candidates: the parts among which this one was chosen, the one that explains most first;
             empty where only one was looked for. ``TrackOptions.pick`` takes another.
+        channel: what of the pictures was measured: their grey, or a sum of differences of colour.
 
     >>> import numpy as np
     >>> track = Track(
@@ -95,6 +97,7 @@ class Track(Result):
     shared_deg: Array | None = None
     shutters: Shutters | None = None
     candidates: tuple[Candidate, ...] = ()
+    channel: Channel = LUMA
 
     @property
     def frames(self) -> int:

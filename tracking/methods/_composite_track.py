@@ -11,7 +11,7 @@ from servosight.tracking.acquisition import POINT
 from servosight.tracking.composite import PartMeter, PoseFit
 from servosight.tracking.core import PICTURE, Box, Flag, Track, TrackOptions, TrackRefused
 from servosight.tracking.drawing import refusal_picture
-from servosight.tracking.uncertainty import gaps
+from servosight.tracking.uncertainty import even_scatter, gaps
 from servosight.tracking.video import Film
 
 # Of the small pictures: what shake and codec leave of a part's place. On eight composed clips
@@ -38,7 +38,10 @@ def track_of(
         )
     angle = np.full(len(fits), np.nan)
     angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
-    sigma = np.array([_sigma(fit, meter) if fit is not None else np.nan for fit in fits])
+    # Pictures of colour are coded so coarsely that errors are common to all of a part's edge: they
+    # are not seen in its residuals, and up to five times as large as these say.
+    least_rad = 0.0 if meter.model.grain == 1 else even_scatter(angle[found])
+    sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
     sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
     sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
@@ -64,6 +67,7 @@ def track_of(
         plane=PICTURE,
         notes=tuple(film.notes(stamps_s.tolist())),
         shutters=film.shutters,
+        channel=meter.steady.channel,
     )
 
 
@@ -77,12 +81,13 @@ def first_rad(fits: Sequence[PoseFit | None]) -> float:
     return next((fit.angle_rad for fit in fits if fit is not None), 0.0)
 
 
-def _sigma(fit: PoseFit, meter: PartMeter) -> float:
-    """Sigma of an angle [rad]: of its residuals, and of what the camera's motion leaves."""
+def _sigma(fit: PoseFit, meter: PartMeter, least_rad: float) -> float:
+    """Sigma of an angle [rad]: of its residuals, at least ``least_rad``, and of what the camera's
+    motion leaves."""
     share = max(fit.kept, 0.2)
     across_px = meter.doubt_px / np.sqrt(2.0)  # one of two directions turns the part
     aligned = _ALIGNMENT_PX / (_ARM * meter.radius_px)
-    parts = (fit.sigma_rad, aligned, _PIVOT_SIGMAS * across_px * fit.per_px_rad)
+    parts = (max(fit.sigma_rad, least_rad), aligned, _PIVOT_SIGMAS * across_px * fit.per_px_rad)
     return float(np.linalg.norm(parts) / share)
 
 

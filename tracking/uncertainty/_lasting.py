@@ -54,6 +54,16 @@ def lasting(angle: Array) -> float:
     return max(sizes) / sizes[0] if sizes and sizes[0] > 0.0 else 1.0
 
 
+def even_scatter(angle: Array) -> float:
+    """The scatter of angles (frames,) from frame to frame about a motion that is slower than a
+    twentieth of the frame rate, the same for all; 0 where there are too few.
+
+    >>> even_scatter(np.sin(np.arange(60) / 9.0)) < 1e-7
+    True
+    """
+    return _size(angle, _HIGH, 1) if angle.size >= _HIGH + _FEWEST else 0.0
+
+
 def _size(angle: Array, order: int, stride: int) -> float:
     """The rms of differences over ``stride`` frames, as of one angle; without outlying ones."""
     weights = np.array([(-1) ** n * comb(order, n) for n in range(order + 1)], np.float64)

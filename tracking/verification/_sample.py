@@ -37,11 +37,13 @@ class FrameSample:
     def watch(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The same frames in the same order; some of them are kept."""
         for frame in frames:
-            if frame.index % self.stride == 0:
-                self._keep(frame)
+            self.add(frame)
             yield frame
 
-    def _keep(self, frame: Frame) -> None:
+    def add(self, frame: Frame) -> None:
+        """The next frame, which is kept or not."""
+        if frame.index % self.stride:
+            return
         self.scale = min(1.0, _LONG_SIDE_PX / max(frame.image.shape))
         self.index.append(frame.index)
         self.pictures.append(small(self.prepare(frame.image), self.scale))
@@ -61,7 +63,7 @@ class FrameSample:
         return numbers, [self.pictures[row] for row in rows], rolls
 
 
-def small(image: Image, scale: float) -> Single:
+def small(image: Image | Single, scale: float) -> Single:
     """A picture ``scale`` times as large, smoothed by a Gaussian of 1 px."""
     resized: Any = image.astype(np.float32)
     if scale < 1.0:

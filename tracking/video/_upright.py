@@ -1,4 +1,5 @@
-"""Decoded pictures as they are meant to be seen: whole instead of interlaced, upright, grey."""
+"""Decoded pictures as they are meant to be seen: whole instead of interlaced, upright, in grey and
+colour."""
 
 from __future__ import annotations
 
@@ -78,3 +79,14 @@ def upright(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None
         )
     image: Image = picture.to_ndarray(format="gray")
     return np.ascontiguousarray(np.rot90(image, turns)) if turns else image
+
+
+def colours(picture: Any) -> Image:
+    """By how much blue and red differ from the grey, turned as ``upright`` does; uint8 (2, height,
+    width), 128 where there is no colour.
+
+    Of the size of the grey, although most files hold them at half of it.
+    """
+    turns = tag_deg(picture) // 90
+    planes: Image = picture.to_ndarray(format="yuv444p")[1:]
+    return np.ascontiguousarray(np.rot90(planes, turns, axes=(1, 2))) if turns else planes

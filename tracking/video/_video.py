@@ -1,4 +1,4 @@
-"""Reading a video: streamed grey frames and their presentation times."""
+"""Reading a video: streamed frames, in grey or with their colour, and their presentation times."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servosight.models.core import Array, Image, InputError
+from servosight.models.core import Array, Image, InputError, Single
+from servosight.tracking.core import NEUTRAL, Channel
 from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
-from servosight.tracking.video._upright import progressive, tag_deg, upright
+from servosight.tracking.video._upright import colours, progressive, tag_deg, upright
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -27,7 +28,8 @@ class Frame:
 
     ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed;
     ``roll_rad`` by how much the picture had turned counter-clockwise with the camera before that;
-    ``tag_deg`` by how much a tag of the file turned it counter-clockwise.
+    ``tag_deg`` by how much a tag of the file turned it counter-clockwise. ``colour`` (2, height,
+    width) are its differences of colour Cb and Cr, None where they were not asked for.
     """
 
     index: int
@@ -36,10 +38,19 @@ class Frame:
     sigma_px: float = 0.0
     tag_deg: int = 0
     roll_rad: float = 0.0
+    colour: Image | None = None
+
+    def seen_in(self, channel: Channel) -> Single:
+        """The picture in a channel of colour (height, width)."""
+        assert self.colour is not None
+        cb, cr = self.colour
+        mixed = channel.cb * (cb - NEUTRAL) + channel.cr * (cr - NEUTRAL)
+        return np.asarray(NEUTRAL + mixed, np.float32)
 
 
-def frames(video: Path) -> Iterator[Frame]:
-    """Stream the pictures of a video in order; memory does not grow with its length.
+def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
+    """Stream the pictures of a video in order, ``coloured`` ones with their colour; memory does not
+    grow with its length.
 
     Times are presentation times (pts x time base), the start of exposure; the declared rate
     serves only a file without them. An error of decoding ends the stream, where 50 pictures came
@@ -55,7 +66,8 @@ def frames(video: Path) -> Iterator[Frame]:
             time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
             image = upright(video, index, picture, shape)
             shape, last_s = image.shape, time_s
-            yield Frame(index, time_s, image, tag_deg=tag_deg(picture))
+            colour = colours(picture) if coloured else None
+            yield Frame(index, time_s, image, tag_deg=tag_deg(picture), colour=colour)
 
 
 def _decoded(container: InputContainer, stream: Any, least: int) -> Iterator[Any]:

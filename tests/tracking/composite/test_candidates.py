@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.tracking.core import TrackOptions, TrackRefused
-from servosight.tracking.methods._composite import Footage
+from servosight.tracking.methods._footage import Footage
 
 PICTURE = np.zeros((4, 4, 3), np.uint8)
 SHARES = (0.5, 0.45, 0.2)  # of the change that the parts explain about a rough pivot

@@ -1,0 +1,253 @@
+"""The frames in which the camera rests, and a part measured in them as one model with the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array, FrameProgress, Image, Mask, Single
+from servosight.tracking.acquisition import POINT, pointed_box
+from servosight.tracking.composite import (
+    TRUST,
+    FoundPart,
+    Hint,
+    PartMeter,
+    PoseFit,
+    SteadySample,
+    distrust,
+    entering,
+    found_about,
+    outline_of,
+)
+from servosight.tracking.core import (
+    Candidate,
+    Track,
+    TrackOptions,
+    TrackRefused,
+    outline_at,
+)
+from servosight.tracking.drawing import SeenPart, refusal_picture
+from servosight.tracking.methods._composite_track import first_rad, in_video, track_of
+from servosight.tracking.methods._verified import verify
+from servosight.tracking.verification import FrameSample, small
+from servosight.tracking.video import Film, Frame, frame_at, frames
+
+_LEAST_FRAMES = 12
+_LEAST_POINTED = 0.15
+_LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
+_ANEW = 2
+_RIVALS = 2  # parts that are tried where the frames refuse the first one
+
+
+@dataclass(frozen=True)
+class Footage:
+    """The frames in which the camera rests, and what the user wants measured in them.
+
+    ``stamps_s`` (frames,) are the file's own times.
+    """
+
+    film: Film
+    options: TrackOptions
+    sample: FrameSample
+    steady: SteadySample
+    stamps_s: Array
+    hint: Hint | None
+
+    @classmethod
+    def of(cls, film: Film, options: TrackOptions) -> Footage:
+        """From a video; ``TrackRefused`` where the camera does not rest."""
+        sample = FrameSample(_as_it_is)
+        stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
+        steady = SteadySample.of(sample)
+        if len(steady.pictures) < _LEAST_FRAMES:
+            raise TrackRefused(
+                f"{film.path}: the camera rests for too short a time; expected half a second at "
+                "least in which it stays in place, cut the video or mount the camera.",
+                refusal_picture(film.images),
+            )
+        return cls(film, options, sample, steady, stamps_s, _hint(film, options, steady, stamps_s))
+
+    def in_colour(self) -> Footage | None:
+        """The same frames in the colour in which they change most, aligned as in grey; None where
+        no colour changes."""
+        cb, cr = FrameSample(_as_it_is), FrameSample(_as_it_is)
+        for frame in frames(self.film.path, coloured=True):
+            assert frame.colour is not None
+            for sample, image in zip((cb, cr), frame.colour, strict=True):
+                sample.add(replace(frame, image=image))
+        steady = self.steady.in_colour(cb, cr)
+        return None if steady is None else replace(self, steady=steady)
+
+    @property
+    def least_explained(self) -> float:
+        """The share of the change that a part must explain."""
+        return _LEAST_POINTED if self.options.pointed else TRUST.least_measured
+
+    @property
+    def least_tried(self) -> float:
+        """The share from which a part is looked at more closely."""
+        return min(_LEAST_TRIED, self.least_explained)
+
+    def chosen(self, parts: Sequence[FoundPart]) -> FoundPart:
+        """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
+        pick = self.options.pick
+        if len(parts) < pick or parts[pick - 1].explained < self.least_tried:
+            raise self.nothing(parts)
+        return parts[pick - 1]
+
+    def instead(
+        self, parts: Sequence[FoundPart], tried: int, refused: TrackRefused,
+        progress: FrameProgress | None,
+    ) -> tuple[Track, Mask, int]:  # fmt: skip
+        """As ``measured``, of the first part after those ``tried`` that the frames confirm, and its
+        number; ``refused``, the refusal of the first one, where they confirm none."""
+        numbers = range(tried + 1, len(parts) + 1)
+        least = self.least_tried
+        rivals = [n for n in numbers if parts[n - 1].explained_there >= least]
+        for number in rivals[:_RIVALS]:
+            try:
+                return (*self.measured(parts[number - 1], progress), number)
+            except TrackRefused as again:
+                if again.measured and not refused.measured:
+                    refused = again
+        raise refused
+
+    def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
+        """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where
+        the frames do not confirm it."""
+        settled, meter = _settled(self.steady, part, self.hint)
+        share = max(part.explained_there, settled.explained_there)
+        if share < self.least_explained:
+            seen = SeenPart(self.candidate(settled).pivot_px, self._outline(settled))
+            raise TrackRefused(
+                f"{self.film.path}: the part that may turn about {seen.pivot_px[0]:.0f},"
+                f"{seen.pivot_px[1]:.0f} explains only {share:.0%} of what changes; expected "
+                f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
+                self._drawn([seen]),
+            )
+        first, last = int(self.steady.index[0]), int(self.steady.index[-1])
+        if last + 2 * self.sample.stride > self.film.header.count:  # its stride ends before
+            last = self.film.header.count
+        fits = []
+        for frame, fit in meter.measured(self._frames(), first, last):
+            fits.append(fit)
+            if progress is not None:
+                progress(frame.index + 1, self.film.header.count)
+        inside = np.arange(len(fits)) >= first
+        inside &= np.arange(len(fits)) <= last
+        track = track_of(self.film, self.options, meter, self.stamps_s[: len(fits)], fits)
+        return self._confirmed(track, meter, fits, inside, settled), inside
+
+    def _confirmed(
+        self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
+        part: FoundPart,
+    ) -> Track:  # fmt: skip
+        """The track with the sigma of its pivot, where the frames confirm it."""
+        pictures = list(self.steady.pictures)
+        seen = replace(
+            self.sample, index=self.steady.index.tolist(), pictures=pictures,
+            roll_rad=self.steady.roll_rad.tolist(),
+        )  # fmt: skip
+        line = in_video(meter.outline(first_rad(fits)), self.steady.scale)
+        shown = outline_at(track, float(track.angle_deg[self.steady.reference_index]))
+        draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
+        verify(
+            self.film, self.options, track, np.array(track.pivot_px), line,
+            seen, inside, draw, partial(_left_out, part, self.steady.content),
+        )  # fmt: skip
+        apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
+        track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
+        why = distrust(apart_deg, track.sigma_deg[track.found], fits, self.options.pointed)
+        if why is not None:
+            x, y = track.pivot_px
+            sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
+            raise TrackRefused(sentence, draw(), measured=True)
+        return track
+
+    def _frames(self) -> Iterator[Frame]:
+        return frames(self.film.path, coloured=not self.steady.channel.luma)
+
+    def nothing(self, parts: Sequence[FoundPart]) -> TrackRefused:
+        """That the part is not there, with the parts that were found drawn."""
+        options = self.options
+        if options.pick > 1:
+            why = (
+                f"--pick is {options.pick}, and {len(parts)} parts that may turn are found; "
+                "expected the number of one of them, or point at it with --tip X,Y"
+            )
+        elif options.pointed:
+            why = (
+                "nothing that turns is found at the place pointed at; expected the pivot, a point "
+                "of the part or a box around it on the frame --at SECONDS"
+            )
+        else:
+            why = (
+                "nothing that turns explains what changes in the picture; expected a part that "
+                f"turns in full view, {POINT}"
+            )
+        seen = [SeenPart(self.candidate(part).pivot_px, self._outline(part)) for part in parts]
+        return TrackRefused(f"{self.film.path}: {why}.", self._drawn(seen))
+
+    def candidate(self, part: FoundPart) -> Candidate:
+        """A part that was found, in the video's own pixels."""
+        x, y = in_video(np.array(part.pivot_px), self.steady.scale)
+        return Candidate(pivot_px=(float(x), float(y)), explained=round(part.explained, 3))
+
+    def _outline(self, part: FoundPart) -> Array:
+        return in_video(outline_of(part, self.steady), self.steady.scale)
+
+    def _drawn(self, parts: Sequence[SeenPart]) -> Image:
+        """Parts on the picture that all frames were aligned with."""
+        height, width = self.film.images[0].shape
+
+        def large(picture: Image) -> Image:
+            return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR))
+
+        steady = self.steady
+        others = np.clip(np.round(steady.pictures[:: 1 + len(steady.pictures) // 24]), 0, 255)
+        images = [large(steady.reference), *(large(one.astype(np.uint8)) for one in others)]
+        return refusal_picture(images, parts, float(self.stamps_s[steady.reference_index]))
+
+
+def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Array) -> Hint | None:
+    """What the user points at, if anything."""
+    box = pointed_box(options, film.images[0].shape)
+    if options.pivot is None and box is None:
+        return None
+    frame = film.images[0]
+    if options.at_s is not None:
+        frame = frame_at(film.path, options.at_s).image
+    index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
+    return Hint.of(steady, small(frame, steady.scale), index, options.pivot, box)
+
+
+def _settled(
+    steady: SteadySample, part: FoundPart, hint: Hint | None
+) -> tuple[FoundPart, PartMeter]:
+    """The part and its meter, learnt anew where its pivot turns out to be elsewhere."""
+    meter = PartMeter.of(steady, part)
+    for _ in range(_ANEW):
+        # A pixel of the pictures in which the part was found.
+        if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
+            break
+        better = found_about(
+            steady.pictures, meter.pivot_px, hint, steady.content, part.inside, part.beside
+        )
+        if better is None:
+            break
+        part, meter = better, PartMeter.of(steady, better)
+    return part, meter
+
+
+def _left_out(part: FoundPart, content: Mask, pictures: Single) -> Mask:
+    """Where pictures (n, height, width) show what was left out when the part was found."""
+    gone = entering(pictures, content) if part.inside else np.zeros(pictures.shape, bool)
+    return gone if part.beside is None else gone | part.beside
+
+
+def _as_it_is(image: Image) -> Image:
+    return image
