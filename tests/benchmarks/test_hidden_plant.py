@@ -22,6 +22,7 @@ BOUND_DEG = {
     "coulomb_friction": 0.01,
     "load_dependent_friction": 0.01,
     "directional_friction": 0.01,
+    "load_dependent_stribeck": 0.01,
     "stribeck_friction": 0.02,
     "backlash": 0.003,
 }

@@ -23,13 +23,6 @@ def term(
 def switch(
     rate: float, drive: float, load: float, excess: float, speed: float, back_emf: float
 ) -> float:
-    """Changes sign where the size has its corner."""
-    return drive - back_emf * rate + load
-
-
-def second_switch(
-    rate: float, drive: float, load: float, excess: float, speed: float, back_emf: float
-) -> float:
     """Changes sign where the excess begins to matter: at 3 speeds a ten-thousandth is left."""
     return rate - 3.0 * speed
 
@@ -41,10 +34,10 @@ def resolution(
     if w > 3.01 * speed:
         return math.inf
     if w + T * acceleration < 1e-3 * speed:
-        return 0.05 * T  # it creeps towards rest, and may do so for seconds
-    growth = 0.15 * T * T * speed / (30.0 * excess + 1e-12)  # under a large torque of 30 deg
-    passage = 0.2 * speed / (acceleration + 1e-12)
-    return max(min(growth, passage), 0.01 * T)
+        return 0.1 * T  # it creeps towards rest, and may do so for seconds
+    growth = 0.4 * T * T * speed / (30.0 * excess + 1e-12)  # under a large torque of 30 deg
+    passage = 0.3 * speed / (acceleration + 1e-12)
+    return max(min(growth, passage), 0.03 * T)
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
@@ -79,6 +72,5 @@ EFFECT = Effect(
     starts=starts,
     term=term,
     switch=switch,
-    second_switch=second_switch,
     resolution=resolution,
 )
