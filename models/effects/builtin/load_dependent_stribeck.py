@@ -34,10 +34,10 @@ def resolution(
     if w > 3.01 * speed:
         return math.inf
     if w + T * acceleration < 1e-3 * speed:
-        return 0.1 * T  # it creeps towards rest, and may do so for seconds
-    growth = 0.4 * T * T * speed / (30.0 * excess + 1e-12)  # under a large torque of 30 deg
-    passage = 0.3 * speed / (acceleration + 1e-12)
-    return max(min(growth, passage), 0.03 * T)
+        return 0.08 * T  # it creeps towards rest, and may do so for seconds
+    growth = 0.3 * T * T * speed / (30.0 * excess + 1e-12)  # under a large torque of 30 deg
+    passage = 0.2 * speed / (acceleration + 1e-12)
+    return max(min(growth, passage), 0.025 * T)
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
