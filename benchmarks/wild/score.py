@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, InputError
-from servosight.tracking.core import TrackOptions
+from servosight.tracking.core import Track, TrackOptions
 from servosight.tracking.track import track
 from wild.film import WildTruth, filmed, views
 from wild.scene import scene_of
@@ -62,6 +62,13 @@ def hinted(number: int, truth: WildTruth, hint: str | None) -> TrackOptions:
     return TrackOptions(template=box, at_s=at_s)
 
 
+def _method(found: Track) -> str:
+    """By which way a track was measured."""
+    if not found.channel.luma:
+        return "colour"
+    return "composite" if any("one model" in note for note in found.notes) else "refine"
+
+
 def _pivots(number: int, truth: WildTruth) -> Array:
     """Where the pivot lies in each frame (frames, 2): a track names it in one of them."""
     seen = views(scene_of(number))
@@ -97,7 +104,7 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
         sigmas=float(np.sqrt(np.mean(score**2))),
         share=share,
         pivot_px=float(np.hypot(*(np.array(found.pivot_px) - _pivots(number, truth)).T).min()),
-        method="composite" if any("one model" in note for note in found.notes) else "refine",
+        method=_method(found),
         seconds=seconds,
         words=f"moved {np.ptp(found.angle_deg):.1f} of {np.ptp(truth.angle_deg):.1f} deg",
     )
