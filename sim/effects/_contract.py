@@ -80,6 +80,13 @@ class Twin:
         """Dry friction of ``torque_nm`` over the coming step, on top of what there is already."""
         self.model.dof_frictionloss[self.motor] += torque_nm
 
+    def back_emf_torque(self, back_emf_s: float) -> float:
+        """What back-EMF takes of the drive at the speed in the middle of the step [N m].
+
+        ``back_emf_s`` in degrees of position error for each deg/s.
+        """
+        return self.bench.loop_stiffness_nm_rad * back_emf_s * self.speed
+
     def load_torque(self) -> float:
         """What weight and springs ask of the motor at the step's start [N m].
 

@@ -96,8 +96,7 @@ class SteadySample:
         channel = colour_of(blue, red, self.content)
         if channel is None:
             return None
-        mixed = channel.cb * (blue - NEUTRAL) + channel.cr * (red - NEUTRAL)
-        return replace(self, pictures=np.asarray(NEUTRAL + mixed, np.float32), channel=channel)
+        return replace(self, pictures=channel.mixed(blue, red), channel=channel)
 
     def _still(self, sample: FrameSample) -> Single:
         """The same frames in a difference of colour, aligned and as bright; (n, height, width)."""

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from servosight.models.core import Image, Single
+
 NEUTRAL = 128.0
 """The level of a difference of colour where there is no colour."""
 
@@ -41,6 +45,15 @@ class Channel:
             return "grey"
         sign = "-" if self.cr < 0.0 else "+"
         return f"colour ({self.cb:.2f} Cb {sign} {abs(self.cr):.2f} Cr)"
+
+    def mixed(self, cb: Image | Single, cr: Image | Single) -> Single:
+        """Its sum of two differences of colour, about the level where there is none.
+
+        >>> Channel(cb=0.6, cr=0.8).mixed(np.full((1, 1), 138.0), np.full((1, 1), 118.0))
+        array([[126.]], dtype=float32)
+        """
+        away = self.cb * (cb - NEUTRAL) + self.cr * (cr - NEUTRAL)
+        return np.asarray(NEUTRAL + away, np.float32)
 
 
 LUMA = Channel(luma=1.0)

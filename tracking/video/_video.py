@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError, Single
-from servosight.tracking.core import NEUTRAL, Channel
+from servosight.tracking.core import Channel
 from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
 from servosight.tracking.video._upright import colours, progressive, tag_deg, upright
 
@@ -43,9 +43,7 @@ class Frame:
     def seen_in(self, channel: Channel) -> Single:
         """The picture in a channel of colour (height, width)."""
         assert self.colour is not None
-        cb, cr = self.colour
-        mixed = channel.cb * (cb - NEUTRAL) + channel.cr * (cr - NEUTRAL)
-        return np.asarray(NEUTRAL + mixed, np.float32)
+        return channel.mixed(*self.colour)
 
 
 def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:

@@ -22,12 +22,11 @@ def edit(assembly: Assembly, values: EffectValues) -> None:
 def supply(twin: Twin, values: EffectValues) -> Regulator:
     """``limit`` [deg] to both sides of ``back_emf`` [s] times the speed."""
     width = twin.bench.torque(values["limit"])
-    per_speed = twin.bench.loop_stiffness_nm_rad * values["back_emf"]
     limits = twin.drive_range
 
     def limit() -> None:
         low, high = limits.tolist()
-        centre = per_speed * twin.speed
+        centre = twin.back_emf_torque(values["back_emf"])
         limits[0] = min(max(centre - width, low), high)
         limits[1] = min(max(centre + width, low), high)
 

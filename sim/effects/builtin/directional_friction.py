@@ -12,10 +12,9 @@ from servosight.sim.effects._contract import EffectValues, HiddenEffect, Regulat
 
 def regulate(twin: Twin, values: EffectValues) -> Regulator:
     """Friction of the shares [-] of the motor's torque and of the load; ``back_emf`` [s]."""
-    per_speed = twin.bench.loop_stiffness_nm_rad * values["back_emf"]
 
     def brake() -> None:
-        motor = twin.drive_torque() - per_speed * twin.speed
+        motor = twin.drive_torque() - twin.back_emf_torque(values["back_emf"])
         twin.brake(abs(values["motor"] * motor + values["outer"] * twin.load_torque()))
 
     return brake

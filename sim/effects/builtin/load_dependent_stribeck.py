@@ -18,11 +18,10 @@ def regulate(twin: Twin, values: EffectValues) -> Regulator:
     ``back_emf`` is in seconds.
     """
     speed = math.radians(values["speed"])
-    per_speed = twin.bench.loop_stiffness_nm_rad * values["back_emf"]
 
     def brake() -> None:
         share = values["excess"] * math.exp(-((twin.speed / speed) ** 2))
-        motor = twin.drive_torque() - per_speed * twin.speed
+        motor = twin.drive_torque() - twin.back_emf_torque(values["back_emf"])
         twin.brake(share * abs(motor + twin.load_torque()))
 
     return brake
