@@ -9,6 +9,7 @@ right one more often than not, and cost less than one descent.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from zlib import crc32
 
 import numpy as np
 
@@ -101,7 +102,8 @@ def _variations(fit: Solution, seed: int) -> Array:
 def spread(problem: Problem, base: Solution, seed: int = 0) -> Array:
     """Search points drawn over T, xi and the effects that ``base`` lacks, (points, coordinates).
 
-    Each effect is absent, or has one of its guesses times a share; k is that of ``base`` or 1.
+    Each effect is absent, or has one of its guesses times a share; k is that of ``base`` or 1. What
+    is drawn for an effect depends on its name, and not on what else a catalogue holds.
     """
     rng = np.random.default_rng(seed)
     neutral = neutral_start(problem, base.as_base)
@@ -109,12 +111,13 @@ def spread(problem: Problem, base: Solution, seed: int = 0) -> Array:
     points[::2, 0] = np.copysign(1.0, neutral[0])
     points[:, 1] = _drawn(rng, SPAN_T_S)
     points[:, 2] = _drawn(rng, SPAN_XI)
-    new = [one for one in problem.plant.layout.effects if one.id not in base.problem.effects]
-    for effect in new:
+    lacked = set(problem.effects) - set(base.problem.effects)
+    for effect in (one for one in problem.plant.layout.effects if one.id in lacked):
+        own = np.random.default_rng([seed, crc32(effect.id.encode())])
         guesses = np.array(base.as_base.guesses(effect))
-        drawn = guesses[rng.integers(len(guesses), size=POINTS)]
-        share = np.exp(_drawn(rng, SPAN_SHARE))
-        present = rng.random(POINTS) >= ABSENT
+        drawn = guesses[own.integers(len(guesses), size=POINTS)]
+        share = np.exp(_drawn(own, SPAN_SHARE))
+        present = own.random(POINTS) >= ABSENT
         for value, parameter in zip(drawn.T, effect.parameters, strict=True):
             name = f"{effect.id}.{parameter.name}"
             for j, coordinate in enumerate(problem.coordinates):

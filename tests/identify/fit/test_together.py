@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import Solution, fit_together, fit_varied, over_horizons, polish
+from servosight.identify.fit._together import spread
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.effects import catalogue
 
@@ -63,6 +64,17 @@ def test_what_is_fitted_at_once_is_found(problem: Problem) -> None:
     values = problem.values(fit.outcome.point)
     for name, true in TRUE.items():
         assert values[name] == pytest.approx(true, rel=0.1)
+
+
+def test_what_is_drawn_for_an_effect_does_not_depend_on_the_rest_of_the_catalogue(
+    problem: Problem,
+) -> None:
+    few = {name: catalogue()[name] for name in reversed(NAMES)}
+    other = Problem.of(problem.recordings, few, NAMES, held={"k": 1.0})
+    drawn = [spread(one, linear(one)) for one in (problem, other)]
+    columns = [[c.name for c in one.coordinates] for one in (problem, other)]
+    place = [columns[1].index(name) for name in columns[0]]
+    np.testing.assert_allclose(drawn[1][:, place], drawn[0], rtol=1e-3, atol=1e-6)
 
 
 def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: Problem) -> None:
