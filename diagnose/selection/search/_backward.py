@@ -101,6 +101,7 @@ class BackwardSearch:
         """Leave out one effect after the other, each time the one that is missed least, or put a
         special case in its place.
 
+        Effects at a bound go first: no model is accepted with them, however low its price.
         It ends where all simulations are spent, or where what is left is dearer than the cheapest
         of its line by two effects' prices.
         """
@@ -109,8 +110,9 @@ class BackwardSearch:
             if self.effort.is_spent(self.models):
                 return
             smaller = []
-            for i, name in enumerate(names):
-                self.progress(f"trying without {name}", i, len(names))
+            first = [name for name in names if name in trial.score.at_bounds] or names
+            for i, name in enumerate(first):
+                self.progress(f"trying without {name}", i, len(first))
                 smaller.append(self.visited.without(trial, name))
                 smaller += self.visited.special_cases(trial, name)
             trial = min(smaller, key=self.visited.price)

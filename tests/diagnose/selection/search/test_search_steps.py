@@ -48,6 +48,15 @@ def test_the_way_down_ends_at_two_effects_prices_above_its_cheapest() -> None:
     ]
 
 
+def test_effects_at_a_bound_go_first() -> None:
+    """``a`` is missed most, and nothing is accepted with it."""
+    models = InventedModels({"": 0.3, "a": 0.2, "bc": 0.11, "abc": 0.1}, at_bounds="a")
+    visited = Visited(models, CRITERION)  # type: ignore[arg-type]
+    rich = models.fitted(tuple("abc"), "rich")
+    BackwardSearch(models, visited, EFFORT, silent).reduce(rich)  # type: ignore[arg-type]
+    assert models.done[1:] == ["reduce bc", "reduce c", "reduce b"]
+
+
 def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
     assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, cost=1.0)) == []
 
