@@ -25,7 +25,8 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, Verdict, recording_uses
-from servosight.diagnose.result.wording import Levels, assumed, doubts, ended, next_experiment, told
+from servosight.diagnose.result.caveats import assumed, doubts, ended, measured_by_servo
+from servosight.diagnose.result.wording import Levels, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,
@@ -170,7 +171,8 @@ def diagnose(
             *notes,
             *thinning,
             *models.split.warnings,
-            *assumed(last.fit.problem.held, models.known.fixed),
+            *assumed(last.fit.problem.held, models.held),
+            *measured_by_servo(every),
             *doubts(verdict, ladder[-1], levels),
             *ended(selected.cut_short, searched),
         ),

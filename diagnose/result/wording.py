@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.discrepancy import Law
@@ -262,38 +262,3 @@ def next_experiment(
     if not card:
         return f"Add {candidate}: use --auto."
     return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."
-
-
-def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
-    """A warning where the model holds parameters that are not ``fixed`` by the user.
-
-    >>> assumed({"k": 1.0}, {})[0][:14], assumed({"k": 1.0}, {"k": 1.0})
-    ('k is held at 1', [])
-    """
-    return [
-        f"{name} is held at {value:g} and has no sigma, as a loop with its sensor on the output "
-        f"reaches what it is asked for: with another {name} the model predicts the data no better "
-        f"(--fix {name}=VALUE where you know it)"
-        for name, value in held.items()
-        if name not in fixed
-    ]
-
-
-def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
-    """A warning where the test's error is above the limit, though no more than chance allows."""
-    if verdict is Verdict.UNEXPLAINED or last.explained:
-        return []
-    return [
-        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
-        f"chance allows; record longer to be sure"
-    ]
-
-
-def ended(cut_short: bool, simulations: int) -> list[str]:
-    """A warning where the search ended because of its length, not because all was tried."""
-    if not cut_short:
-        return []
-    return [
-        f"the search for effects was stopped at the limit of its cost, after {simulations:,} "
-        f"simulations: this is the best model found by then, and further sets are untried"
-    ]

@@ -1,4 +1,4 @@
-"""Known disturbances: the effects that take them, and those recorded that no effect takes."""
+"""What recordings can show at all: known disturbances, and what lies before the measured angle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from servosight.models.core import InputError, Recording, rounded
-from servosight.models.effects import Effect
+from servosight.models.effects import Effect, Place
 from servosight.models.plant import Plant
 
 
@@ -17,10 +17,21 @@ class Offered(dict[str, Effect]):
     One kernel is then compiled, whatever the recordings hold.
     """
 
-    def __init__(self, catalogue: Mapping[str, Effect], recordings: Sequence[Recording]) -> None:
+    def __init__(
+        self,
+        catalogue: Mapping[str, Effect],
+        recordings: Sequence[Recording],
+        wanted: Sequence[str] = (),
+    ) -> None:
         pushed = any(one.disturbance_unit is not None for one in recordings)
+        hidden = hidden_places(recordings)
         super().__init__(
-            {name: one for name, one in catalogue.items() if pushed or not one.needs_disturbance}
+            {
+                name: one
+                for name, one in catalogue.items()
+                if (pushed or not one.needs_disturbance)
+                and (one.place not in hidden or name in wanted)
+            }
         )
         self.whole = catalogue
 
@@ -30,21 +41,39 @@ class Offered(dict[str, Effect]):
         return Plant.of(self.whole)
 
 
+def hidden_places(recordings: Sequence[Recording]) -> frozenset[Place]:
+    """Where effects act that none of the recordings shows, since its angle is measured before them.
+
+    The horn lies before the linkage. The servo's loop is closed on its own sensor's reading, so an
+    error of that sensor is in the surface's angle and not in the reading.
+
+    >>> t = np.arange(0.0, 1.0, 0.01)
+    >>> sorted(one.name for one in hidden_places([Recording("run", t, t, t, t, side="sensor")]))
+    ['FEEDBACK', 'TRANSMISSION']
+    """
+    sides = {one.side for one in recordings}
+    if "surface" in sides:
+        return frozenset()
+    return frozenset({Place.TRANSMISSION} | (set() if "horn" in sides else {Place.FEEDBACK}))
+
+
 def offered(
     catalogue: Mapping[str, Effect],
     recordings: Sequence[Recording],
     wanted: Sequence[str] = (),
 ) -> Mapping[str, Effect]:
-    """``catalogue`` without effects of a known disturbance where no recording has one.
+    """``catalogue`` without effects that the recordings cannot show.
 
-    InputError where one of them is ``wanted``.
+    These are effects of a known disturbance where no recording has one, and effects behind the
+    angle that was measured (:func:`hidden_places`) and are not ``wanted``. InputError where one of
+    the former is.
 
     >>> from servosight.models.effects import catalogue
     >>> t = np.arange(0.0, 1.0, 0.01)
     >>> "known_disturbance" in offered(catalogue(), [Recording("run", t, t, t, t)])
     False
     """
-    found = Offered(catalogue, recordings)
+    found = Offered(catalogue, recordings, wanted)
     for name in wanted:
         if name in catalogue and name not in found:
             raise InputError(

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Hold = Literal["zero", "linear"]
-Side = Literal["surface", "horn"]
+Side = Literal["surface", "horn", "sensor"]
+"""What turns by the angle: the surface, the servo's horn, or the servo by its own reading."""
 
 DISTURBANCE = "disturbance_"
 """The name of a signal that is a known disturbance begins so; its unit follows."""
@@ -65,8 +66,9 @@ class Recording:
     angle. ``relative_gain`` and ``relative_load`` are the gain of the
     position loop and the load on the surface relative to those that a model's parameters refer to.
     ``horn`` is the angle of the servo's horn, where it was measured, too; ``side`` says whether
-    ``angle_deg`` is the surface's, behind linkage and shaft, or the horn's, before them. ``notes``
-    are sentences on how a log of another program was read, ``signals`` what else the log holds.
+    ``angle_deg`` is the surface's, behind linkage and shaft, the horn's, before them, or the
+    reading of the sensor on which the servo's position loop is closed. ``notes`` are sentences
+    on how a log of another program was read, ``signals`` what else the log holds.
     """
 
     name: str

@@ -171,6 +171,7 @@ def recording_of(
         exposure_s=settings.exposure_s,
         relative_gain=settings.relative_gain,
         relative_load=settings.relative_load,
+        side=settings.side,
         offset_sigma_s=settings.offset_sigma_s,
         notes=settings.import_notes,
         path=path,

@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from servosight.models.core import (
     Hold,
+    Side,
     read_settings,
     read_text,
     require,
@@ -27,6 +28,13 @@ _Exposure = Annotated[float, within(0.0, LONGEST_EXPOSURE_S, "seconds", "write 8
 _Hold = Annotated[
     Literal["zero", "linear"],
     Meta(description='"zero" (held between rows) or "linear" (joined by lines)'),
+]
+_Side = Annotated[
+    Side,
+    Meta(
+        description='"surface", "horn" (before linkage and shaft) or "sensor" (the reading of the '
+        "servo's own sensor)"
+    ),
 ]
 _OffsetSigma = Annotated[
     float,
@@ -109,6 +117,7 @@ class _SettingsKeys:
     neutral_us: float | None = None
     relative_gain: Annotated[float, _ratio(1e-3)] = 1.0
     relative_load: Annotated[float, _ratio(0.0)] = 1.0
+    angle_of: _Side = "surface"
     found_exposure_s: _Exposure = 0.0
     import_notes: tuple[str, ...] = ()
     camera: _Shutter = _Shutter()
@@ -126,7 +135,8 @@ class RecordingSettings:
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
-    those of the others that share its physics. ``shutter_given`` is False where the file has
+    those of the others that share its physics. ``side`` says what turns by the angle.
+    ``shutter_given`` is False where the file has
     neither exposure nor readout: the exposure is then the one that the tracker found, if it did.
     ``import_notes`` say how the log was read that the recording came from.
     """
@@ -143,6 +153,7 @@ class RecordingSettings:
     shutter_given: bool = False
     relative_gain: float = 1.0
     relative_load: float = 1.0
+    side: Side = "surface"
     import_notes: tuple[str, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)
 
@@ -175,6 +186,7 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         shutter_given=given,
         relative_gain=_relative(path, table, keys, "relative_gain"),
         relative_load=_relative(path, table, keys, "relative_load"),
+        side=keys.angle_of,
         import_notes=keys.import_notes,
         details=table,
     )

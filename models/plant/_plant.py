@@ -52,7 +52,7 @@ class Stimulus:
             recording.hold == "linear",
             samples,
             weights,
-            recording.side == "horn",
+            recording.side != "surface",
             recording.disturbance_rows,
         )
 

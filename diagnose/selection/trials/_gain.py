@@ -1,14 +1,30 @@
-"""Bounds of the static gain k that keep a model from following its recordings for other reasons."""
+"""The static gain k: held, or bounded so that no model follows its recordings for other reasons."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import CORE
+from servosight.models.core import CORE, Recording
 
 LEAST_GAIN = 0.2
 """No model's k is less than this share of the gain that the recordings show."""
+
+
+def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
+    """k = 1 where each angle is the reading of the sensor on which the servo's loop is closed.
+
+    The loop compares the command with that very number, so they differ by load and friction alone.
+    A weight on the arm and a k can stand in for one another, and so one run with k fitted names the
+    weight and the next does not.
+
+    >>> t = np.arange(0.0, 1.0, 0.01)
+    >>> gain_of_sensor([Recording("run", t, t, t, t, side="sensor")])
+    {'k': 1.0}
+    """
+    return {"k": 1.0} if all(one.side == "sensor" for one in recordings) else {}
 
 
 def k_bounds(problem: Problem) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection.trials._gain import k_bounds
+from servosight.diagnose.selection.trials._gain import gain_of_sensor, k_bounds
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
@@ -57,6 +57,11 @@ class ModelSelection:
     fits: dict[Way, Solution] = field(default_factory=dict, compare=False)
     work: Work = field(default_factory=Work, compare=False)
 
+    @cached_property
+    def held(self) -> Mapping[str, float]:
+        """Parameters that are held in a model unless it is said otherwise."""
+        return {**gain_of_sensor(self.recordings), **self.known.fixed}
+
     def with_catalogue(self, catalogue: Mapping[str, Effect]) -> ModelSelection:
         """The same recordings with other effects, and nothing tried."""
         return replace(self, catalogue=catalogue, trials={}, wholes={}, screens={}, fits={})
@@ -76,8 +81,8 @@ class ModelSelection:
         return k_bounds(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
 
     def problem(self, effects: Sequence[str], held: Mapping[str, float] | None = None) -> Problem:
-        """The fit of some effects to the training samples; ``held`` is by default what is known."""
-        return self._problem(effects, self.known.fixed if held is None else held, self.split.masks)
+        """The fit of some effects to the training samples; ``held`` by default as in all."""
+        return self._problem(effects, self.held if held is None else held, self.split.masks)
 
     def _problem(
         self, effects: Sequence[str], held: Mapping[str, float], masks: Sequence[Mask] | None
@@ -89,17 +94,17 @@ class ModelSelection:
 
     def linear(self) -> Trial:
         """The linear model."""
-        return self._linear(self.known.fixed)
+        return self._linear(self.held)
 
     def unloaded(self) -> Trial | None:
-        """The linear model with k held at 1, or -1; None where k is held anyway.
+        """The linear model with k held at 1, or -1; None where the user holds k.
 
         A loop with its sensor on the output reaches its command, but for load and friction.
         """
         if "k" in self.known.fixed:
             return None
         point = self.linear().fit.outcome.point
-        return self._linear({**self.known.fixed, "k": float(np.copysign(1.0, point[0]))})
+        return self._linear({"k": float(np.copysign(1.0, point[0])), **self.held})
 
     def linear_like(self, trial: Trial) -> Trial:
         """The linear model with the same parameters held as in ``trial``."""

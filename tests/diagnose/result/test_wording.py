@@ -6,7 +6,8 @@ import pytest
 
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
-from servosight.diagnose.result.wording import Levels, ended, verdict_words
+from servosight.diagnose.result.caveats import ended
+from servosight.diagnose.result.wording import Levels, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
 

@@ -78,7 +78,9 @@ def read_bam(path: Path, request: Request) -> Recording:
     # The host writes the goal and reads the position at any time within one cycle, evenly spread.
     cycle_s = float(np.median(np.diff(recording.time_s)))
     sigma_s = float(f"{cycle_s / np.sqrt(12.0):.3g}")
-    return replace(recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s)
+    return replace(
+        recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s, side="sensor"
+    )
 
 
 def _setup(log: dict[str, Any]) -> dict[str, float]:

@@ -1,0 +1,61 @@
+"""Warnings of a diagnosis: what it took for granted, and where chance or its length decided."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from servosight.diagnose.result._diagnosis import LadderStep, Verdict
+from servosight.diagnose.result.wording import Levels
+from servosight.models.core import Recording
+
+
+def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
+    """A warning where the model holds parameters that are not ``fixed`` by the user.
+
+    >>> assumed({"k": 1.0}, {})[0][:14], assumed({"k": 1.0}, {"k": 1.0})
+    ('k is held at 1', [])
+    """
+    return [
+        f"{name} is held at {value:g} and has no sigma, as a loop with its sensor on the output "
+        f"reaches what it is asked for: with another {name} the model predicts the data no better "
+        f"(--fix {name}=VALUE where you know it)"
+        for name, value in held.items()
+        if name not in fixed
+    ]
+
+
+def measured_by_servo(recordings: Sequence[Recording]) -> list[str]:
+    """A warning where the servo measured its angle itself: what it cannot show, and which k holds.
+
+    >>> import numpy as np
+    >>> t = np.arange(0.0, 1.0, 0.01)
+    >>> measured_by_servo([Recording("run", t, t, t, t, side="sensor")])[0][:38]
+    "the angle is read by the servo's senso"
+    """
+    if not all(one.side == "sensor" for one in recordings):
+        return []
+    return [
+        "the angle is read by the servo's own sensor, with which its loop compares the command: k "
+        "is held at 1 (--fix k=VALUE where you know another), and what lies behind the sensor, "
+        "such as backlash and linkage_geometry, is not among the effects"
+    ]
+
+
+def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
+    """A warning where the test's error is above the limit, though no more than chance allows."""
+    if verdict is Verdict.UNEXPLAINED or last.explained:
+        return []
+    return [
+        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
+        f"chance allows; record longer to be sure"
+    ]
+
+
+def ended(cut_short: bool, simulations: int) -> list[str]:
+    """A warning where the search ended because of its length, not because all was tried."""
+    if not cut_short:
+        return []
+    return [
+        f"the search for effects was stopped at the limit of its cost, after {simulations:,} "
+        f"simulations: this is the best model found by then, and further sets are untried"
+    ]
