@@ -92,7 +92,14 @@ def simulated(seed: int, python: Path) -> BamTrial:
     time_s = np.arange(1, round(DURATION_S * RATE_HZ)) / RATE_HZ
     ideal = {
         use: [
-            Recording(f"{use} {n}", one.time_s, one.command_deg, time_s, _at(time_s, next(angles)))
+            Recording(
+                f"{use} {n}",
+                one.time_s,
+                one.command_deg,
+                time_s,
+                _at(time_s, next(angles)),
+                side="sensor",
+            )
             for n, one in enumerate(some)
         ]
         for use, some in commands.items()

@@ -89,17 +89,18 @@ class Problem:
 
     ``masks`` (one boolean array a recording) marks the samples that are scored; the simulation
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
-    so that a cost stays in degrees. ``k_bounds`` are narrower ones for the static gain. ``held``
-    parameters stay at their values: their bounds are these. Those of effects that are not fitted
-    are ignored. ``work`` is told of every simulation, where it is given. ``horizon_s``: the model
-    predicts so far at a time, beginning anew from the measured motion; the whole recording if None.
+    so that a cost stays in degrees. ``ranges`` are narrower bounds by name of a parameter of the
+    linear core, or of ``bias``. ``held`` parameters stay at their values: their bounds are these.
+    Those of effects that are not fitted are ignored. ``work`` is told of every simulation, where it
+    is given. ``horizon_s``: the model predicts so far at a time, beginning anew from the measured
+    motion; the whole recording if None.
     """
 
     recordings: tuple[Recording, ...]
     plant: Plant
     effects: tuple[str, ...]
     masks: tuple[Mask, ...]
-    k_bounds: tuple[float, float] | None = None
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     held: Mapping[str, float] = field(default_factory=dict)
     horizon_s: float | None = None
     work: Work | None = field(default=None, compare=False)
@@ -111,7 +112,7 @@ class Problem:
         catalogue: Mapping[str, Effect],
         effects: Sequence[str],
         masks: Sequence[Mask] | None = None,
-        k_bounds: tuple[float, float] | None = None,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
         held: Mapping[str, float] | None = None,
         work: Work | None = None,
         horizon_s: float | None = None,
@@ -124,7 +125,7 @@ class Problem:
             Plant.of(catalogue),
             tuple(effects),
             tuple(masks),
-            k_bounds,
+            dict(ranges or {}),
             dict(held or {}),
             horizon_s,
             work,
@@ -133,7 +134,7 @@ class Problem:
     @property
     def linear(self) -> Problem:
         """The same recordings and held parameters without any effect."""
-        return replace(self, effects=(), k_bounds=None)
+        return replace(self, effects=(), ranges={})
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -159,11 +160,11 @@ class Problem:
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the search, each (coordinates,)."""
         pairs = np.array([coordinate.bounds for coordinate in self.coordinates])
-        if self.k_bounds is not None:
-            pairs[0] = self.k_bounds
         for j, coordinate in enumerate(self.coordinates):
             if coordinate.recording is None and coordinate.name in self.held:
                 pairs[j] = coordinate.to_search(self.held[coordinate.name])
+            elif coordinate.name in self.ranges:
+                pairs[j] = [coordinate.to_search(end) for end in self.ranges[coordinate.name]]
             elif coordinate.recording is not None and coordinate.name == "initial_speed":
                 fastest = _fastest_deg_s(self.recordings[coordinate.recording])
                 pairs[j] = np.clip(pairs[j], -fastest, fastest)

@@ -44,18 +44,18 @@ def test_a_weight_that_all_but_falls_over_does_not_stand_for_what_is_missing(twi
     recording, truth = twin("end_stop", seed=3, duration_s=20.0)
     bench = ModelSelection(Split.of([recording]), catalogue())
     fit = bench.extended(bench.linear(), "gravity_load").fit
-    assert fit.problem.values(fit.outcome.point)["k"] == pytest.approx(bench.k_bounds[0])
-    assert 0.15 * truth["k"] < bench.k_bounds[0] < truth["k"] < bench.k_bounds[1]
+    assert fit.problem.values(fit.outcome.point)["k"] == pytest.approx(bench.ranges["k"][0])
+    assert 0.15 * truth["k"] < bench.ranges["k"][0] < truth["k"] < bench.ranges["k"][1]
 
 
 def test_k_keeps_its_sign_and_a_share_of_the_gain_that_is_shown(twin: Any) -> None:
     recording, _ = twin("backlash")
     turned = replace(recording, angle_deg=-recording.angle_deg)
     bench = ModelSelection(Split.of([turned]), catalogue())
-    low, high = bench.k_bounds
+    low, high = bench.ranges["k"]
     assert low == -10.0
     assert -1.0 < high < 0.0
-    assert bench.linear().fit.problem.k_bounds == (low, high)
+    assert bench.linear().fit.problem.ranges["k"] == (low, high)
 
 
 def test_json_to_the_letter(found: Any) -> None:

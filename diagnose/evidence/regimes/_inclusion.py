@@ -50,7 +50,7 @@ def include(models: ModelSelection, trial: Trial, recording: Recording) -> Inclu
         models.catalogue,
         trial.effects,
         (*models.split.masks, half),
-        fit.problem.k_bounds,
+        fit.problem.ranges,
         fit.problem.held,
     )
     own = own_point(recording, alone, physical)[fit.problem.physical :]

@@ -15,6 +15,10 @@ from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
+CORE = 3
+"""So many of the first are fitted at once where all of them end above the floor: they end in one
+minimum whatever their starts are, and the others are fitted again from there if it is lower."""
+
 
 @dataclass(frozen=True)
 class BackwardSearch:
@@ -71,6 +75,9 @@ class BackwardSearch:
             return base
         criterion = self.visited.criterion
         begun = models.together(base, new, criterion.enough_deg)
+        if len(new) > CORE and not criterion.settled(begun.score):
+            models.together(base, new[:CORE], criterion.enough_deg)
+            begun = models.no_worse(begun)
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
         return begun

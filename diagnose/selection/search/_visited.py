@@ -24,10 +24,17 @@ class Visited:
         return self.criterion.price(trial.score)
 
     def ranked(self) -> list[Trial]:
-        """Lowest price first, of those that what the user knows allows."""
+        """Lowest price first, of those that what the user knows allows.
+
+        Those with an effect at a bound come last: none is accepted, and what extends them has it.
+        """
         allows = self.models.known.allows
         allowed = [trial for trial in self.models.trials.values() if allows(trial.effects)]
-        return sorted(allowed, key=self.price)
+        return sorted(allowed, key=lambda trial: (self.at_bound(trial), self.price(trial)))
+
+    def at_bound(self, trial: Trial) -> bool:
+        """True where an effect that the user does not require rests on a bound of its range."""
+        return not set(self.removable(trial)).isdisjoint(trial.score.at_bounds)
 
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.
@@ -53,7 +60,7 @@ class Visited:
 
     def is_accepted(self, trial: Trial) -> bool:
         """True for a fit that came to its end and needs each of its effects, and k where fitted."""
-        if trial.fit.out_of_budget:
+        if trial.fit.out_of_budget or self.at_bound(trial):
             return False
         names = self.removable(trial)
         # What a short fit without an effect reaches refuses it; only the others cost a whole fit.

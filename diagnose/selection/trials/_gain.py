@@ -13,6 +13,16 @@ LEAST_GAIN = 0.2
 """No model's k is less than this share of the gain that the recordings show."""
 
 
+SENSOR_RANGES = {"T": (2e-3, 0.3), "bias": (-5.0, 5.0)}
+"""Bounds of T [s] and bias [deg] where each angle is the reading of the servo's own sensor.
+
+Command and reading share their zero, but for the dead band and the rounding of the firmware and
+what a worn gear gives way; and a servo that takes 0.3 s for a radian of phase at its natural
+frequency is none. One slow run with a weight on the arm determines none of weight, bias and T: its
+best fits had biases of 700 deg and T of 2 s, and their friction was that of no servo.
+"""
+
+
 def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
     """k = 1 where each angle is the reading of the sensor on which the servo's loop is closed.
 
@@ -25,6 +35,12 @@ def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
     {'k': 1.0}
     """
     return {"k": 1.0} if all(one.side == "sensor" for one in recordings) else {}
+
+
+def ranges(problem: Problem) -> dict[str, tuple[float, float]]:
+    """Bounds of k for all models of the recordings, and for logs of a servo's sensor of more."""
+    of_servo = SENSOR_RANGES if all(one.side == "sensor" for one in problem.recordings) else {}
+    return {"k": k_bounds(problem), **of_servo}
 
 
 def k_bounds(problem: Problem) -> tuple[float, float]:

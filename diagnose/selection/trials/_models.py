@@ -12,7 +12,7 @@ from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection.trials._gain import gain_of_sensor, k_bounds
+from servosight.diagnose.selection.trials._gain import gain_of_sensor, ranges
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
@@ -76,9 +76,9 @@ class ModelSelection:
         return self.split.recordings
 
     @cached_property
-    def k_bounds(self) -> tuple[float, float]:
-        """Bounds of k."""
-        return k_bounds(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Bounds of k, and of what else is known of the servos."""
+        return ranges(Problem.of(self.recordings, self.catalogue, (), self.split.masks))
 
     def problem(self, effects: Sequence[str], held: Mapping[str, float] | None = None) -> Problem:
         """The fit of some effects to the training samples; ``held`` by default as in all."""
@@ -89,7 +89,7 @@ class ModelSelection:
     ) -> Problem:
         ordered = [name for name in self.catalogue if name in set(effects)]
         return Problem.of(
-            self.recordings, self.catalogue, ordered, masks, self.k_bounds, held, self.work
+            self.recordings, self.catalogue, ordered, masks, self.ranges, held, self.work
         )
 
     def linear(self) -> Trial:

@@ -33,7 +33,7 @@ def usable_views(
     """
     found, notes = [], setup_doubts(recordings)
     for recording in views(recordings):
-        notes += [note for note in recording.notes if recording.side == "surface"]
+        notes += [note for note in recording.notes if recording.side != "horn"]
         wrong = wrong_reads(recording, limits)
         kept = without(recording, wrong)
         old = np.zeros(recording.time_s.size, dtype=bool)

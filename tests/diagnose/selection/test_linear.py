@@ -27,7 +27,7 @@ def test_k_has_the_sign_and_the_size_with_which_the_angle_follows() -> None:
     for sign in (1.0, -1.0):
         models = ModelSelection(Split.of([stuck(sign)]), catalogue())
         fit = models.linear().fit
-        least = min(map(abs, models.k_bounds))
+        least = min(map(abs, models.ranges["k"]))
         assert 0.05 < least < 0.2 * shown  # angle over command, in their standard deviations
         assert sign * fit.problem.values(fit.outcome.point)["k"] >= least
 

@@ -17,7 +17,7 @@ from servosight.app.main import main
 from servosight.diagnose import diagnose
 from servosight.identify.fit import identify
 from servosight.identify.problem import offered
-from servosight.models.core import InputError, Recording
+from servosight.models.core import InputError, Recording, Side
 from servosight.models.effects import catalogue
 from servosight.models.io import load_recording, save_recording
 from servosight.models.plant import Plant, Stimulus
@@ -105,6 +105,25 @@ def test_it_is_offered_where_a_recording_has_one_alone() -> None:
     assert Plant.of(bare) is Plant.of(known)
     with pytest.raises(InputError, match=r"known_disturbance acts by a known disturbance.*--map"):
         identify(replace(recording, signals=None), ["known_disturbance"])
+
+
+@pytest.mark.parametrize(
+    ("sides", "gone"),
+    [
+        (("surface",), set()),
+        (("horn", "surface"), set()),
+        (("horn",), {"backlash", "linkage_geometry"}),
+        (("sensor", "sensor"), {"backlash", "linkage_geometry", "sensor_nonlinearity"}),
+        (("sensor", "horn"), {"backlash", "linkage_geometry"}),
+    ],
+)
+def test_what_lies_behind_the_measured_angle_is_not_offered(
+    sides: tuple[Side, ...], gone: set[str]
+) -> None:
+    known = catalogue()
+    recordings = [replace(pushed(), side=side) for side in sides]
+    assert set(known) - set(offered(known, recordings)) == gone
+    assert set(known) - set(offered(known, recordings, ["backlash"])) == gone - {"backlash"}
 
 
 def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

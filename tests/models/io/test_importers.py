@@ -47,11 +47,13 @@ def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
     recording = imported
     assert imported.notes == ()
     assert recording.relative_gain == 0.25  # 100 over the firmware's 400
+    assert recording.side == "sensor"
     assert recording.command_deg[7] == pytest.approx(math.degrees(0.5 * math.sin(0.7)))
     save_recording(recording, tmp_path / "rec")
     read = load_recording(tmp_path / "rec")
     np.testing.assert_array_equal(read.angle_deg, recording.angle_deg)
     assert read.relative_gain == 0.25
+    assert read.side == "sensor"
     interval_s = float(np.median(np.diff(recording.time_s)))
     assert read.offset_sigma_s == pytest.approx(interval_s / 12**0.5, rel=0.01)
     source = read.details["source"]
