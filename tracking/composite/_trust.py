@@ -54,7 +54,7 @@ def uncertain(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -
     usual_deg, most_deg = float(np.median(sigma_deg)), limits.most_deg(float(np.ptp(angle_deg)))
     if usual_deg <= most_deg:
         return None
-    return f"is measured with a sigma of {usual_deg:.2g} deg; expected {most_deg:.2g} deg at most"
+    return f"is measured with a sigma of {usual_deg:.3g} deg; expected {most_deg:.3g} deg at most"
 
 
 def distrust(
