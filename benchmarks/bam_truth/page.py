@@ -22,7 +22,8 @@ _TEXT = """# Servos of BAM's simulator
 of `better-actuator-models` 1.0.2 (Duclusaud and Passault): its identified parameters of MX-64,
 MX-106, XL-320 and XL330, its friction models M1 to M4, with and without a weight on an arm, in
 steps of 0.5 ms. Goals go out at 50 Hz and arrive 4 ms late, the angle is read at 100 Hz with 0.03
-deg of noise through the servo's encoder. Two recordings of 8 s are fitted, one chooses, one tests.
+deg of noise through the servo's encoder (`angle_of = "sensor"`). Two recordings of 8 s are fitted,
+one chooses, one tests.
 
 An effect is *material* where leaving it out, all else fitted anew without noise, adds {material:g}
 noises to the misfit, or more; what adds less than half a noise must not be named; in between

@@ -23,7 +23,12 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "current_limit": ("torque_saturation", "speed_limit"),
 }
 """Effects that could pass for another one: accepted in its place where that adds nothing."""
-FRICTION = {"coulomb_friction", "stribeck_friction", "directional_friction"}
+FRICTION = {
+    "coulomb_friction",
+    "stribeck_friction",
+    "directional_friction",
+    "load_dependent_stribeck",
+}
 
 
 def run_bam(seed: int, python: Path) -> dict[str, Any]:

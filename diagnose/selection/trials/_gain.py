@@ -37,6 +37,15 @@ def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
     return {"k": 1.0} if all(one.side == "sensor" for one in recordings) else {}
 
 
+def at_one_gain(recordings: Sequence[Recording]) -> bool:
+    """True where all were made with the same gain of the position loop.
+
+    Load and friction in degrees fall with the gain, and k does not: only recordings at several
+    gains tell them apart.
+    """
+    return len({one.relative_gain for one in recordings}) == 1
+
+
 def ranges(problem: Problem) -> dict[str, tuple[float, float]]:
     """Bounds of k for all models of the recordings, and for logs of a servo's sensor of more."""
     of_servo = SENSOR_RANGES if all(one.side == "sensor" for one in problem.recordings) else {}

@@ -12,7 +12,7 @@ from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection.trials._gain import gain_of_sensor, ranges
+from servosight.diagnose.selection.trials._gain import at_one_gain, gain_of_sensor, ranges
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
@@ -44,8 +44,8 @@ class ModelSelection:
     ``trials`` keeps the best trial of each set of effects and held parameters that was tried,
     ``wholes`` their fits to the validation samples as well, ``screens`` what was screened behind
     each fit, ``fits`` what was fitted from each fit. A model made from another holds what that one
-    holds. No fit and no score sees a test sample. ``known`` is what the user knows before, ``work``
-    what all fits have cost.
+    holds. No fit and no score sees a test sample. ``known`` is what the user knows, ``work`` what
+    all fits have cost.
     """
 
     split: Split
@@ -112,12 +112,8 @@ class ModelSelection:
 
     @property
     def at_one_gain(self) -> bool:
-        """True where all fitted recordings were made with the same gain of the loop.
-
-        Load and friction in degrees fall with the gain, and k does not: only recordings at several
-        gains tell them apart.
-        """
-        return len({one.relative_gain for one in self.recordings}) == 1
+        """True where all fitted recordings were made with the same gain of the loop."""
+        return at_one_gain(self.recordings)
 
     def _linear(self, held: Mapping[str, float]) -> Trial:
         problem = self.problem((), held)
@@ -152,10 +148,7 @@ class ModelSelection:
         return self.problem((*kept, name), base.fit.problem.held)
 
     def sketched(self, base: Trial, name: str) -> Trial:
-        """``base`` with one effect more, fitted roughly: enough to see where it leads.
-
-        It is judged on the recordings that it was fitted to alone.
-        """
+        """``base`` with one effect more, fitted roughly, judged on what it was fitted to alone."""
         problem, start = self.with_effect(base, name), base.fit
         fit = fitted_once(self.fits, "sketched", base, name, lambda: sketch_effects(problem, start))
         return Trial(fit.problem.effects, fit, self._seen(fit))
