@@ -36,8 +36,8 @@ def measured_by_servo(recordings: Sequence[Recording]) -> list[str]:
         return []
     return [
         "the angle is read by the servo's own sensor, with which its loop compares the command: k "
-        "is held at 1 (--fix k=VALUE where you know another), and what lies behind the sensor, "
-        "such as backlash and linkage_geometry, is not among the effects"
+        "is held at 1 beside any effect (--fix k=VALUE where you know another), and what lies "
+        "behind the sensor, such as backlash and linkage_geometry, is not among the effects"
     ]
 
 

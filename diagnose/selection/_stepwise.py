@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from servosight.diagnose.selection._candidates import Candidates
@@ -46,6 +46,10 @@ class StepwiseSelector:
 
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""
+        first = self._first_step()
+        return replace(first, steps=(Step(self.models.opening()),))
+
+    def _first_step(self) -> Selected:
         fitted = self.effort.fitted
         first = self.models.first()
         names = self._candidates.promising(first)
@@ -59,7 +63,7 @@ class StepwiseSelector:
 
         Far from the floor more sets of effects are searched than these steps meet.
         """
-        first = self.first_step()
+        first = self._first_step()
         linear = first.steps[0].trial
         found = self._searched_first(first)
         if len(found) > 1:
@@ -89,7 +93,7 @@ class StepwiseSelector:
         """The first step shows the best fit of its model, which a later fit may have found."""
         visited = Visited(self.models, self.criterion)
         steps = with_own_gain(simplified(steps, visited, self.effort), visited)
-        begun = Step(self.models.first())
+        begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 
     @property

@@ -107,6 +107,9 @@ class InventedModels:
         key = (tuple(sorted(self.known.first)), ())
         return self.trials.get(key) or self.fitted(self.known.first, "first")
 
+    def opening(self) -> InventedTrial:
+        return self.first()
+
     def unloaded(self) -> InventedTrial | None:
         """The linear model with k held, which is tried only where ``k_may_be_held``."""
         if not self.k_may_be_held:

@@ -177,7 +177,7 @@ def rivals(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) 
     In all of them the same parameters are held as in ``last``, also in the linear one.
     """
     known = models.known
-    linear = models.linear_like(last)
+    linear = models.linear(last.fit.problem.held)
     smaller = [_without(models, last, name) for name in known.removable(last.effects)]
     others = criterion.ranked(
         [one for one in models.alike(last) if len(one.effects) <= len(last.effects) + 1],

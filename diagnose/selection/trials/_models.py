@@ -92,9 +92,12 @@ class ModelSelection:
             self.recordings, self.catalogue, ordered, masks, self.ranges, held, self.work
         )
 
-    def linear(self) -> Trial:
-        """The linear model."""
-        return self._linear(self.held)
+    def linear(self, held: Mapping[str, float] | None = None) -> Trial:
+        """The linear model; ``held`` by default as in all."""
+        problem = self.problem((), held)
+        if key_of(problem) not in self.trials:
+            self.judge(polish(problem, [linear_start(problem)]))
+        return self.trials[key_of(problem)]
 
     def unloaded(self) -> Trial | None:
         """The linear model with k held at 1, or -1; None where the user holds k.
@@ -104,22 +107,12 @@ class ModelSelection:
         if "k" in self.known.fixed:
             return None
         point = self.linear().fit.outcome.point
-        return self._linear({"k": float(np.copysign(1.0, point[0])), **self.held})
-
-    def linear_like(self, trial: Trial) -> Trial:
-        """The linear model with the same parameters held as in ``trial``."""
-        return self._linear(trial.fit.problem.held)
+        return self.linear({"k": float(np.copysign(1.0, point[0])), **self.held})
 
     @property
     def at_one_gain(self) -> bool:
         """True where all fitted recordings were made with the same gain of the loop."""
         return at_one_gain(self.recordings)
-
-    def _linear(self, held: Mapping[str, float]) -> Trial:
-        problem = self.problem((), held)
-        if key_of(problem) not in self.trials:
-            self.judge(polish(problem, [linear_start(problem)]))
-        return self.trials[key_of(problem)]
 
     def first(self) -> Trial:
         """The model from which every selection starts: the linear one, or what is known."""
@@ -133,6 +126,10 @@ class ModelSelection:
             fit = extended_by_each([self.problem(known.first[:count]) for count in each], fit)
             return self.judge(fit)
         return self.trials[key]
+
+    def opening(self) -> Trial:
+        """The same as the user sees it: a linear model has the k that fits, unless they hold it."""
+        return self.first() if self.known.first else self.linear(self.known.fixed)
 
     def candidates(self, base: Trial) -> list[str]:
         """The effects that ``base`` lacks, that are no special case of one that it has, and that

@@ -58,3 +58,11 @@ def test_a_warning_says_what_is_taken_for_granted() -> None:
     assert not {"backlash", "linkage_geometry"} & {one.effect for one in found.candidates}
     seen = diagnose([replace(READ, side="surface")])
     assert not any("sensor" in text for text in seen.warnings)
+
+
+def test_the_first_step_shows_the_linear_model_with_the_k_that_fits() -> None:
+    """Else the error would fall from that of a model that nobody would take."""
+    (first,) = diagnose([READ]).ladder
+    assert abs(first.parameters["k"].value - 0.9) < 0.01  # type: ignore[union-attr]
+    given = models_of(READ, known=PriorKnowledge(with_effects=("gravity_load",)))
+    assert given.opening() is given.first()
