@@ -64,7 +64,10 @@ class Trial:
 
 
 def _at_bounds(fit: Solution) -> tuple[str, ...]:
-    """The effects with a parameter on a bound of its range that is neither zero nor neutral."""
+    """The effects with a parameter on a bound of its range that is neither zero nor neutral.
+
+    Nor the shortest of its times: it then acts at once, as a supply does whose wires alone resist.
+    """
     problem = fit.problem
     found = []
     places = zip(
@@ -74,6 +77,8 @@ def _at_bounds(fit: Solution) -> tuple[str, ...]:
         effect, _, own = coordinate.name.partition(".")
         parameter = coordinate.parameter
         if not own or pinned or parameter.circular or low < place < high:
+            continue
+        if parameter.unit == "s" and place == low:
             continue
         if coordinate.from_search(float(place)) not in (0.0, parameter.neutral):
             found.append(effect)

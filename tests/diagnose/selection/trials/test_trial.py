@@ -38,7 +38,8 @@ def scored(effect: str, name: str, value: float, **held: float) -> tuple[str, ..
         ("backlash", "backlash.gap", 45.0, ("backlash",)),
         ("backlash", "backlash.gap", 0.0, ()),  # neutral: no play at all
         ("flexible_shaft", "flexible_shaft.damping", 0.0, ()),  # no friction is no odd value
-        ("supply_sag", "supply_sag.time", 0.002, ("supply_sag",)),
+        ("supply_sag", "supply_sag.time", 20.0, ("supply_sag",)),
+        ("supply_sag", "supply_sag.time", 0.002, ()),  # it drops at once
         ("cogging", "cogging.phase", -np.pi, ()),  # a circle has no bound
         ("rate_limit", "rate_limit.rate", np.inf, ()),
     ],
