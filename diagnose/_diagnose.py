@@ -117,7 +117,8 @@ def diagnose(
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
     ladder = told_ladder(models, criterion, selected.steps)
     open_ = models.known.removable(ladder[-1].effects) if auto else ()
-    stable = replace(stable, undetermined=undetermined(ladder[-1].parameters, open_, catalogue))
+    unknown = undetermined(ladder[-1].parameters, open_, catalogue, ladder[-1].correlation)
+    stable = replace(stable, undetermined=unknown)
     verdict = _verdict(models, criterion, last)
     effects = tuple(one for one in _in_order(models, selected) if one not in stable.uncertain)
     resolution = Resolution(noise, criterion)

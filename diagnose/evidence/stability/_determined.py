@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.models.core import Estimate, Parameter
+import numpy as np
+
+from servosight.identify.uncertainty import Matrix
+from servosight.models.core import Array, Estimate, Parameter
 from servosight.models.effects import Effect
 
 FEWEST_SIGMAS = 1.0
@@ -14,28 +17,53 @@ Parameters = Mapping[str, Estimate | tuple[Estimate, ...]]
 
 
 def undetermined(
-    parameters: Parameters, effects: Sequence[str], catalogue: Mapping[str, Effect]
+    parameters: Parameters,
+    effects: Sequence[str],
+    catalogue: Mapping[str, Effect],
+    correlation: Matrix | None = None,
 ) -> tuple[str, ...]:
     """Those of ``effects`` of which no parameter differs from its neutral value for certain.
 
-    ``parameters`` are those of a fitted model, by name. An effect whose error is large and whose
-    sizes are all within their sigma is a shape that suits the data: another run of the same servo
-    names another one. Where no sigma is known nothing is said.
+    ``parameters`` are those of a fitted model, by name, ``correlation`` that of their errors. An
+    effect whose error is large and whose sizes are all within their sigma is a shape that suits the
+    data: another run of the same servo names another one. Where sizes can stand in for one another,
+    as the two parts of a weight on an arm that hardly turned, neither is known and both together
+    are: so they are tested together as well (Wald's test). Where no sigma is known nothing is said.
     """
-    return tuple(name for name in effects if _open(name, parameters, catalogue[name].parameters))
+    return tuple(
+        name for name in effects if _open(name, parameters, catalogue[name].parameters, correlation)
+    )
 
 
-def _open(name: str, parameters: Parameters, of: Sequence[Parameter]) -> bool:
-    found = []
+def _open(
+    name: str, parameters: Parameters, of: Sequence[Parameter], correlation: Matrix | None
+) -> bool:
+    found: dict[str, float] = {}
     for parameter in of:
         one = parameters.get(f"{name}.{parameter.name}")
         if isinstance(one, Estimate) and one.sigma and parameter.neutral is not None:
-            found.append(sigmas(one.value, one.sigma, parameter))
-    return bool(found) and max(found) < FEWEST_SIGMAS
+            # A reciprocal falls where the parameter grows, and so does its correlation.
+            sign = -1.0 if parameter.reciprocal else 1.0
+            found[f"{name}.{parameter.name}"] = sign * sigmas(one.value, one.sigma, parameter)
+    away = np.array(list(found.values()))
+    if not away.size or np.abs(away).max() >= FEWEST_SIGMAS:
+        return False
+    return correlation is None or _together(away, tuple(found), correlation) < FEWEST_SIGMAS
+
+
+def _together(away: Array, names: Sequence[str], correlation: Matrix) -> float:
+    """How far several parameters are from neutral, as the rms over independent directions."""
+    places = [correlation.names.index(name) for name in names]
+    among = correlation.values[np.ix_(places, places)]
+    if not np.all(np.isfinite(among)):
+        return float(np.abs(away).max())
+    return float(np.sqrt(away @ np.linalg.pinv(among, hermitian=True) @ away / away.size))
 
 
 def sigmas(value: float, sigma: float, parameter: Parameter) -> float:
     """How many sigmas a value is from neutral, on the scale on which its error is symmetric.
+
+    Negative below it, on that scale.
 
     >>> sigmas(2.8, 5.5, Parameter("amplitude", "deg", 0.0, 90.0, 0.0)) < 1.0
     True
@@ -46,5 +74,5 @@ def sigmas(value: float, sigma: float, parameter: Parameter) -> float:
     if parameter.neutral is None:
         return 0.0
     slope = 1.0 / value**2 if parameter.reciprocal else 1.0
-    away = abs(parameter.to_search(value) - parameter.to_search(parameter.neutral))
+    away = parameter.to_search(value) - parameter.to_search(parameter.neutral)
     return away / (sigma * slope)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from math import inf
 
+import numpy as np
 import pytest
 
 from servosight.diagnose.evidence import Stability, undetermined
 from servosight.diagnose.evidence.stability._determined import sigmas
+from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Estimate
 from servosight.models.effects import catalogue
 
@@ -54,6 +56,30 @@ def test_nothing_is_said_without_a_sigma_nor_of_places_and_periods() -> None:
     wave = {"cogging__amplitude": (0.9, 0.1), "cogging__period": (6.0, 50.0)}
     assert left_open("cogging", **wave) == ()
     assert left_open("cogging", **{**wave, "cogging__amplitude": (0.9, 1.0)}) == ("cogging",)
+
+
+@pytest.mark.parametrize(("together", "open_"), [(0.0, True), (0.9, True), (-0.999, False)])
+def test_sizes_that_stand_in_for_one_another_are_known_together(
+    together: float, open_: bool
+) -> None:
+    """A weight on an arm that hardly turned: each part within its sigma, their sum far from zero.
+
+    With a correlation of -0.999 the errors of 0.57 and 0.5 sigmas of one sign nearly cancel: what
+    is left of their variance is 0.001, and the two are 24 sigmas from zero.
+    """
+    weight = {"gravity_load__sine": (41.0, 72.0), "gravity_load__cosine": (50.0, 100.0)}
+    names = ("k", "gravity_load.sine", "gravity_load.cosine")
+    values = np.eye(3)
+    values[1, 2] = values[2, 1] = together
+    found = undetermined(table(**weight), ["gravity_load"], KNOWN, Matrix(names, values))
+    assert found == (("gravity_load",) if open_ else ())
+
+
+def test_a_correlation_that_is_not_known_decides_nothing() -> None:
+    names = ("gravity_load.sine", "gravity_load.cosine")
+    weight = {"gravity_load__sine": (41.0, 72.0), "gravity_load__cosine": (50.0, 100.0)}
+    lost = Matrix(names, np.full((2, 2), np.nan))
+    assert undetermined(table(**weight), ["gravity_load"], KNOWN, lost) == ("gravity_load",)
 
 
 def test_they_are_uncertain_beside_those_that_few_parts_name() -> None:
