@@ -28,8 +28,7 @@ one chooses, one tests.
 An effect is *material* where leaving it out, all else fitted anew without noise, adds {material:g}
 noises to the misfit, or more; what adds less than half a noise must not be named; in between
 either is right. A test error is judged against the floor of noise and of the true effects' own
-misfit. *Within reach* of the catalogue are servos that the true effects fit within {own:g} noises:
-friction M2 and M4 has another curve over speed than the catalogue.
+misfit. *Within reach* of the catalogue are servos that the true effects fit within {own:g} noises.
 
 {table}
 

@@ -381,6 +381,14 @@ def test_import_a_command_from_a_table_of_its_own(
     complaint(capsys, [*words, "--force", "--command", "none.csv"], "none.csv", "no such file")
 
 
+def test_import_says_what_the_angle_is_of(tmp_path: Path) -> None:
+    words = ["import", str(log(tmp_path / "log.csv", "time_s,command_deg,angle_deg"))]
+    assert main([*words, "-o", str(tmp_path / "a"), "--angle-of", "sensor"]) == 0
+    assert load_recording(tmp_path / "a").side == "sensor"
+    assert main([*words, "-o", str(tmp_path / "b")]) == 0
+    assert load_recording(tmp_path / "b").side == "surface"
+
+
 def test_import_of_a_log_without_torque_says_what_was_cut(
     real_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

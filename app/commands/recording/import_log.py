@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from servosight.app.arguments import add_force, add_pulse, any_path, number, seed
 from servosight.app.terminal import console, next_command
@@ -40,6 +41,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=any_path,
         help="a second table, on the same clock, that has the command",
     )
+    parser.add_argument(
+        "--angle-of",
+        choices=("surface", "horn", "sensor"),
+        help="what the angle was measured at: the surface, the servo's horn, or the servo's own "
+        "sensor, with which its loop compares the command (default: surface; sensor for logs of "
+        "bam and LeRobot)",
+    )
     add_pulse(parser)
     add_force(parser)
 
@@ -66,6 +74,8 @@ def run(args: argparse.Namespace) -> None:
         args.command_file,
     )
     recording = read_log(args.source, options)
+    if args.angle_of:
+        recording = replace(recording, side=args.angle_of)
     save_recording(recording, args.output, force=args.force)
     out = console(args)
     for note in recording.notes:
