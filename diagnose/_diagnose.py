@@ -173,7 +173,7 @@ def diagnose(
             *thinning,
             *models.split.warnings,
             *assumed(last.fit.problem.held, models.held),
-            *measured_by_servo(every),
+            *measured_by_servo(every, models.known.fixed),
             *doubts(verdict, ladder[-1], levels),
             *ended(selected.cut_short, searched),
         ),

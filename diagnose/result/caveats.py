@@ -24,20 +24,22 @@ def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
     ]
 
 
-def measured_by_servo(recordings: Sequence[Recording]) -> list[str]:
-    """A warning where the servo measured its angle itself: what it cannot show, and which k holds.
+def measured_by_servo(recordings: Sequence[Recording], fixed: Mapping[str, float]) -> list[str]:
+    """A warning where the servo measured its angle itself: what it cannot show, and which k holds
+    where the user has ``fixed`` none.
 
     >>> import numpy as np
     >>> t = np.arange(0.0, 1.0, 0.01)
-    >>> measured_by_servo([Recording("run", t, t, t, t, side="sensor")])[0][:38]
-    "the angle is read by the servo's senso"
+    >>> measured_by_servo([Recording("run", t, t, t, t, side="sensor")], {})[0][:46]
+    "the angle is read by the servo's own sensor, w"
     """
     if not all(one.side == "sensor" for one in recordings):
         return []
+    gain = "k is held at 1 beside any effect (--fix k=VALUE where you know another), and "
     return [
-        "the angle is read by the servo's own sensor, with which its loop compares the command: k "
-        "is held at 1 beside any effect (--fix k=VALUE where you know another), and what lies "
-        "behind the sensor, such as backlash and linkage_geometry, is not among the effects"
+        f"the angle is read by the servo's own sensor, with which its loop compares the command: "
+        f"{'' if 'k' in fixed else gain}what lies behind the sensor, such as backlash and "
+        f"linkage_geometry, is not among the effects"
     ]
 
 

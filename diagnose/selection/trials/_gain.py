@@ -11,15 +11,13 @@ from servosight.models.core import CORE, Recording
 
 LEAST_GAIN = 0.2
 """No model's k is less than this share of the gain that the recordings show."""
-
-
 SENSOR_RANGES = {"T": (2e-3, 0.3), "bias": (-5.0, 5.0)}
 """Bounds of T [s] and bias [deg] where each angle is the reading of the servo's own sensor.
 
 Command and reading share their zero, but for the dead band and the rounding of the firmware and
-what a worn gear gives way; and a servo that takes 0.3 s for a radian of phase at its natural
-frequency is none. One slow run with a weight on the arm determines none of weight, bias and T: its
-best fits had biases of 700 deg and T of 2 s, and their friction was that of no servo.
+what a worn gear gives way; and no servo's T is longer than 0.3 s. One slow run with a weight on the
+arm determines none of weight, bias and T: its best fits had biases of 700 deg and T of 2 s, and
+their friction was that of no servo.
 """
 
 

@@ -58,6 +58,8 @@ def test_a_warning_says_what_is_taken_for_granted() -> None:
     assert not {"backlash", "linkage_geometry"} & {one.effect for one in found.candidates}
     seen = diagnose([replace(READ, side="surface")])
     assert not any("sensor" in text for text in seen.warnings)
+    given = diagnose([READ], prior=PriorKnowledge(fixed={"k": 0.9}))
+    assert any("own sensor" in text and "--fix" not in text for text in given.warnings)
 
 
 def test_the_first_step_shows_the_linear_model_with_the_k_that_fits() -> None:
