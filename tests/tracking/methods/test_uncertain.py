@@ -61,5 +61,5 @@ def test_a_rough_track_is_returned_only_of_a_part_pointed_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert refined(monkeypatch, ROUGH, REFUSED, tip=(20.0, 20.0)) is ROUGH
-    with pytest.raises(TrackRefused, match=r"50,40 is measured with a sigma of 0\.38\d* deg"):
+    with pytest.raises(TrackRefused, match=r"50,40 is measured with a sigma of 0\.37\d* deg"):
         refined(monkeypatch, ROUGH, REFUSED)
