@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from servosight.diagnose.selection.trials import ModelSelection, Trial
@@ -21,9 +22,10 @@ class SearchEffort:
     Where the steps end far from the floor, a model with all ordinary effects is reduced, and the
     ``beam`` cheapest models of all are extended.
 
-    No further model is tried once all simulations have ``cost`` (``Work``) so much for each fitted
-    recording. The steps end after the share ``steps_share`` of it, the search behind them after
-    ``search_share``, so that some is left for what may stand in for its answer.
+    No further model is tried once all simulations have ``cost`` (``Work``) so much times the square
+    root of the number of fitted recordings: what several show is not looked for in each. The steps
+    end after the share ``steps_share`` of it, the search behind them after ``search_share``, so
+    that some is left for what may stand in for its answer.
     """
 
     sketched: int = 2
@@ -41,7 +43,7 @@ class SearchEffort:
     def is_spent(self, models: ModelSelection, share: float | None = None) -> bool:
         """True where a ``share`` of the cost has been spent, by default the search's."""
         share = self.search_share if share is None else share
-        return models.work.cost >= share * self.cost * len(models.recordings)
+        return models.work.cost >= share * self.cost * math.sqrt(len(models.recordings))
 
 
 @dataclass(frozen=True)

@@ -211,8 +211,8 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
 
 
 @pytest.mark.parametrize(("made", "whole", "half"), [(59, False, False), (60, False, True)])
-def test_the_simulations_are_so_many_of_each_recording(made: int, whole: bool, half: bool) -> None:
-    models = InventedModels({"": 1.0}, recordings=(None, None))
+def test_four_recordings_may_cost_twice_what_one_may(made: int, whole: bool, half: bool) -> None:
+    models = InventedModels({"": 1.0}, recordings=(None,) * 4)
     models.work.cost = made
     effort = SearchEffort(cost=60.0)
     assert effort.is_spent(models) is whole  # type: ignore[arg-type]
