@@ -52,11 +52,12 @@ def _open(
 
 
 def _together(away: Array, names: Sequence[str], correlation: Matrix) -> float:
-    """How far several parameters are from neutral, as the rms over independent directions."""
+    """How far several parameters are from neutral, as the rms over independent directions; 0 where
+    their correlation is not known."""
     places = [correlation.names.index(name) for name in names]
     among = correlation.values[np.ix_(places, places)]
     if not np.all(np.isfinite(among)):
-        return float(np.abs(away).max())
+        return 0.0
     return float(np.sqrt(away @ np.linalg.pinv(among, hermitian=True) @ away / away.size))
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from math import inf
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,6 +75,18 @@ def test_sizes_that_stand_in_for_one_another_are_known_together(
     values[1, 2] = values[2, 1] = together
     found = undetermined(table(**weight), ["gravity_load"], KNOWN, Matrix(names, values))
     assert found == (("gravity_load",) if open_ else ())
+
+
+@pytest.mark.parametrize(("together", "open_"), [(0.99, False), (-0.99, True)])
+def test_a_reciprocal_s_correlation_is_that_of_the_reciprocal(together: float, open_: bool) -> None:
+    """Of a limit and a size: where a higher limit goes with a larger size, the errors of 1 / limit
+    and of the size nearly cancel, and both together are known."""
+    size = KNOWN["backlash"].parameters[0]
+    own: Any = SimpleNamespace(parameters=(KNOWN["rate_limit"].parameters[0], size))
+    sizes = {"own__rate": (100.0, 150.0), "own__gap": (0.1, 0.15)}
+    correlation = Matrix(("own.rate", "own.gap"), np.array([[1.0, together], [together, 1.0]]))
+    found = undetermined(table(**sizes), ["own"], {"own": own}, correlation)
+    assert found == (("own",) if open_ else ())
 
 
 def test_a_correlation_that_is_not_known_decides_nothing() -> None:
