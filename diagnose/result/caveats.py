@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
-from servosight.models.core import Recording
+from servosight.models.core import Recording, read_by_servo
 
 
 def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
@@ -33,7 +33,7 @@ def measured_by_servo(recordings: Sequence[Recording], fixed: Mapping[str, float
     >>> measured_by_servo([Recording("run", t, t, t, t, side="sensor")], {})[0][:46]
     "the angle is read by the servo's own sensor, w"
     """
-    if not all(one.side == "sensor" for one in recordings):
+    if not read_by_servo(recordings):
         return []
     gain = "k is held at 1 beside any effect (--fix k=VALUE where you know another), and "
     return [

@@ -62,6 +62,7 @@ from servosight.models.core._rounding import rounded as rounded
 from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
+from servosight.models.core._views import read_by_servo as read_by_servo
 from servosight.models.core._views import views as views
 from servosight.models.schema import APART as APART
 from servosight.models.schema import check_fields as check_fields

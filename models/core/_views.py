@@ -1,4 +1,4 @@
-"""One run seen on either side of the linkage: two recordings of one servo."""
+"""What recordings are of: either side of the linkage, or what the servo's own sensor read."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ def views(recordings: Sequence[Recording]) -> list[Recording]:
     parameters are shared, the zero of the angle is not.
     """
     return [view for recording in recordings for view in _views(recording)]
+
+
+def read_by_servo(recordings: Sequence[Recording]) -> bool:
+    """True where each angle is the reading of the sensor on which the servo's loop is closed."""
+    return all(one.side == "sensor" for one in recordings)
 
 
 def _views(recording: Recording) -> list[Recording]:

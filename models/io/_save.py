@@ -37,8 +37,9 @@ def save_recording(
     for key in ("relative_gain", "relative_load"):
         if getattr(recording, key) != 1.0 or key in table or "reference" in table:
             table[key] = getattr(recording, key)
-    if recording.side != "surface" or "angle_of" in table:
-        table["angle_of"] = recording.side
+    table.pop("angle_of", None)
+    if recording.side == "sensor":
+        table["angle_of"] = "sensor"
     if recording.offset_sigma_s > 0.0 or "offset_sigma_s" in table:
         table["offset_sigma_s"] = recording.offset_sigma_s
     if recording.notes:

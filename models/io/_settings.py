@@ -30,11 +30,8 @@ _Hold = Annotated[
     Meta(description='"zero" (held between rows) or "linear" (joined by lines)'),
 ]
 _Side = Annotated[
-    Side,
-    Meta(
-        description='"surface", "horn" (before linkage and shaft) or "sensor" (the reading of the '
-        "servo's own sensor)"
-    ),
+    Literal["surface", "sensor"],
+    Meta(description='"surface" or "sensor" (the reading of the servo\'s own sensor)'),
 ]
 _OffsetSigma = Annotated[
     float,

@@ -43,10 +43,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--angle-of",
-        choices=("surface", "horn", "sensor"),
-        help="what the angle was measured at: the surface, the servo's horn, or the servo's own "
-        "sensor, with which its loop compares the command (default: surface; sensor for logs of "
-        "bam and LeRobot)",
+        choices=("surface", "sensor"),
+        help="what measured the angle: something at the surface, or the servo's own sensor, with "
+        "which its loop compares the command (default: surface; bam and LeRobot: sensor)",
     )
     add_pulse(parser)
     add_force(parser)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import CORE, Recording
+from servosight.models.core import CORE, Recording, read_by_servo
 
 LEAST_GAIN = 0.2
 """No model's k is less than this share of the gain that the recordings show."""
@@ -32,7 +32,7 @@ def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
     >>> gain_of_sensor([Recording("run", t, t, t, t, side="sensor")])
     {'k': 1.0}
     """
-    return {"k": 1.0} if all(one.side == "sensor" for one in recordings) else {}
+    return {"k": 1.0} if read_by_servo(recordings) else {}
 
 
 def at_one_gain(recordings: Sequence[Recording]) -> bool:
@@ -46,7 +46,7 @@ def at_one_gain(recordings: Sequence[Recording]) -> bool:
 
 def ranges(problem: Problem) -> dict[str, tuple[float, float]]:
     """Bounds of k for all models of the recordings, and for logs of a servo's sensor of more."""
-    of_servo = SENSOR_RANGES if all(one.side == "sensor" for one in problem.recordings) else {}
+    of_servo = SENSOR_RANGES if read_by_servo(problem.recordings) else {}
     return {"k": k_bounds(problem), **of_servo}
 
 
