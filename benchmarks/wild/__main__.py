@@ -16,7 +16,7 @@ import numpy as np
 ROOT = Path(__file__).parent.parent.parent
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-from wild.scene import scene_of
+from wild.scene import parts_of, scene_of
 from wild.score import Outcome, outcome
 
 
@@ -48,6 +48,9 @@ def _line(one: Outcome) -> str:
             ("hand", scene.hand_s is not None),
             ("bystander", scene.bystander),
             ("bars", scene.bars),
+            ("stabilised", scene.stabilised),
+            ("focus", scene.focus_px > 0),
+            ("two", len(parts_of(scene)) > 1),
         )
         if is_so
     )

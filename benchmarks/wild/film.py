@@ -13,7 +13,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Single
 from wild.drawing import FINER, MARGIN_PX, background, hand, part
-from wild.scene import WildScene, angles_rad, scene_of
+from wild.scene import WildScene, angles_rad, parts_of, scene_of
 
 _MOST_PARTS = 24
 _GAMMA = 1.0 / 2.2
@@ -22,8 +22,11 @@ _GREY = np.array([0.114, 0.587, 0.299], np.float32)  # of blue, green and red: I
 
 @dataclass(frozen=True)
 class WildTruth:
-    """Mean angle [deg] of each frame's exposure (frames,), frames after the pan that no hand
-    crosses, and the pivot in the frames at rest [px]."""
+    """One turning part of a clip.
+
+    Mean angle [deg] of each frame's exposure (frames,), frames after the pan that no hand
+    crosses, and the pivot in the frames at rest [px].
+    """
 
     angle_deg: Array
     usable: Array
@@ -31,8 +34,8 @@ class WildTruth:
     turns: bool
 
 
-def filmed(number: int, folder: Path) -> tuple[Path, WildTruth]:
-    """The clip of that number and its truth, composed unless they are there."""
+def filmed(number: int, folder: Path) -> tuple[Path, tuple[WildTruth, ...]]:
+    """The clip of that number and the truth of its parts, composed unless they are there."""
     scene = scene_of(number)
     video, table = folder / f"{number:04d}.mp4", folder / f"{number:04d}.npz"
     if not table.exists():
@@ -41,16 +44,21 @@ def filmed(number: int, folder: Path) -> tuple[Path, WildTruth]:
         at_s = scene.time_s[:, None] + scene.exposure_share / scene.rate_hz * (
             np.linspace(-0.5, 0.5, 9)
         )
-        angle = angles_rad(scene, at_s.ravel()).reshape(at_s.shape).mean(1)
+        angle = [
+            angles_rad(one, at_s.ravel()).reshape(at_s.shape).mean(1) for one in parts_of(scene)
+        ]
         np.savez(table, angle_deg=np.rad2deg(angle), usable=usable)
     with np.load(table) as known:
-        return video, WildTruth(known["angle_deg"], known["usable"], scene.pivot_px, scene.turns)
+        parts = zip(known["angle_deg"], known["usable"], parts_of(scene), strict=True)
+        return video, tuple(
+            WildTruth(angle, usable, one.pivot_px, one.turns) for angle, usable, one in parts
+        )
 
 
 def encode(scene: WildScene, video: Path) -> Array:
-    """Compose and compress a clip; returns which frames are usable (frames,)."""
+    """Compose and compress a clip; returns which frames are usable, (parts, frames)."""
     width, height = scene.size
-    usable = np.ones(scene.frames, bool)
+    usable = np.ones((len(parts_of(scene)), scene.frames), bool)
     rate = Fraction(scene.rate_hz).limit_denominator(1000)
     options = {"preset": "veryfast"}
     if scene.codec == "libx265":
@@ -60,36 +68,45 @@ def encode(scene: WildScene, video: Path) -> Array:
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         stream.bit_rate = int(scene.bits_s)
         for number, (picture, clear) in enumerate(pictures(scene)):
-            usable[number] = clear
+            usable[:, number] = clear
             frame = av.VideoFrame.from_ndarray(picture, format="bgr24")
             container.mux(stream.encode(frame.reformat(format="yuv420p")))
         container.mux(stream.encode())
     return usable
 
 
-def pictures(scene: WildScene) -> Iterator[tuple[Image, bool]]:
-    """Each frame (height, width, 3) as the codec receives it, and whether it is usable."""
+def pictures(scene: WildScene) -> Iterator[tuple[Image, list[bool]]]:
+    """Each frame (height, width, 3) as the codec receives it, and for which parts it is usable."""
     rng, colours = _rng(scene), np.random.default_rng([2032, scene.number])
-    bench, (sprite, middle), passing = background(scene), part(scene), hand(scene)
+    parts = parts_of(scene)
+    bench, sprites, passing = background(scene), [part(one) for one in parts], hand(scene)
     camera = _camera(scene, rng)
     duration = scene.frames / scene.rate_hz
     breath = rng.uniform(0.3, 1.0), rng.uniform(0, 2 * np.pi)
     for number, start_s in enumerate(scene.time_s):
-        exposure_s = scene.exposure_share / scene.rate_hz
-        ends = angles_rad(scene, start_s + exposure_s * np.array([-0.5, 0.5]))
-        count = int(np.clip(np.ptp(ends) * scene.length_px, 1, _MOST_PARTS))
-        at_s = start_s + exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
         view = camera[number]
         picture = _behind(bench, view, scene.size)
         if scene.bystander:
             _bystander(picture, scene, start_s / duration)
-        _put(picture, sprite, middle, scene, view, angles_rad(scene, at_s))
-        covered = _passing(picture, passing, scene, start_s)
+        for one, sprite in zip(parts, sprites, strict=True):
+            _put(picture, *sprite, one, view, _exposed_rad(one, start_s))
+        hidden = _passing(picture, passing, scene, start_s)
         light = 1.0 + scene.breathing * np.sin(2 * np.pi * breath[0] * start_s + breath[1])
+        if scene.focus_px:
+            sigma_px = scene.focus_px * (0.5 + 0.5 * np.sin(2 * np.pi * breath[0] * start_s))
+            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.05 + sigma_px), np.float32)
         yield (
             _processed(picture * np.float32(light), scene, rng, colours),
-            not (covered or start_s < scene.pan_s),
+            [not (_covered(hidden, one) or start_s < scene.pan_s) for one in parts],
         )
+
+
+def _exposed_rad(scene: WildScene, start_s: float) -> Array:
+    """The part's angles while a frame is exposed, as many as its tip moves by pixels."""
+    exposure_s = scene.exposure_share / scene.rate_hz
+    ends = angles_rad(scene, start_s + exposure_s * np.array([-0.5, 0.5]))
+    count = int(np.clip(np.ptp(ends) * scene.length_px, 1, _MOST_PARTS))
+    return angles_rad(scene, start_s + exposure_s * ((np.arange(count) + 0.5) / count - 0.5))
 
 
 def views(scene: WildScene) -> Array:
@@ -111,6 +128,9 @@ def _camera(scene: WildScene, rng: np.random.Generator) -> Array:
         for hz, size in ((0.4, 1.0), (1.3, 0.6), (3.1, 0.35), (7.0, 0.2)):
             sway[axis] += size * np.sin(2 * np.pi * hz * t + rng.uniform(0, 2 * np.pi))
     sway *= scene.shake_px / 0.9
+    if scene.stabilised:  # what a phone leaves: a fifth of it, and its own errors frame by frame
+        own = np.random.default_rng([2035, scene.number])
+        sway = 0.2 * sway + 0.3 * own.standard_normal(sway.shape)
     late = np.clip(1.0 - t / scene.pan_s, 0.0, 1.0) if scene.pan_s else np.zeros_like(t)
     heading = rng.uniform(0, 2 * np.pi)
     away = rng.uniform(60, 180) * (0.5 - 0.5 * np.cos(np.pi * late))
@@ -171,14 +191,14 @@ def _bystander(picture: Single, scene: WildScene, share: float) -> None:
     )
 
 
-def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -> bool:
-    """Lay the hand over the picture while it passes; whether it hides some of the part."""
+def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -> Array:
+    """Lay the hand over the picture while it passes; x and y of what it hides, (2, pixels)."""
     if scene.hand_s is None:
-        return False
+        return np.empty((2, 0))
     lasting = 0.16 * scene.frames / scene.rate_hz
     share = (now_s - scene.hand_s) / lasting
     if not 0.0 <= share <= 1.0:
-        return False
+        return np.empty((2, 0))
     size = passing.shape[0]
     width, height = scene.size
     at = np.array(
@@ -189,7 +209,12 @@ def _passing(picture: Single, passing: Single, scene: WildScene, now_s: float) -
     picture *= 1.0 - laid[:, :, 3:]
     picture += laid[:, :, :3]
     y, x = np.nonzero(laid[:, :, 3] > 0.5)
-    away = np.hypot(x - scene.pivot_px[0], y - scene.pivot_px[1])
+    return np.array([x, y], np.float64)
+
+
+def _covered(hidden: Array, scene: WildScene) -> bool:
+    """Whether what a hand hides reaches into the circle of a part."""
+    away = np.hypot(hidden[0] - scene.pivot_px[0], hidden[1] - scene.pivot_px[1])
     return bool(away.size) and float(away.min()) < 1.2 * scene.length_px
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from servosight.models.core import Array
 
 KINDS = ("arm", "horn", "flap", "wheel", "needle")
+_BESIDE = 1_000_000
+"""The second part of a clip is the part of the clip so much further on."""
 MOTIONS = ("sine", "sines", "steps", "swing")
 _SIZES = ((640, 360), (640, 480), (480, 640), (854, 480))
 _RATES_HZ = (24.0, 30.0, 30.0, 50.0, 60.0, 60.0, 120.0, 240.0)
@@ -23,6 +25,8 @@ class WildScene:
     ``turns`` is False where the part keeps still: then the right answer is a refusal. ``shake_px``
     is the rms motion of the hand that films, ``pan_s`` how long the camera is panned at first,
     ``hand_s`` when a hand passes (None: never), ``bystander`` whether something else moves.
+    ``stabilised`` is a camera whose pictures are shifted so that its shaking hardly shows, and
+    ``focus_px`` the largest radius (one sigma) of the blur of a focus that breathes.
     """
 
     number: int
@@ -48,6 +52,8 @@ class WildScene:
     caption: bool
     codec: str
     bits_s: float
+    stabilised: bool
+    focus_px: float
 
     @property
     def time_s(self) -> Array:
@@ -62,7 +68,7 @@ class WildScene:
 
 def scene_of(number: int) -> WildScene:
     """The clip of that number; one in ten shows nothing that turns."""
-    rng = np.random.default_rng([2026, number])
+    rng, later = np.random.default_rng([2026, number]), np.random.default_rng([2033, number])
     size = _SIZES[rng.integers(len(_SIZES))]
     rate_hz = float(_RATES_HZ[rng.integers(len(_RATES_HZ))])
     frames = int(max(_FRAMES, _LEAST_S * rate_hz))
@@ -98,7 +104,39 @@ def scene_of(number: int) -> WildScene:
         caption=bool(rng.random() < 0.2),
         codec="libx265" if rng.random() < 0.25 else "libx264",
         bits_s=float(np.exp(rng.uniform(np.log(1.0e6), np.log(8.0e6)))),
+        stabilised=held and bool(later.random() < 0.3),
+        focus_px=float(later.uniform(0.5, 1.5)) if later.random() < 0.2 else 0.0,
     )
+
+
+def parts_of(scene: WildScene) -> tuple[WildScene, ...]:
+    """What turns in a clip, one scene each: in one of six clips a second servo, where it has room.
+
+    They share the picture and the camera; pivot, length, kind and motion are their own.
+    """
+    rng = np.random.default_rng([2034, scene.number])
+    if rng.random() >= 1.0 / 6.0:
+        return (scene,)
+    own = scene_of(scene.number + _BESIDE)
+    length = float(rng.uniform(0.16, 0.24) * min(scene.size))
+    axis = int(np.argmax(scene.size))
+    pivot = np.array(scene.pivot_px)
+    away = 1.2 * (scene.length_px + length)
+    pivot[axis] += away if pivot[axis] < 0.5 * scene.size[axis] else -away
+    if not 0.8 * length < pivot[axis] < scene.size[axis] - 0.8 * length:
+        return (scene,)
+    beside = replace(
+        own,
+        size=scene.size,
+        rate_hz=scene.rate_hz,
+        frames=scene.frames,
+        turns=scene.turns,
+        length_px=length,
+        pivot_px=(float(pivot[0]), float(pivot[1])),
+        exposure_share=scene.exposure_share,
+        shadow=scene.shadow,
+    )
+    return scene, beside
 
 
 def angles_rad(scene: WildScene, time_s: Array) -> Array:

@@ -69,26 +69,34 @@ def _method(found: Track) -> str:
     return "composite" if any("one model" in note for note in found.notes) else "refine"
 
 
-def _pivots(number: int, truth: WildTruth) -> Array:
-    """Where the pivot lies in each frame (frames, 2): a track names it in one of them."""
-    seen = views(scene_of(number))
-    return np.asarray(seen[:, :, :2] @ np.array(truth.pivot_px) + seen[:, :, 2])
+def _away_px(found: Track, seen: Array, truth: WildTruth) -> float:
+    """How far a track's pivot is from that of a part, in the frame in which they are nearest.
+
+    ``seen`` (frames, 2, 3) holds the views: a track names its pivot in one of the frames.
+    """
+    pivots = seen[:, :, :2] @ np.array(truth.pivot_px) + seen[:, :, 2]
+    return float(np.hypot(*(np.array(found.pivot_px) - pivots).T).min())
 
 
 def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
-    """Track a clip, with a hint if one is named, and compare with its truth."""
-    video, truth = filmed(number, folder)
-    options = hinted(number, truth, hint)
+    """Track a clip, with a hint if one is named, and compare with the truth of the part it found.
+
+    A hint is at the clip's first part. Without one, each of two parts is right to be measured.
+    """
+    video, truths = filmed(number, folder)
+    options = hinted(number, truths[0], hint)
     start = time.process_time()
     try:
         found = track(video, options)
     except InputError as error:
         return Outcome(
-            number=number, outcome="refused" if truth.turns else "right", error_deg=np.nan,
+            number=number, outcome="refused" if truths[0].turns else "right", error_deg=np.nan,
             sigmas=np.nan, share=0.0, pivot_px=np.nan, method="-",
             seconds=time.process_time() - start, words=str(error).removeprefix(f"{video}: "),
         )  # fmt: skip
     seconds = time.process_time() - start
+    seen = views(scene_of(number))
+    truth = min(truths if hint is None else truths[:1], key=lambda one: _away_px(found, seen, one))
     used = found.measured & truth.usable
     error = np.deg2rad(found.angle_deg - truth.angle_deg)
     error -= np.angle(np.mean(np.exp(1j * error[used])))
@@ -103,7 +111,7 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
         error_deg=float(np.sqrt(np.mean(away**2))),
         sigmas=float(np.sqrt(np.mean(score**2))),
         share=share,
-        pivot_px=float(np.hypot(*(np.array(found.pivot_px) - _pivots(number, truth)).T).min()),
+        pivot_px=_away_px(found, seen, truth),
         method=_method(found),
         seconds=seconds,
         words=f"moved {np.ptp(found.angle_deg):.1f} of {np.ptp(truth.angle_deg):.1f} deg",
