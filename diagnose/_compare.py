@@ -40,6 +40,7 @@ from servosight.models.core import (
     Recording,
     Result,
     Table,
+    one_or_more,
     plot_prediction,
 )
 from servosight.models.effects import Effect
@@ -143,7 +144,8 @@ def compare(
     """Simulate ``actuator`` on each recording.
 
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
-    recording and are found on it.
+    recording and are found on it. InputError where there is no recording, or for a ``tolerance``
+    [deg] that is none.
     """
     judged = judge(actuator, recordings, catalogue=catalogue)
     return comparison_of(
@@ -162,7 +164,7 @@ def comparison_of(
 ) -> Comparison:
     """What predictions of the recordings say of the model that made them."""
     known = built_in() if catalogue is None else catalogue
-    seen, left_out = usable_views(recordings)
+    seen, left_out = usable_views(one_or_more(recordings))
     noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
     _, notes = thinned(seen)
@@ -209,7 +211,7 @@ def judge(
     Of very long recordings every n-th sample is predicted.
     """
     effects = built_in() if catalogue is None else catalogue
-    scored, _ = thinned(usable_views(recordings)[0])
+    scored, _ = thinned(usable_views(one_or_more(recordings))[0])
     return tuple(_judge(actuator, recording, effects) for recording in scored)
 
 

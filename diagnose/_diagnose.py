@@ -43,17 +43,16 @@ from servosight.diagnose.selection import (
     cut,
     stretches,
 )
-from servosight.identify.fit import floor_deg
+from servosight.identify.fit import floor_deg, tolerance_deg
 from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import (
-    TOLERANCE_SHARE,
     joint_noise_deg,
     offered,
     thinned,
     unused_disturbances,
     usable_views,
 )
-from servosight.models.core import Recording, StageProgress, Table, silent
+from servosight.models.core import Recording, StageProgress, Table, one_or_more, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import CommandLimits
@@ -84,20 +83,21 @@ def diagnose(
     ``limits`` bound the next experiment (default: what the recordings' commands have used).
     Recordings with more than ``most_rows`` rows of command and samples together are diagnosed on
     stretches of the long ones; a warning says so. ``prior`` is what is known before: the first step
-    is then a model with those effects.
+    is then a model with those effects. InputError where there is no recording to fit, or for a
+    tolerance that is none.
     """
     # Longer than others because it fills every field of the result, and does nothing else.
     began = time.perf_counter()
     if catalogue is None:
         catalogue = built_in()
-    usable, left_out = zip(*map(usable_views, (recordings, validate, test)), strict=True)
+    given = one_or_more(recordings), validate, test
+    usable, left_out = zip(*map(usable_views, given), strict=True)
     recordings, validate, test = usable
     prior = prior or PriorKnowledge()
     catalogue = offered(catalogue, recordings, prior.first)
     every = (*recordings, *validate, *test)
     noise = joint_noise_deg(every)
-    if tolerance is None:
-        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
+    tolerance = tolerance_deg(every, tolerance)
     scatter, repeats = run_floor(every)
     floor = floor_deg(every, max(noise, scatter or 0.0), tolerance)
     criterion = AcceptanceCriterion(floor, tolerance, policy or SelectionPolicy())

@@ -23,7 +23,14 @@ from servosight.identify.uncertainty import (
     determined_inverse,
     weighted_normal,
 )
-from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Array,
+    Estimate,
+    InputError,
+    Recording,
+    did_you_mean,
+    one_or_more,
+)
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
@@ -61,8 +68,10 @@ def identify_fmu(
     """
     trusted(path, trust)
     began = time.perf_counter()
-    whole, left_out = usable_views(recordings)
+    whole, left_out = usable_views(one_or_more(recordings))
     scored, notes = thinned(whole)
+    noise = joint_noise_deg(tuple(whole))
+    floor = floor_deg(whole, noise, tolerance)
     known = built_in() if catalogue is None else catalogue
     chosen = select(known, effects)
     interface = Interface(path, command, angle, limits)
@@ -75,7 +84,6 @@ def identify_fmu(
             held=held,
         )
         end = _descent(search)
-    noise = joint_noise_deg(tuple(whole))
     covariance = _covariance(search, end)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
@@ -85,7 +93,7 @@ def identify_fmu(
         covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
         rmse_deg=float(np.sqrt(np.mean(end.residuals**2))),
         noise_deg=noise,
-        floor_deg=floor_deg(whole, noise, tolerance),
+        floor_deg=floor,
         samples=end.residuals.size,
         method=METHOD,
         seconds=time.perf_counter() - began,

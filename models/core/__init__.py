@@ -9,6 +9,8 @@ from servosight.models.base import Kind as Kind
 from servosight.models.base import StageProgress as StageProgress
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
+from servosight.models.base import check_seed as check_seed
+from servosight.models.base import check_tolerance as check_tolerance
 from servosight.models.base import did_you_mean as did_you_mean
 from servosight.models.base import json_text as json_text
 from servosight.models.base import kind_of as kind_of
@@ -62,6 +64,7 @@ from servosight.models.core._rounding import rounded as rounded
 from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
+from servosight.models.core._views import one_or_more as one_or_more
 from servosight.models.core._views import read_by_servo as read_by_servo
 from servosight.models.core._views import views as views
 from servosight.models.schema import APART as APART

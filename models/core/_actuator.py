@@ -111,7 +111,7 @@ class Actuator:
 
         For a recording (or its path) at its times, from its start; or for a command that holds
         between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
-        effects of a plugin.
+        effects of a plugin. InputError where the times do not rise or a number is not finite.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -120,21 +120,16 @@ class Actuator:
         5.0
         """
         from servosight.models.effects import catalogue as built_in  # what is above core, on use
-        from servosight.models.io import load_recording
+        from servosight.models.io import command_from_arrays, load_recording
         from servosight.models.plant import predict, predict_command
 
         known = built_in() if catalogue is None else catalogue
         if recording is None:
             if time_s is None or command_deg is None:
                 raise InputError(
-                    "predict: no command, expected a recording or time_s and command_deg"
+                    "predict: no command, expected a recording, or time_s and command_deg; give one"
                 )
-            times, command = (np.array(x, dtype=np.float64) for x in (time_s, command_deg))
-            if times.ndim != 1 or times.shape != command.shape or times.size < 2:
-                raise InputError(
-                    f"predict: time_s has the shape {times.shape} and command_deg "
-                    f"{command.shape}, expected two 1-D arrays of one length"
-                )
+            times, command = command_from_arrays("predict", time_s, command_deg)
             return predict_command(self, times, command, known)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)

@@ -136,7 +136,7 @@ class Recording:
         time_unit: str | None = None,
         name: str = "frame",
     ) -> Recording:
-        """A recording from columns of a pandas or Polars data frame.
+        """A recording from columns of a pandas or Polars data frame, or of a mapping.
 
         ``unit`` (deg, rad or rev) is that of angle, command and sigma where their names have none:
         ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us or

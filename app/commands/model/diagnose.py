@@ -18,8 +18,8 @@ from servosight.app.arguments import (
     add_report,
     add_seed,
     any_path,
-    error_deg,
     limit_pair,
+    tolerance,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -73,7 +73,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="DEG",
-        type=error_deg,
+        type=tolerance,
         help="an error this small needs no further effect (default: 0.05 %% of the moved range)",
     )
     parser.add_argument(

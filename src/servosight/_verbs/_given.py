@@ -23,14 +23,21 @@ if TYPE_CHECKING:
     Model: TypeAlias = ModelValue | Path | str
 
 
-def silent(stage: str, done: int, total: int | None = None) -> None:
-    """Nobody asked for progress."""
+def names_of(given: str | Sequence[str]) -> Sequence[str]:
+    """Names, such as those of effects; a text is one of them.
+
+    >>> names_of("backlash")
+    ('backlash',)
+    """
+    return (given,) if isinstance(given, str) else given
 
 
-def catalogue_of(plugins: Sequence[Path | str]) -> Mapping[str, Effect]:
+def catalogue_of(plugins: Path | str | Sequence[Path | str]) -> Mapping[str, Effect]:
+    """The catalogue with the effects of these files; a path is one of them."""
     from servosight.models.effects import catalogue
 
-    return catalogue([Path(plugin) for plugin in plugins])
+    several = [plugins] if isinstance(plugins, Path | str) else plugins
+    return catalogue([Path(plugin) for plugin in several])
 
 
 def actuator_of(model: Model, known: Mapping[str, Effect]) -> Actuator:
