@@ -31,11 +31,6 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     return views(recordings)
 
 
-def is_fmu(path: Path) -> bool:
-    """True for the path of an FMU, by its name."""
-    return path.suffix.lower() == ".fmu"
-
-
 def fmu_interface(args: argparse.Namespace, path: Path) -> Interface:
     """An FMU with the names that the options give its input and output."""
     from servosight.identify.foreign import Interface

@@ -25,6 +25,8 @@ from servosight.models.base._mark import Kind as Kind
 from servosight.models.base._mark import kind_of as kind_of
 from servosight.models.base._mark import marked_png as marked_png
 from servosight.models.base._mark import marked_toml as marked_toml
+from servosight.models.base._models import is_fmu as is_fmu
+from servosight.models.base._models import is_model_file as is_model_file
 from servosight.models.base._numbers import check_seed as check_seed
 from servosight.models.base._numbers import check_tolerance as check_tolerance
 from servosight.models.base._progress import FrameProgress as FrameProgress

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Literal, cast, overload
 from servosight._verbs._given import (
     actuator_of,
     catalogue_of,
-    is_fmu,
     is_model,
     models_change,
     names_of,
 )
-from servosight.models.base import silent
+from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Model, ModelValue, Recordings, Sources

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, overload
 from servosight._verbs._given import (
     actuator_of,
     catalogue_of,
-    is_fmu,
     names_of,
 )
-from servosight.models.base import silent
+from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Model, Source, Sources
