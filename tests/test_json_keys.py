@@ -16,13 +16,15 @@ import pytest
 import servosight as ss
 from servosight.identify.fit import Fit
 from servosight.identify.foreign import FmuFit
-from servosight.models.core import Result
+from servosight.models.core import InputError, Result
+from servosight.models.effects import EffectInfo, EffectTable
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 BY_NAME = {"parameters", "start", "fixed", "relative_sigma", "change"}
 """What is keyed by the names of parameters or effects, not by keys of the format."""
 RESULTS: tuple[type[Result], ...] = (
     *(ss.Fit, ss.Comparison, ss.Diagnosis, ss.Track, ss.ServoChange, ss.ExportResult, FmuFit),
+    EffectInfo,
 )
 
 
@@ -61,6 +63,27 @@ def written(value: Any, key: str = "") -> Iterator[str]:
 def test_every_field_of_a_result_is_listed(kind: type[Result]) -> None:
     assert kind.TYPE in documented()
     assert not sorted(set(fields_of(kind)) - documented())
+
+
+@pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: str(kind.TYPE))
+def test_every_kind_of_result_is_read_back(kind: type[Result], tmp_path: Path) -> None:
+    """From a file that lacks its other keys, the next sentence is about one of those."""
+    (tmp_path / "r.json").write_text(f'{{"schema": 1, "type": "{kind.TYPE}"}}')
+    with pytest.raises(InputError, match="required field"):
+        ss.load(tmp_path / "r.json")
+
+
+def test_effects_are_saved_and_read_back(tmp_path: Path) -> None:
+    one, table = ss.effects("flexible_shaft"), ss.effects()
+    one.save(tmp_path / "one.json")
+    table.save(tmp_path / "table.json")
+    assert ss.load(tmp_path / "one.json") == one
+    again = ss.load(tmp_path / "table.json")
+    assert isinstance(again, EffectTable)
+    assert again == table
+    assert not sorted(set(written(table.to_dict())) - documented())
+    (frequency, *_) = one.parameters
+    assert (frequency.high, frequency.neutral) == (150.0, None)
 
 
 def test_every_key_that_is_written_is_listed(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Detectable, Dynamics, OwnValues
 from servosight.identify.foreign import LINEAR
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Estimate, InputError, Result, Table
+from servosight.models.core import Actuator, Estimate, Frozen, InputError, Result, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LadderStep:
+class LadderStep(Frozen):
     """One model of the ladder.
 
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import frame, html_table, parameter_rows
+from servosight.models.core._frozen import Frozen
 from servosight.models.core._parameter import CORE, OWN, Parameter
 from servosight.models.core._plots import plot_gain
 from servosight.models.core._recording import Recording
@@ -44,7 +45,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class Actuator:
+class Actuator(Frozen):
     """G(s) = k / (T^2 s^2 + 2 xi T s + 1) plus effects.
 
     ``parameters`` holds k, T, xi, bias and ``effect.parameter`` for each of ``effects``.
