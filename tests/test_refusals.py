@@ -112,3 +112,31 @@ def test_columns_by_name_are_a_recording() -> None:
     columns = {"t": TIME_S, "y": made.angle_deg, "u": made.command_deg}
     again = ss.Recording.from_frame(columns, time="t", angle="y", command="u")
     np.testing.assert_array_equal(again.angle_deg, made.angle_deg)
+
+
+@pytest.mark.parametrize(
+    ("call", "python", "option"),
+    [
+        (lambda: recorded().save("rec"), "force=True", "--force"),
+        (lambda: ss.read("log.csv", unit="deg"), "columns={'time': 'COLUMN'}", "--map time=COLUMN"),
+        (lambda: ss.effects("slack"), "plugins=[FILE.py]", "--plugin FILE.py"),
+        (lambda: ss.predict("servo.fmu", recorded()), "trust=True", "--trust"),
+    ],
+)
+def test_a_sentence_serves_both_users(call: Callable[[], object], python: str, option: str) -> None:
+    """It names the argument of Python, and the option of the command line."""
+    recorded().save("rec")
+    Path("log.csv").write_text("t,goal,pos\n0,0,0\n1,1,1\n")
+    with pytest.raises(ss.InputError) as caught:
+        call()
+    assert f"{python} ({option} on the command line)" in str(caught.value)
+
+
+def test_a_recording_replaces_one_only_where_it_may() -> None:
+    made = recorded()
+    made.save("rec")
+    made.save("rec", force=True)
+    np.testing.assert_array_equal(ss.read("rec").angle_deg, made.angle_deg)
+    (Path("rec") / "mine.txt").touch()
+    with pytest.raises(ss.InputError, match=r"holds 'mine\.txt'"):
+        made.save("rec", force=True)

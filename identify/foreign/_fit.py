@@ -29,6 +29,7 @@ from servosight.models.core import (
     InputError,
     Recording,
     did_you_mean,
+    either,
     one_or_more,
 )
 from servosight.models.effects import Effect, select
@@ -237,8 +238,8 @@ def _chosen(
     chosen = tuple(there[name] for name in dict.fromkeys(wanted) if name not in held)
     if not chosen and not model.own:
         raise InputError(
-            f"{model.fmu.path}: has no tunable parameter, expected one to fit; name others behind "
-            f"--parameters, or use servosight compare"
+            f"{model.fmu.path}: has no tunable parameter, expected one to fit; name others by "
+            f"{either('parameters', '--parameters')}, or compare it instead"
         )
     return chosen
 

@@ -11,7 +11,9 @@ from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
 from servosight.models.base import check_seed as check_seed
 from servosight.models.base import check_tolerance as check_tolerance
+from servosight.models.base import column_map as column_map
 from servosight.models.base import did_you_mean as did_you_mean
+from servosight.models.base import either as either
 from servosight.models.base import is_model_file as is_model_file
 from servosight.models.base import json_text as json_text
 from servosight.models.base import kind_of as kind_of

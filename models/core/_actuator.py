@@ -12,7 +12,7 @@ import tomli_w
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
+from servosight.models.base import InputError, Kind, either, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import frame, html_table, parameter_rows
 from servosight.models.core._frozen import Frozen
@@ -266,7 +266,7 @@ def _read(path: Path, table: dict[str, Any], effects: Mapping[str, Effect]) -> A
         if name not in effects:
             raise InputError(
                 f"{path}: key effects names {name!r}, expected one of {', '.join(effects)}; "
-                f"bring your own with --plugin FILE.py"
+                f"bring your own with {either('plugins=[FILE.py]', '--plugin FILE.py')}"
             )
     wanted = {parameter.name: parameter for parameter in (*CORE, OWN[0])}
     for name in card.effects:

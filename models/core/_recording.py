@@ -208,11 +208,15 @@ class Recording(Frozen):
         every = () if self.signals is None else self.signals.values.items()
         return [(name, v) for name, v in every if name.startswith(DISTURBANCE) and np.any(v)]
 
-    def save(self, folder: Path | str) -> None:
-        """Write a recording's folder, completely or not at all; InputError if it is not empty."""
+    def save(self, folder: Path | str, *, force: bool = False) -> None:
+        """Write a recording's folder, completely or not at all.
+
+        A folder that is not empty is replaced only with ``force``, and only if it holds nothing but
+        a recording's files; else InputError.
+        """
         from servosight.models.io import save_recording
 
-        save_recording(self, Path(folder))
+        save_recording(self, Path(folder), force=force)
 
     def to_dict(self) -> dict[str, Any]:
         """Name, hold, and the rows of command and angle, as plain values."""

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from servosight.models.core import InputError, check_path, did_you_mean
+from servosight.models.core import InputError, check_path, did_you_mean, either
 from servosight.models.effects._contract import TYPICAL, Effect
 
 CATALOGUE: tuple[str, ...] = (
@@ -83,7 +83,8 @@ def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
         if name not in effects:
             raise InputError(
                 f"unknown effect {name!r}{did_you_mean(name, effects)}; expected one of "
-                f"{', '.join(effects)}: choose from these or bring your own with --plugin FILE.py"
+                f"{', '.join(effects)}: choose from these or bring your own with "
+                f"{either('plugins=[FILE.py]', '--plugin FILE.py')}"
             )
     wanted = set(ids)
     return [name for name in effects if name in wanted]

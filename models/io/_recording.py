@@ -14,6 +14,7 @@ from servosight.models.core import (
     Signals,
     Stream,
     check_path,
+    either,
     plain_name,
 )
 from servosight.models.io import _series as check
@@ -249,7 +250,7 @@ def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Arr
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
             f"{', '.join(sheet.header)[:200]}; expected it in the header, so rename the column or "
-            f"bring the file in with `servosight import --map`"
+            f"name it by {either('columns={...}', '`servosight import --map`')}"
         )
     return found[0].removeprefix(f"{quantity}_"), sheet.columns(found)[:, 0]
 
@@ -279,7 +280,10 @@ def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None
     if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
         raise InputError(
             f"{sheet.path}: column command_us is a pulse width, expected the servo's scale; give "
-            f"--deg-per-us and --neutral-us, such as --deg-per-us 0.09 --neutral-us 1500"
+            + either(
+                "deg_per_us and neutral_us, such as 0.09 and 1500",
+                "--deg-per-us 0.09 --neutral-us 1500",
+            )
         )
     with np.errstate(over="ignore", invalid="ignore"):
         return series_of(sheet, "command_us", (raw - neutral_us) * deg_per_us, raw)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from servosight.models.core import Signals
+from servosight.models.core import Signals, column_map
 from servosight.models.io._csv import Sheet
 from servosight.models.io._power import power_column
 from servosight.models.io._series import SIGNALS, Series, check_finite, check_time
@@ -52,5 +52,6 @@ def overlooked(path: Path, names: Sequence[str], used: Collection[str]) -> tuple
     columns, are = ("columns", "are") if len(found) > 1 else ("column", "is")
     return (
         f"{path}: {columns} {', '.join(found)} {are} not used; if {found[0]} is a force or torque "
-        f"that acts on the servo, import it with --map disturbance={found[0]}:UNIT",
+        f"that acts on the servo, import it with "
+        f"{column_map('disturbance', f'{found[0]}:UNIT')}",
     )

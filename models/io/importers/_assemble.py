@@ -9,7 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, Signals, plain_name
+from servosight.models.core import (
+    Array,
+    InputError,
+    Recording,
+    Signals,
+    column_map,
+    either,
+    plain_name,
+)
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
@@ -153,7 +161,7 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
             if request.deg_per_us is None or request.neutral_us is None:
                 raise InputError(
                     f"{path}: column {raw.column} is a pulse width, expected the servo's scale; "
-                    f"give --deg-per-us and --neutral-us"
+                    f"give {either('deg_per_us and neutral_us', '--deg-per-us and --neutral-us')}"
                 )
             return (raw.values - request.neutral_us) * request.deg_per_us
         if raw.unit in DEGREES:
@@ -167,11 +175,11 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
 def _unknown(path: Path, quantity: str, raw: Raw, known: tuple[str, ...]) -> InputError:
     message = (
         f"{path}: column {raw.column} has the unit {raw.unit!r}, expected {', '.join(known)}; "
-        f"write --map {quantity}={raw.column}:{known[0]}"
+        f"write {column_map(quantity, f'{raw.column}:{known[0]}')}"
     )
     if quantity.endswith("time"):
         return InputError(f"{message}, or whichever of them it is")
     return InputError(
-        f"{message} if it is that, or for an output that is no angle give --unit-scale, the "
-        f"degrees that show one {raw.unit}"
+        f"{message} if it is that, or for an output that is no angle give "
+        f"{either('unit_scale', '--unit-scale')}, the degrees that show one {raw.unit}"
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from servosight.models.core import Array, InputError, Mask, plain_name
+from servosight.models.core import Array, InputError, Mask, column_map, plain_name
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._series import DEGREES, SECONDS, SIGNALS
 from servosight.models.io._signals import overlooked
@@ -121,7 +121,7 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
         return Column(named[0], column.unit)
     raise InputError(
         f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; correct "
-        f"--map {quantity}={column.name}"
+        f"{column_map(quantity, column.name)}"
     )
 
 
@@ -146,6 +146,6 @@ def _by_name(table: Columns, quantity: str) -> Column | None:
     if quantity == "sigma":
         return None
     raise InputError(
-        f"{table.place}: no column is known to be the {quantity}; expected --map {quantity}=COLUMN "
-        f"with one of {listed(table.names)}"
+        f"{table.place}: no column is known to be the {quantity}; expected "
+        f"{column_map(quantity, 'COLUMN')} with one of {listed(table.names)}"
     )

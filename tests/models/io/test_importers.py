@@ -182,7 +182,7 @@ def test_bad_maps(tmp_path: Path, request_: Request, words: tuple[str, ...]) -> 
 
 @pytest.mark.parametrize("word", ["time", "speed=v", "time=", "time=:ms"])
 def test_maps_that_say_nothing(word: str) -> None:
-    with pytest.raises(InputError, match=r"--map .*expected"):
+    with pytest.raises(InputError, match=r"columns: .*expected"):
         parse_map([word])
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import InputError, Recording, plain_name, read_settings
+from servosight.models.core import InputError, Recording, either, plain_name, read_settings
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -51,7 +51,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     if not found.columns or not found.columns[wanted[0]].size:
         raise InputError(
             f"{path}: has no episode {request.part}, expected one of its {episodes}; choose it "
-            f"with --part, from 0"
+            f"by {either('part', '--part')}, from 0"
         )
     table = replace(table, numbers=lambda name: found.columns[names[name]])
     raw, _ = raw_columns(path, table, request)

@@ -1,4 +1,4 @@
-"""MATLAB files: the EMPS benchmark as it stands, others by --map.
+"""MATLAB files: the EMPS benchmark as it stands, others by a map of their columns.
 
 EMPS (electro-mechanical positioning system): Janot, Gautier, Brunot, "Data set and reference
 models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position [m].
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, plain_name
+from servosight.models.core import Array, InputError, Recording, column_map, plain_name
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import Raw, assemble
@@ -87,6 +87,6 @@ def _vector(path: Path, found: Extract, quantity: str, name: str) -> Array:
     if name not in found.columns:
         raise InputError(
             f"{path}: no vector {name} for the {quantity}, expected one of {listed(found.names)}; "
-            f"give --map {quantity}=VARIABLE:UNIT"
+            f"give {column_map(quantity, 'VARIABLE:UNIT')}"
         )
     return found.columns[name]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording
+from servosight.models.core import Array, InputError, Recording, column_map
 from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
@@ -24,8 +24,8 @@ def read_streams(
     """A recording from columns that the request names; time is that of each column's messages."""
     if "time" in request.columns:
         raise InputError(
-            f"{path}: --map time does not apply to {parser.kind}, whose messages have stamps; "
-            f"expected command and angle alone, so leave it out"
+            f"{path}: {column_map('time', 'COLUMN')} does not apply to {parser.kind}, whose "
+            f"messages have stamps; expected command and angle alone, so leave it out"
         )
     wanted = [column.name for column in request.columns.values()]
     found = extract(path, parser, wanted)
@@ -33,15 +33,15 @@ def read_streams(
     for quantity in ("command", "angle"):
         if quantity not in request.columns:
             raise InputError(
-                f"{path}: no column is known to be the {quantity}; expected --map "
-                f"{quantity}=COLUMN:UNIT with one of {listed(found.names)}"
+                f"{path}: no column is known to be the {quantity}; expected "
+                f"{column_map(quantity, 'COLUMN:UNIT')} with one of {listed(found.names)}"
             )
     units, assumed = units_of(path, request.columns, request)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
             raise InputError(
                 f"{path}: no column {column.name}, expected one of {listed(found.names)}; correct "
-                f"--map {quantity}={column.name}"
+                f"{column_map(quantity, column.name)}"
             )
         values = found.columns[column.name]
         raw[quantity] = Raw(column.name, units[quantity], values, range(values.size), "message")
