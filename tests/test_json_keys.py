@@ -16,7 +16,7 @@ import pytest
 import servosight as ss
 from servosight.identify.fit import Fit
 from servosight.identify.foreign import FmuFit
-from servosight.models.core import InputError, Result
+from servosight.models.core import Frozen, InputError, Result
 from servosight.models.effects import EffectInfo, EffectTable
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
@@ -71,6 +71,36 @@ def test_every_kind_of_result_is_read_back(kind: type[Result], tmp_path: Path) -
     (tmp_path / "r.json").write_text(f'{{"schema": 1, "type": "{kind.TYPE}"}}')
     with pytest.raises(InputError, match="required field"):
         ss.load(tmp_path / "r.json")
+
+
+def parts_of(kind: Any) -> Iterator[type]:
+    """A dataclass, and all dataclasses in it."""
+    if dataclasses.is_dataclass(kind):
+        assert isinstance(kind, type)
+        yield kind
+        for hint in typing.get_type_hints(kind, localns={"Mapping": Mapping}).values():
+            yield from parts_of(hint)
+    for inner in typing.get_args(kind):
+        yield from parts_of(inner)
+
+
+@pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: str(kind.TYPE))
+def test_every_part_of_a_result_stays_as_it_was_made(kind: type[Result]) -> None:
+    """Where it has arrays or mappings; the tracker works with its planes and shutters itself."""
+    loose = [
+        part.__name__
+        for part in parts_of(kind)
+        if not issubclass(part, Frozen)
+        and any(map(changeable, typing.get_type_hints(part).values()))
+    ]
+    assert set(loose) <= {"MotionPlane", "Shutters"}
+
+
+def changeable(hint: Any) -> bool:
+    """True for an array or a mapping, or where it may be one."""
+    if isinstance(hint, UnionType):
+        return any(map(changeable, typing.get_args(hint)))
+    return typing.get_origin(hint) in (np.ndarray, Mapping, dict)
 
 
 def test_effects_are_saved_and_read_back(tmp_path: Path) -> None:

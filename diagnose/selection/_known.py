@@ -9,12 +9,12 @@ import numpy as np
 
 from servosight.identify.fit import Solution, fit_effects, polish
 from servosight.identify.problem import Problem, checked_held
-from servosight.models.core import Actuator, Array, Estimate, InputError, either
+from servosight.models.core import Actuator, Array, Estimate, Frozen, InputError, either
 from servosight.models.effects import Effect, select
 
 
 @dataclass(frozen=True, kw_only=True)
-class PriorKnowledge:
+class PriorKnowledge(Frozen):
     """Prior knowledge, which the selection takes as given.
 
     ``start`` are parameters by name of the model to start from, ``start_effects`` its effects: they

@@ -66,7 +66,7 @@ class Direction(Frozen):
 
 
 @dataclass(frozen=True)
-class WorstDirection:
+class WorstDirection(Frozen):
     """Joint relative change of parameters, and the rms change of the angle that it makes [deg]."""
 
     relative_change: Mapping[str, float]

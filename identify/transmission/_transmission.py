@@ -21,6 +21,7 @@ from servosight.identify.transmission._play import driven
 from servosight.models.core import (
     Array,
     Estimate,
+    Frozen,
     InputError,
     Mask,
     Recording,
@@ -53,7 +54,7 @@ _INNER = (0.02, 0.98)
 
 
 @dataclass(frozen=True)
-class Transmission:
+class Transmission(Frozen):
     """What lies between horn and surface.
 
     ``horn_deg`` (places,) are angles of the horn over its range, ``ratio`` and ``ratio_sigma``
