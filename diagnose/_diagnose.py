@@ -29,6 +29,7 @@ from servosight.diagnose.result.caveats import assumed, doubts, ended, measured_
 from servosight.diagnose.result.wording import Levels, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
+    REMEDY,
     AcceptanceCriterion,
     ModelSelection,
     PriorKnowledge,
@@ -41,6 +42,7 @@ from servosight.diagnose.selection import (
     alternatives,
     confounded,
     cut,
+    own_latencies,
     stretches,
 )
 from servosight.identify.fit import floor_deg
@@ -107,7 +109,8 @@ def diagnose(
     fitted = sum(map(len, parts[: len(recordings)]))
     chosen = fitted + sum(map(len, parts[len(recordings) :][: len(validate)]))
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
-    models = _models(*split, catalogue, criterion, prior)
+    runs = [run for run, own in enumerate(parts) for _ in own][:chosen]
+    models, latencies = _models(*split, catalogue, criterion, prior, runs)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.first_step() if not auto else selector.select(), Stability()
     searched = models.work.simulations
@@ -172,6 +175,7 @@ def diagnose(
             *notes,
             *thinning,
             *models.split.warnings,
+            *latencies,
             *assumed(last.fit.problem.held, models.held),
             *measured_by_servo(every, models.known.fixed),
             *doubts(verdict, ladder[-1], levels),
@@ -196,16 +200,27 @@ def _models(
     catalogue: Mapping[str, Effect],
     criterion: AcceptanceCriterion,
     known: PriorKnowledge,
-) -> ModelSelection:
-    """Where what is missing shows in the validation samples alone, another third is held out.
+    runs: Sequence[int],
+) -> tuple[ModelSelection, tuple[str, ...]]:
+    """The models of recordings with one latency, and sentences on those that had another.
 
-    No effect can be fitted to what the fit does not see.
+    Where what is missing shows in the validation samples alone, another third is held out: no
+    effect can be fitted to what the fit does not see. ``runs`` numbers the runs of the recordings
+    that fit and validate.
     """
     models = ModelSelection(Split.of(recordings, validate, test), catalogue, known)
+    late_s = (0.0,) * len(runs)
+    notes: tuple[str, ...] = ()
+    found = own_latencies(models, runs)
+    if found is not None:
+        late_s = tuple(found.late_s.tolist())
+        notes = found.sentences([one.name for one in (*recordings, *validate)], REMEDY)
+        models = models.with_split(models.split.earlier(late_s))
     score = models.first().score
     if criterion.settled(score) and not criterion.explained(score) and not validate:
-        return models.with_split(Split.of(recordings, validate, test, choice=1))
-    return models
+        anew = Split.of(recordings, validate, test, choice=1).earlier(late_s)
+        models = models.with_split(anew)
+    return models, notes
 
 
 def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Verdict:
