@@ -25,7 +25,13 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, Verdict, recording_uses
-from servosight.diagnose.result.caveats import assumed, doubts, ended, measured_by_servo
+from servosight.diagnose.result.caveats import (
+    assumed,
+    compensating,
+    doubts,
+    ended,
+    measured_by_servo,
+)
 from servosight.diagnose.result.wording import Levels, next_experiment, told
 from servosight.diagnose.selection import (
     MOST_ROWS,
@@ -174,6 +180,7 @@ def diagnose(
             *models.split.warnings,
             *assumed(last.fit.problem.held, models.held),
             *measured_by_servo(every, models.known.fixed),
+            *compensating(verdict, effects, known),
             *doubts(verdict, ladder[-1], levels),
             *ended(selected.cut_short, searched),
         ),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servosight.diagnose.evidence import taken
-from servosight.diagnose.residuals import EXPLAINED, held_out_rms
+from servosight.diagnose.residuals import EXPLAINED, held_out_fit_percent, held_out_rms
 from servosight.diagnose.result import LadderStep
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step
 from servosight.identify.fit import dynamics, parameter_table, step_size_deg
@@ -34,7 +34,8 @@ def _step(
 ) -> LadderStep:
     fit, score = step.trial.fit, step.trial.score
     table, warnings = fit.uncertainty.shared_estimates(profiled)
-    held_out = held_out_rms(models.tested(step.trial))
+    judged = models.tested(step.trial)
+    held_out = held_out_rms(judged)
     covariance = fit.uncertainty.matrix(table)
     actuator = Actuator({**table, "bias": Estimate(0.0, None, "deg")}, step.trial.effects)
     size_deg = step_size_deg(models.recordings)
@@ -52,4 +53,5 @@ def _step(
         correlation=covariance.correlation,
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
         base=base_of(models.catalogue),
+        fit_percent=held_out_fit_percent(judged),
     )

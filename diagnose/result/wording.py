@@ -233,6 +233,20 @@ def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple
     )
 
 
+def alternative_words(effects: Sequence[str], alternatives: Sequence[Sequence[str]]) -> str:
+    """That other models predict the same as the one with ``effects``, and what follows.
+
+    >>> alternative_words(["dead_time"], [["flexible_shaft"], ["backlash", "cogging"]])[:87]
+    'These recordings cannot distinguish dead time from flexible shaft; or from backlash and'
+    """
+    others = "; or from ".join(listed(other) for other in alternatives)
+    return (
+        f"These recordings cannot distinguish {listed(effects)} from {others}: their predictions "
+        f"differ by less than the noise. Do not rely on the name until another experiment has "
+        f"decided."
+    )
+
+
 def next_experiment(
     verdict: Verdict,
     proposal: Proposal | None,

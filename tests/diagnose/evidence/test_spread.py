@@ -11,6 +11,7 @@ from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.evidence import Evidence, Stability, partial
 from servosight.diagnose.evidence._spread import BY_CHANCE, FARTHER, Spread, spread_of
 from servosight.diagnose.residuals import TEST, Judged
+from servosight.diagnose.result.caveats import compensating
 from servosight.diagnose.result.wording import Levels, told
 from servosight.diagnose.selection import ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
@@ -97,3 +98,4 @@ def test_nothing_is_called_missing_on_account_of_chance(spread: float, chance: b
     known = Evidence(regimes=(), repeated=None, unexplained=left, detectable=())
     _, summary = told(Verdict.UNEXPLAINED, [first, last], [], None, levels, known, Stability(), ())
     assert ("something remains" in summary) is not chance
+    assert bool(compensating(Verdict.UNEXPLAINED, last.effects, known)) is not chance
