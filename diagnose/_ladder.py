@@ -1,4 +1,4 @@
-"""The ladder as it is told: each step's errors, parameters and what the model does."""
+"""The ladder as a diagnosis reports it: each step's errors, parameters and what the model does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from servosight.identify.foreign import base_of
 from servosight.models.core import Actuator, Estimate, Table
 
 
-def told_ladder(
+def ladder_steps(
     models: ModelSelection, criterion: AcceptanceCriterion, steps: Sequence[Step]
 ) -> Table[LadderStep]:
     """The steps with the share of the first one's squared test error that each removes.
@@ -24,9 +24,9 @@ def told_ladder(
     sigmas are the Jacobian's.
     """
     ends = 0, len(steps) - 1
-    told = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
-    shares = taken([step.held_out_rmse_deg for step in told])
-    return Table(replace(step, taken=share) for step, share in zip(told, shares, strict=True))
+    reported = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
+    shares = taken([step.held_out_rmse_deg for step in reported])
+    return Table(replace(step, taken=share) for step, share in zip(reported, shares, strict=True))
 
 
 def _step(

@@ -77,7 +77,7 @@ def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
     return f"model with {listed(effects)}" if effects else f"{base} model"
 
 
-def told(
+def headline_and_summary(
     verdict: Verdict,
     ladder: Sequence[LadderStep],
     candidates: Sequence[Candidate],
