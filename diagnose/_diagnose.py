@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from servosight.diagnose._ladder import told_ladder
+from servosight.diagnose._ladder import ladder_steps
 from servosight.diagnose.discrepancy import reported_law
 from servosight.diagnose.evidence import (
     Evidence,
@@ -25,8 +25,14 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, Verdict, recording_uses
-from servosight.diagnose.result.caveats import assumed, doubts, ended, measured_by_servo
-from servosight.diagnose.result.wording import Levels, next_experiment, told
+from servosight.diagnose.result.caveats import (
+    assumed,
+    compensating,
+    doubts,
+    ended,
+    measured_by_servo,
+)
+from servosight.diagnose.result.wording import Levels, headline_and_summary, next_experiment
 from servosight.diagnose.selection import (
     MOST_ROWS,
     REMEDY,
@@ -118,7 +124,7 @@ def diagnose(
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
-    ladder = told_ladder(models, criterion, selected.steps)
+    ladder = ladder_steps(models, criterion, selected.steps)
     open_ = models.known.removable(ladder[-1].effects) if auto else ()
     unknown = undetermined(ladder[-1].parameters, open_, catalogue, ladder[-1].correlation)
     stable = replace(stable, undetermined=unknown)
@@ -140,7 +146,9 @@ def diagnose(
     left = findings(judged_last, floor, noise)
     known = gather(models, linear, last, judged_last, left, criterion)
     untried = models.known.without_effects
-    headline, summary = told(verdict, ladder, candidates, law, levels, known, stable, untried)
+    headline, summary = headline_and_summary(
+        verdict, ladder, candidates, law, levels, known, stable, untried
+    )
     return Diagnosis(
         noise_deg=noise,
         scatter_deg=scatter,
@@ -178,6 +186,7 @@ def diagnose(
             *latencies,
             *assumed(last.fit.problem.held, models.held),
             *measured_by_servo(every, models.known.fixed),
+            *compensating(verdict, effects, known),
             *doubts(verdict, ladder[-1], levels),
             *ended(selected.cut_short, searched),
         ),

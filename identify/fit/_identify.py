@@ -35,7 +35,14 @@ from servosight.identify.problem import (
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
 from servosight.identify.transmission import transmissions
-from servosight.models.core import Actuator, Array, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Actuator,
+    Array,
+    InputError,
+    Recording,
+    did_you_mean,
+    fit_percent,
+)
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.plant import Linear, to_difference
@@ -120,6 +127,10 @@ def identify(
         own=own_values(problem, solution.outcome.point),
         evaluations=solution.outcome.evaluations,
         history=history,
+        fit_percent=fit_percent(
+            solution.rmse_deg,
+            [one.angle_deg[mask] for one, mask in zip(scored, problem.masks, strict=True)],
+        ),
         discrete=to_difference(linear, sample_time_s),
         dynamics=dynamics(model, covariance, step_size_deg(whole), known),
         transmissions=transmissions(whole),

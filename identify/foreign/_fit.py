@@ -23,7 +23,14 @@ from servosight.identify.uncertainty import (
     determined_inverse,
     weighted_normal,
 )
-from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Array,
+    Estimate,
+    InputError,
+    Recording,
+    did_you_mean,
+    fit_percent,
+)
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
@@ -79,11 +86,12 @@ def identify_fmu(
     covariance = _covariance(search, end)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
+    rmse_deg = float(np.sqrt(np.mean(end.residuals**2)))
     return FmuFit(
         model=str(path),
         parameters=estimates,
         covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
-        rmse_deg=float(np.sqrt(np.mean(end.residuals**2))),
+        rmse_deg=rmse_deg,
         noise_deg=noise,
         floor_deg=floor_deg(whole, noise, tolerance),
         samples=end.residuals.size,
@@ -95,6 +103,7 @@ def identify_fmu(
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),
         evaluations=end.evaluations,
+        fit_percent=fit_percent(rmse_deg, [one.angle_deg for one in scored]),
     )
 
 

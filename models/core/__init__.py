@@ -37,6 +37,7 @@ from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._display import Rows as Rows
 from servosight.models.core._display import frame as frame
 from servosight.models.core._light import lit_share as lit_share
+from servosight.models.core._nrmse import fit_percent as fit_percent
 from servosight.models.core._parameter import CORE as CORE
 from servosight.models.core._parameter import FIXED as FIXED
 from servosight.models.core._parameter import OWN as OWN
