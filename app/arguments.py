@@ -16,7 +16,7 @@ def add_recordings(parser: argparse.ArgumentParser) -> None:
         metavar="REC",
         nargs="+",
         type=any_path,
-        help="recording: a folder or a CSV file",
+        help="recording: a folder, a CSV file, or a log that servosight import reads",
     )
     add_pulse(parser)
 

@@ -40,6 +40,7 @@ from servosight.models.core import (
     Recording,
     Result,
     Table,
+    fit_percent,
     one_or_more,
     plot_prediction,
 )
@@ -66,7 +67,8 @@ class Comparison(Result):
     """A model's error on recordings that it need not have been fitted on.
 
     ``explained``: the error is at most 1.10 times ``floor_deg``, the smallest error that counts.
-    ``sentences``: the error as a whole, then the findings, the largest first.
+    ``sentences``: the error as a whole, then the findings, the largest first. ``fit_percent``
+    compares the error with the motion (100 %: no error; None in results of earlier versions).
     """
 
     TYPE: ClassVar[str] = "comparison"
@@ -85,6 +87,7 @@ class Comparison(Result):
     findings: Table[Finding]
     sentences: tuple[str, ...]
     warnings: tuple[str, ...]
+    fit_percent: float | None = None
 
     @property
     def actuator(self) -> Actuator:
@@ -197,6 +200,7 @@ def comparison_of(
         findings=Table(found),
         sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
         warnings=(*left_out, *unused_disturbances(seen, effects, known), *notes),
+        fit_percent=fit_percent(rmse, [one.recording.angle_deg for one in judged]),
     )
 
 

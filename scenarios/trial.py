@@ -160,7 +160,7 @@ def carry_out(
     progress: StageProgress = silent,
     force: bool = False,
 ) -> Trial:
-    """Zero, run, track and diagnose; where two effects cannot be told apart, ask for the next run.
+    """Zero, run, track and diagnose; ask for the next run where effects cannot be distinguished.
 
     The recordings are ``folder``/zero, then run1 and so on, at most three, diagnosed together: the
     slow one before them, left out where ``zero`` is known, shows that the surface follows, and

@@ -50,7 +50,8 @@ class LadderStep(Frozen):
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
     is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
     ``taken`` is the share of the first step's squared held-out error that this step took away.
-    ``base`` names what the effects act on: the linear core, or an FMU.
+    ``base`` names what the effects act on: the linear core, or an FMU. ``fit_percent`` compares the
+    held-out error with the motion (100 %: no error; None in results of earlier versions).
     """
 
     added: str | None
@@ -67,6 +68,7 @@ class LadderStep(Frozen):
     dynamics: Dynamics | None = None
     taken: float = 0.0
     base: str = LINEAR
+    fit_percent: float | None = None
 
     @property
     def change(self) -> str:

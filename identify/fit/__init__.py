@@ -20,6 +20,8 @@ from servosight.identify.fit._identify import METHODS as METHODS
 from servosight.identify.fit._identify import check_method as check_method
 from servosight.identify.fit._identify import identify as identify
 from servosight.identify.fit._identify import with_information as with_information
+from servosight.identify.fit._latencies import OwnLatencies as OwnLatencies
+from servosight.identify.fit._latencies import clear_latencies as clear_latencies
 from servosight.identify.fit._nested import contains as contains
 from servosight.identify.fit._nested import no_worse as no_worse
 from servosight.identify.fit._own import OwnValues as OwnValues

@@ -42,6 +42,7 @@ from servosight.models.core import (
     Recording,
     check_seed,
     did_you_mean,
+    fit_percent,
     one_or_more,
 )
 from servosight.models.effects import Effect, select
@@ -129,6 +130,10 @@ def identify(
         own=own_values(problem, solution.outcome.point),
         evaluations=solution.outcome.evaluations,
         history=history,
+        fit_percent=fit_percent(
+            solution.rmse_deg,
+            [one.angle_deg[mask] for one, mask in zip(scored, problem.masks, strict=True)],
+        ),
         discrete=to_difference(linear, sample_time_s),
         dynamics=dynamics(model, covariance, step_size_deg(whole), known),
         transmissions=transmissions(whole),

@@ -30,6 +30,7 @@ from servosight.models.core import (
     Recording,
     did_you_mean,
     either,
+    fit_percent,
     one_or_more,
 )
 from servosight.models.effects import Effect, select
@@ -88,11 +89,12 @@ def identify_fmu(
     covariance = _covariance(search, end)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
+    rmse_deg = float(np.sqrt(np.mean(end.residuals**2)))
     return FmuFit(
         model=str(path),
         parameters=estimates,
         covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
-        rmse_deg=float(np.sqrt(np.mean(end.residuals**2))),
+        rmse_deg=rmse_deg,
         noise_deg=noise,
         floor_deg=floor,
         samples=end.residuals.size,
@@ -104,6 +106,7 @@ def identify_fmu(
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),
         evaluations=end.evaluations,
+        fit_percent=fit_percent(rmse_deg, [one.angle_deg for one in scored]),
     )
 
 

@@ -50,7 +50,7 @@ _PLACES = 9
 _REACH = 2
 """Motion is judged over so many samples to either side."""
 _INNER = (0.02, 0.98)
-"""The ratio is told between these quantiles of the horn's angle: beyond, it is extrapolated."""
+"""The ratio is given between these quantiles of the horn's angle: beyond, it is extrapolated."""
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ from servosight.models.core._display import frame as frame
 from servosight.models.core._display import html_table as html_table
 from servosight.models.core._frozen import Frozen as Frozen
 from servosight.models.core._light import lit_share as lit_share
+from servosight.models.core._nrmse import fit_percent as fit_percent
 from servosight.models.core._parameter import CORE as CORE
 from servosight.models.core._parameter import FIXED as FIXED
 from servosight.models.core._parameter import OWN as OWN

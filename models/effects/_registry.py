@@ -40,7 +40,7 @@ CATALOGUE: tuple[str, ...] = (
     "sensor_nonlinearity",
     "feedback_backlash",
 )
-"""Files in ``models/effects``; effects in one place act in this order (PHYSICS catalogue)."""
+"""Files in ``models/effects/builtin``; effects in one place act in this order (docs/physics.md)."""
 
 
 def catalogue(plugins: Sequence[Path] = ()) -> dict[str, Effect]:

@@ -25,6 +25,7 @@ from servosight.app.terminal import (
     progress,
     show_change,
     show_findings,
+    show_fit,
     show_where,
     write_json,
 )
@@ -83,6 +84,7 @@ def run(args: argparse.Namespace) -> None:
     values = result.to_dict()
     out = console(args)
     out.print(f"{result.headline}. {result.summary}")
+    show_fit(out, result.fit_percent)
     show_findings(out, values["findings"], values["sentences"][0])
     if not result.explained:
         show_where(out, values["where"], "where the model fails")
