@@ -36,12 +36,3 @@ def fmu_interface(args: argparse.Namespace, path: Path | str) -> Interface:
     from servosight.identify.foreign import Interface
 
     return Interface(Path(path), args.fmu_input, args.fmu_output)
-
-
-def is_command(path: Path) -> bool:
-    """True for a table without any angle."""
-    from servosight.models.io import read_sheet
-
-    if path.is_dir() or not path.exists():
-        return False
-    return not any(name.startswith("angle_") for name in read_sheet(path).header)

@@ -21,7 +21,7 @@ from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
-from servosight.export.core import ExportOptions, ExportRequest, Trial, model_angle
+from servosight.export.core import ExportOptions, ExportRequest, ExportTrial, model_angle
 from servosight.export.csource import compile_c, model_source
 from servosight.export.fmu import FMU2, FMU3
 from servosight.export.kinds import KINDS
@@ -81,11 +81,11 @@ def request_of(effects: dict[str, float]) -> ExportRequest:
     return ExportRequest(actuator=Actuator(values, names), catalogue=catalogue(), options=options)
 
 
-def trial_for(duration_s: float) -> Trial:
+def trial_for(duration_s: float) -> ExportTrial:
     """The standard command for so long, a row every millisecond."""
     rows = standard(duration_s, 20.0, rate_hz=1.0 / STEP_S)
     held = Recording("cost", rows.time_s, rows.command_deg, rows.time_s, 0.0 * rows.time_s)
-    return Trial(recording=held, start_deg=CORE["bias"])
+    return ExportTrial(recording=held, start_deg=CORE["bias"])
 
 
 def cpu_s() -> float:
@@ -95,7 +95,7 @@ def cpu_s() -> float:
 
 
 def microseconds(
-    run: Callable[[Trial], object], short_s: float = SHORT_S, long_s: float = LONG_S
+    run: Callable[[ExportTrial], object], short_s: float = SHORT_S, long_s: float = LONG_S
 ) -> float:
     """For a millisecond of motion: the longer run less the shorter, the least of some rounds."""
     short, long = trial_for(short_s), trial_for(long_s)
@@ -126,7 +126,7 @@ def bare_c(request: ExportRequest) -> float:
     return 1e6 * min(spent) / command.size
 
 
-def by_fmu(path: Path, interface: str, trial: Trial) -> None:
+def by_fmu(path: Path, interface: str, trial: ExportTrial) -> None:
     """The trial's steps in fmpy."""
     recording = trial.recording
     with open_fmu(path, interface=interface) as fmu:

@@ -59,7 +59,7 @@ def read(
         return source
     path = Path(source)
     check_path(path)
-    if _is_log(path, options):
+    if is_log(path, options):
         return read_log(path, options)
     if path.is_dir():
         folder = inspect_folder(path)
@@ -95,7 +95,7 @@ def read_log(path: Path, options: Options = Options()) -> Recording:
     return import_recording(path, request)
 
 
-def _is_log(path: Path, options: Options) -> bool:
+def is_log(path: Path, options: Options) -> bool:
     """True for what only an importer reads: foreign columns, another format than a table."""
     if not path.exists():
         return False

@@ -76,15 +76,20 @@ def check_target(path: Path, kind: Kind, *, force: bool = False) -> None:
             f"its permissions"
         )
     if is_file and not force and kind_of(target) is not kind:
-        raise InputError(refusal(path))
+        raise InputError(refusal(path, kind))
     sweep(target.parent)
 
 
-def refusal(path: Path) -> str:
+def refusal(path: Path, kind: Kind) -> str:
     """The sentence for a file that is not replaced."""
+    unsigned = {
+        Kind.TABLE: "a CSV file carries no mark of who wrote it",
+        Kind.PLUGIN: "a drafted plugin is there to be edited",
+    }
+    why = unsigned.get(kind, "carries no mark that servosight wrote it")
     return (
-        f"{path}: the file exists and carries no mark that servosight wrote it, expected a new "
-        f"name; choose another or replace the file with --force"
+        f"{path}: the file exists and {why}, expected a new name; choose another or replace the "
+        f"file with --force"
     )
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from servosight.diagnose.residuals._judged import TEST, Judged
-from servosight.diagnose.residuals._where import Motion, classify
+from servosight.diagnose.residuals._where import MotionSamples, classify
 from servosight.models.core import Array, Mask
 
 Index = NDArray[np.int64]
@@ -53,9 +53,9 @@ class Samples:
         return self.judged.predicted_deg
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> MotionSamples:
         """Speed and command."""
-        return Motion.of(self.judged)
+        return MotionSamples.of(self.judged)
 
     @property
     def speed_deg_s(self) -> Array:

@@ -34,7 +34,7 @@ class Window:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionSamples:
     """What the servo was doing: speed by the model's prediction, and the command at each sample."""
 
     speed_deg_s: Array
@@ -43,7 +43,7 @@ class Motion:
     turns_hz: Array
 
     @classmethod
-    def of(cls, judged: Judged) -> Motion:
+    def of(cls, judged: Judged) -> MotionSamples:
         """Read the motion off a prediction and its command."""
         recording = judged.recording
         command = recording.command_at(recording.time_s)
@@ -67,14 +67,14 @@ def shares(judged: Sequence[Judged]) -> dict[str, float]:
     total = max(sum(float(np.sum(one.error_deg**2)) for one in judged), 1e-300)
     table: dict[str, float] = {}
     for one in judged:
-        kinds = classify(Motion.of(one), one.recording.time_s)
+        kinds = classify(MotionSamples.of(one), one.recording.time_s)
         for kind in np.unique(kinds):
             part = float(np.sum(one.error_deg[kinds == kind] ** 2)) / total
             table[str(kind)] = table.get(str(kind), 0.0) + part
     return dict(sorted(table.items(), key=lambda item: -item[1]))
 
 
-def classify(motion: Motion, time_s: Array) -> NDArray[np.str_]:
+def classify(motion: MotionSamples, time_s: Array) -> NDArray[np.str_]:
     """What the servo was doing at each sample."""
     fastest = float(np.quantile(np.abs(motion.speed_deg_s), 0.98)) or 1.0
     span = float(np.ptp(motion.command_deg)) or 1.0
@@ -96,7 +96,7 @@ def classify(motion: Motion, time_s: Array) -> NDArray[np.str_]:
 def _windows(one: Judged, total: float, count: int) -> list[Window]:
     time_s = one.recording.time_s
     square = one.error_deg**2
-    kinds = classify(Motion.of(one), time_s)
+    kinds = classify(MotionSamples.of(one), time_s)
     gathered = np.concatenate([[0.0], np.cumsum(square)])
     ends = np.searchsorted(time_s, time_s + WINDOW_S, side="right")
     sums = gathered[ends] - gathered[:-1]

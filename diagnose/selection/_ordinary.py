@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+from servosight.models.effects import Effect, Usual
+
 ORDINARY = (
     "gravity_load",
     "directional_friction",
@@ -20,19 +24,30 @@ ORDINARY = (
     "load_dependent_friction",
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
-TOGETHER = 6
-"""So many of the first are fitted at once: with one of them missing the others are fitted wrong."""
 
 
-def at_several_gains(ordinary: tuple[str, ...]) -> tuple[str, ...]:
-    """The same with current limit and torque limit in each other's place.
+def at_several_gains(ordinary: Sequence[str], catalogue: Mapping[str, Effect]) -> tuple[str, ...]:
+    """The same with effects ``for_several_gains`` and those that they name in each other's place.
 
     Load, friction and limits in degrees fall with the gain, and the speed at which the back-EMF
     takes up the voltage does not: recordings at several gains show how a limit falls with speed.
     Without that in the first joint model, all else in it is fitted wrong.
 
-    >>> at_several_gains(("torque_saturation", "dead_time", "current_limit"))
+    >>> from servosight.models.effects import catalogue
+    >>> at_several_gains(("torque_saturation", "dead_time", "current_limit"), catalogue())
     ('current_limit', 'dead_time', 'torque_saturation')
     """
-    other = {"torque_saturation": "current_limit", "current_limit": "torque_saturation"}
+    places = {name: effect.for_several_gains for name, effect in catalogue.items()}
+    other = {name: first for name, first in places.items() if first is not None}
+    other |= {first: name for name, first in other.items()}
     return tuple(other.get(name, name) for name in ordinary)
+
+
+def usual(catalogue: Mapping[str, Effect], kind: Usual) -> tuple[str, ...]:
+    """The effects of the catalogue that every servo has as its weight, or as its friction.
+
+    >>> from servosight.models.effects import catalogue
+    >>> usual(catalogue(), Usual.WEIGHT)
+    ('gravity_load',)
+    """
+    return tuple(name for name, effect in catalogue.items() if effect.usual is kind)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from servosight.diagnose.residuals import EXPLAINED
-from servosight.diagnose.selection._ordinary import ORDINARY, TOGETHER
+from servosight.diagnose.selection._ordinary import ORDINARY
 from servosight.diagnose.selection._score import Score
 
 T = TypeVar("T")
@@ -44,8 +44,13 @@ class SelectionPolicy:
     the lowest price is taken each of whose effects is accepted: log of the larger rmse of the two,
     ``effect_price`` an effect or a fitted k, ``rare_price`` an effect not in ``ordinary``, and
     ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
-    floor, these sets come before any step. Neither with fewer than ``fewest`` samples. So many as
-    ``together`` of the ordinary effects are fitted at once.
+    floor, these sets come before any step. Neither with fewer than ``fewest`` samples.
+
+    So many as ``together`` of the ordinary effects are fitted at once: with one of them missing the
+    others are fitted wrong. Where they end above the floor the first ``core`` of them are fitted
+    alone, too: these end in one minimum whatever their starts are. The search goes on as long as
+    the price falls by ``worth_going_on``, from models within ``near`` effects' prices of the
+    cheapest. So many as ``unloaded`` of the cheapest models are fitted with k held at 1 as well.
     """
 
     min_gain: float = 0.05
@@ -69,7 +74,11 @@ class SelectionPolicy:
     hopeless: float = 25.0
     fewest: int = 200
     ordinary: tuple[str, ...] = ORDINARY
-    together: int = TOGETHER
+    together: int = 6
+    core: int = 3
+    worth_going_on: float = 0.05
+    near: float = 2.0
+    unloaded: int = 3
 
 
 @dataclass(frozen=True)
@@ -229,6 +238,14 @@ class AcceptanceCriterion:
         effects += self.policy.rare_price * (len(score.effects) - ordinary)
         size = float(np.log(max(error_deg, self.floor_deg, 1e-300)))
         return size + effects + self.policy.parameter_price * score.parameters
+
+    def clearly_cheaper(self, price: float, than: float) -> bool:
+        """True where a price is lower by so much that a search goes on."""
+        return price <= than - self.policy.worth_going_on
+
+    def near(self, price: float, least: float) -> bool:
+        """True where a price is within that of a few effects of the least."""
+        return price <= least + self.policy.near * self.policy.effect_price
 
     def wants_search(self, score: Score) -> bool:
         """True where single steps have ended far from the floor."""

@@ -16,9 +16,9 @@ from servosight.export.autopilots._series import approximations, delay_s, rate_l
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     mark_of,
     number,
     omitted,
@@ -85,7 +85,7 @@ def _notes(request: ExportRequest) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     values = _read(path)
     first, last = trial.recording.time_s[[0, -1]]
     time_s = first + np.arange(int((last - first) * RATE_HZ) + 1) / RATE_HZ

@@ -23,9 +23,9 @@ from servosight.export.autopilots._series import (
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     mark_of,
     number,
     omitted,
@@ -160,7 +160,7 @@ def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, EXPRESSED, approximations(request) | play)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Run the file at the time step asked for, and say what a finer one would give."""
     step_s = request.options.step_s(USUAL_STEP_S)
     time_s, angle = _simulated(path, request.name, trial, step_s)
@@ -180,7 +180,7 @@ def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
     return Response(time_s=time_s, angle_deg=angle, notes=notes)
 
 
-def _simulated(path: Path, name: str, trial: Trial, step_s: float) -> tuple[Array, Array]:
+def _simulated(path: Path, name: str, trial: ExportTrial, step_s: float) -> tuple[Array, Array]:
     """Times [s] and angle [deg] of the system on an aircraft of nothing else."""
     import jsbsim
 

@@ -3,9 +3,9 @@
 from servosight.export.core._contract import Exporter as Exporter
 from servosight.export.core._contract import ExportOptions as ExportOptions
 from servosight.export.core._contract import ExportRequest as ExportRequest
+from servosight.export.core._contract import ExportTrial as ExportTrial
 from servosight.export.core._contract import Omission as Omission
 from servosight.export.core._contract import Response as Response
-from servosight.export.core._contract import Trial as Trial
 from servosight.export.core._contract import omitted as omitted
 from servosight.export.core._export import export_model as export_model
 from servosight.export.core._export import identifier as identifier

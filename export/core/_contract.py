@@ -56,7 +56,7 @@ class Omission:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class ExportTrial:
     """The command that an export is run on, from rest at ``start_deg``.
 
     ``recording`` has the command's rows and the times [s] at which the angle is wanted; its own
@@ -93,7 +93,7 @@ class Exporter:
     target: str
     write: Callable[[ExportRequest, Path], None]
     omissions: Callable[[ExportRequest], tuple[Omission, ...]]
-    run: Callable[[ExportRequest, Path, Trial], Response]
+    run: Callable[[ExportRequest, Path, ExportTrial], Response]
     missing: Callable[[], str | None] = lambda: None
     exact_deg: float | None = None
     notes: Callable[[ExportRequest], tuple[str, ...]] = lambda request: ()

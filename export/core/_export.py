@@ -13,8 +13,8 @@ from servosight.export.core._contract import (
     Exporter,
     ExportOptions,
     ExportRequest,
+    ExportTrial,
     Response,
-    Trial,
 )
 from servosight.export.core._result import ExportResult, OmittedEffect
 from servosight.export.core._trial import model_angle, trial_of
@@ -115,7 +115,7 @@ def _result(
     output: Path,
     exporter: Exporter,
     request: ExportRequest,
-    trial: Trial,
+    trial: ExportTrial,
     whole: Array,
     response: Response | None,
     reason: str | None,
@@ -187,7 +187,7 @@ def _refit_note(
     )
 
 
-def _difference(request: ExportRequest, trial: Trial, response: Response) -> Array:
+def _difference(request: ExportRequest, trial: ExportTrial, response: Response) -> Array:
     """Target minus model at the target's own times [deg], (samples,)."""
     if not np.all(np.isfinite(response.angle_deg)):
         raise RuntimeError("the export gives angles that are not finite; nothing was written")
@@ -195,7 +195,7 @@ def _difference(request: ExportRequest, trial: Trial, response: Response) -> Arr
 
 
 def _errors(
-    request: ExportRequest, trial: Trial, response: Response | None, difference: Array | None
+    request: ExportRequest, trial: ExportTrial, response: Response | None, difference: Array | None
 ) -> tuple[float, float | None]:
     """Rms error of model and target against the measured angle [deg].
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.export.core._contract import ExportRequest, Trial
+from servosight.export.core._contract import ExportRequest, ExportTrial
 from servosight.models.core import Actuator, Array, InputError, Recording
 from servosight.models.excitation import standard
 from servosight.models.plant import predict
@@ -17,7 +17,7 @@ RATE_HZ = 250.0
 STANDARD = f"standard command of {AMPLITUDE_DEG:g} deg over {DURATION_S:g} s"
 
 
-def trial_of(actuator: Actuator, recording: Recording | None) -> Trial:
+def trial_of(actuator: Actuator, recording: Recording | None) -> ExportTrial:
     """The recording's command, or the standard one: rest, steps, chirp, triangles, multisine.
 
     The servo is at rest at first, where the first command leads a linear one. No export has an
@@ -36,7 +36,7 @@ def trial_of(actuator: Actuator, recording: Recording | None) -> Trial:
             f"such scale; choose another recording"
         )
     first = float(recording.command_at(recording.time_s[:1])[0])
-    return Trial(
+    return ExportTrial(
         recording=replace(recording, signals=None),
         start_deg=actuator.value("k") * first + actuator.value("bias"),
     )
@@ -44,7 +44,7 @@ def trial_of(actuator: Actuator, recording: Recording | None) -> Trial:
 
 def model_angle(
     request: ExportRequest,
-    trial: Trial,
+    trial: ExportTrial,
     *,
     without: str | None = None,
     time_s: Array | None = None,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.export.core import Exporter, ExportRequest, Omission, Response, Trial, filled
+from servosight.export.core import Exporter, ExportRequest, ExportTrial, Omission, Response, filled
 from servosight.export.csource._compile import TIME_S, compile_c, missing
 from servosight.export.csource._model import model_source
 from servosight.export.csource._reference import check_equal, held_steps
@@ -19,7 +19,7 @@ def _write(request: ExportRequest, path: Path) -> None:
     write_text(path, model_source(request))
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Compile the file into a program that takes steps and prints angles."""
     steps = held_steps(trial)
     words = {"name": request.name, "NAME": request.name.upper()}

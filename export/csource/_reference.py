@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.export.core import ExportRequest, Trial, model_angle
+from servosight.export.core import ExportRequest, ExportTrial, model_angle
 from servosight.models.core import Array
 
 EXACT_DEG = 1e-9
@@ -26,7 +26,7 @@ class HeldSteps:
     command_deg: Array
 
 
-def held_steps(trial: Trial) -> HeldSteps:
+def held_steps(trial: ExportTrial) -> HeldSteps:
     """A trial as steps of a held command: from row to row of its own."""
     recording = trial.recording
     first = float(recording.time_s[0])
@@ -40,7 +40,7 @@ def held_steps(trial: Trial) -> HeldSteps:
     return HeldSteps(time_s, recording.command_at(time_s[:-1]))
 
 
-def check_equal(request: ExportRequest, trial: Trial, steps: HeldSteps, angle: Array) -> None:
+def check_equal(request: ExportRequest, trial: ExportTrial, steps: HeldSteps, angle: Array) -> None:
     """Raise RuntimeError where ``angle`` (steps + 1,) is not what the kernel has there."""
     error = float(np.max(np.abs(kernel_angle(request, trial, steps) - angle)))
     if not error <= EXACT_DEG:
@@ -50,7 +50,7 @@ def check_equal(request: ExportRequest, trial: Trial, steps: HeldSteps, angle: A
         )
 
 
-def kernel_angle(request: ExportRequest, trial: Trial, steps: HeldSteps) -> Array:
+def kernel_angle(request: ExportRequest, trial: ExportTrial, steps: HeldSteps) -> Array:
     """The kernel's angle [deg] at the steps' instants, (steps + 1,).
 
     A step of the motion ends wherever the program ends one: at each instant, and where a change of

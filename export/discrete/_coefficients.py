@@ -8,9 +8,9 @@ import numpy as np
 
 from servosight.export.core import (
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     omitted,
 )
 from servosight.models.core import Array
@@ -52,7 +52,7 @@ def omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, () if fractional else (DELAY,), words)
 
 
-def sampled_trial(coefficients: Coefficients, trial: Trial) -> tuple[Array, Array]:
+def sampled_trial(coefficients: Coefficients, trial: ExportTrial) -> tuple[Array, Array]:
     """Sample times of a trial [s] and its command there [deg], both (samples,)."""
     first, last = trial.recording.time_s[[0, -1]]
     step = coefficients.equation.sample_time_s
@@ -61,7 +61,7 @@ def sampled_trial(coefficients: Coefficients, trial: Trial) -> tuple[Array, Arra
 
 
 def response_of(
-    coefficients: Coefficients, time_s: Array, command: Array, trial: Trial
+    coefficients: Coefficients, time_s: Array, command: Array, trial: ExportTrial
 ) -> Response:
     """The angle by the difference equation, from rest at the first command."""
     from scipy.signal import lfilter

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from servosight.export.core import Exporter, ExportRequest, Response, Trial, number
+from servosight.export.core import Exporter, ExportRequest, ExportTrial, Response, number
 from servosight.export.discrete._coefficients import (
     Coefficients,
     coefficients_of,
@@ -37,7 +37,7 @@ def _read(path: Path) -> Coefficients:
     return Coefficients(equation, int(values["delay_samples"]), values["bias_deg"])
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     found = _read(path)
     return response_of(found, *sampled_trial(found, trial), trial)
 

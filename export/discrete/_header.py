@@ -12,8 +12,8 @@ import numpy as np
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Response,
-    Trial,
     mark_of,
     number,
     provenance_lines,
@@ -108,7 +108,7 @@ def _write(request: ExportRequest, path: Path) -> None:
     write_text(path, text)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Compile the header into a program that reads commands and prints angles."""
     time_s, command = sampled_trial(coefficients_of(request), trial)
     with tempfile.TemporaryDirectory() as folder:

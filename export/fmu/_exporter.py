@@ -16,9 +16,9 @@ import numpy as np
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     filled,
     mark_of,
     number,
@@ -119,7 +119,7 @@ def _binary(version: int, files: dict[str, str]) -> bytes:
         return library.read_bytes()
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Load it and take the trial's steps, by each interface that it has."""
     _check_valid(path)
     steps = held_steps(trial)

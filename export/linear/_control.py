@@ -10,9 +10,9 @@ import numpy as np
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     mark_of,
     number,
     omitted,
@@ -87,7 +87,7 @@ def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, (), {"dead_time": f"Pade approximation of order {PADE_ORDER}"})
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Run the file, and the system with dead time on the trial's held command."""
     import control
 

@@ -14,9 +14,9 @@ import numpy as np
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     omitted,
 )
 from servosight.export.mjcf._rollout import rolled_out
@@ -49,7 +49,7 @@ def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, EXPRESSED, INSTEAD)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """Load the file, settle at the first command, and run through the trial."""
     import mujoco
 

@@ -12,9 +12,9 @@ from xml.sax.saxutils import escape
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     mark_of,
     number,
     omitted,
@@ -106,7 +106,7 @@ def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, EXPRESSED, INSTEAD)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     raise NotImplementedError(path)  # never: it is missing
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from servosight.export.core import (
     Exporter,
     ExportRequest,
+    ExportTrial,
     Omission,
     Response,
-    Trial,
     mark_of,
     number,
     omitted,
@@ -98,7 +98,7 @@ def _omissions(request: ExportRequest) -> tuple[Omission, ...]:
     return omitted(request, EXPRESSED, INSTEAD)
 
 
-def _run(request: ExportRequest, path: Path, trial: Trial) -> Response:
+def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
     """MuJoCo, with a position actuator of the model's stiffness on the joint as it was read."""
     import mujoco
 

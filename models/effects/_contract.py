@@ -7,6 +7,7 @@ kernel. See CONTRIBUTING.md for a worked example.
 
 from __future__ import annotations
 
+import enum
 import inspect
 import re
 from collections.abc import Callable
@@ -53,6 +54,13 @@ TYPICAL = GuessFeatures(
 """Those of an ordinary servo; its curves are empty."""
 
 
+class Usual(enum.Enum):
+    """What every geared servo with an arm has: the weight of the arm, the friction of the gears."""
+
+    WEIGHT = "weight"
+    FRICTION = "friction"
+
+
 @dataclass(frozen=True)
 class Effect:
     """One physical effect.
@@ -65,6 +73,9 @@ class Effect:
     what it needs of :data:`MOTION`.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
     ``contains`` names effects that this one becomes at a limit of its parameters.
+    ``usual`` marks what every servo has; of models that err alike it is assumed first.
+    ``for_several_gains`` names the effect in whose place the search tries this one first where
+    recordings are at several gains of the position loop.
     """
 
     id: str
@@ -84,6 +95,8 @@ class Effect:
     resolution: Term | None = None
     states: int = 0
     contains: tuple[str, ...] = ()
+    usual: Usual | None = None
+    for_several_gains: str | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError, in one sentence, for what no kernel and no search could use."""
@@ -109,6 +122,12 @@ class Effect:
             *((word, is_a(getattr(self, word), str), "a text") for word in words),
             ("states", is_a(self.states, int) and self.states >= 0, "a whole number from 0"),
             ("contains", all_are(self.contains, str), "a tuple of effect ids"),
+            ("usual", self.usual is None or is_a(self.usual, Usual), "a member of Usual or None"),
+            (
+                "for_several_gains",
+                self.for_several_gains is None or is_a(self.for_several_gains, str),
+                "an effect id or None",
+            ),
             ("starts", callable(self.starts), "a function"),
             *(
                 (role, inspect.isfunction(hook), "a function defined with def")

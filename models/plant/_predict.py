@@ -47,20 +47,26 @@ def predict(
 def predict_command(
     actuator: Actuator, time_s: Array, command_deg: Array, catalogue: Mapping[str, Effect]
 ) -> Array:
-    """Angle [deg] at ``time_s`` (samples,) for a command held between these times, from rest.
+    """Angle [deg] at ``time_s`` (samples,) for a command held between these times, from rest."""
+    return predict_from_rest(actuator, command_recording(time_s, command_deg, time_s), catalogue)
+
+
+def predict_from_rest(
+    actuator: Actuator, recording: Recording, catalogue: Mapping[str, Effect]
+) -> Array:
+    """Angle [deg] at the recording's times, (samples,), from its command alone.
 
     Before the first row the servo is at rest where the first command leads a linear one.
     """
-    recording = command_recording(time_s, command_deg)
-    rest = actuator.value("k") * float(command_deg[0]) + actuator.value("bias")
+    rest = actuator.value("k") * float(recording.command_deg[0]) + actuator.value("bias")
     return predict(actuator, recording, catalogue, initial_angle_deg=rest, initial_speed_deg_s=0.0)
 
 
-def command_recording(time_s: Array, command_deg: Array) -> Recording:
-    """A command held between its times, (samples,), of which the angle is wanted at these."""
+def command_recording(command_time_s: Array, command_deg: Array, time_s: Array) -> Recording:
+    """A command held between its rows, (rows,), of which the angle is wanted at ``time_s``."""
     return Recording(
         name="command",
-        command_time_s=time_s,
+        command_time_s=command_time_s,
         command_deg=command_deg,
         time_s=time_s,
         angle_deg=np.zeros(time_s.size),

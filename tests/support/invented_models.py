@@ -15,6 +15,7 @@ import numpy as np
 from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, Score
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.identify.problem import Work
+from servosight.models.effects import Usual
 
 SAMPLES = 1000
 
@@ -64,6 +65,7 @@ class InventedModels:
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
     first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
+    ``held_deg`` are errors of sets with k held; ``usual`` are the weights and frictions;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``done`` is told of every fit in order.
     """
@@ -74,6 +76,8 @@ class InventedModels:
     promised: Mapping[str, float] = field(default_factory=dict)
     varied_deg: Mapping[str, float] = field(default_factory=dict)
     validation_deg: Mapping[str, float] = field(default_factory=dict)
+    held_deg: Mapping[str, float] = field(default_factory=dict)
+    usual: Mapping[str, Usual] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     finished_deg: Mapping[str, float] = field(default_factory=dict)
     at_bounds: Sequence[str] = ()
@@ -89,7 +93,12 @@ class InventedModels:
     @property
     def catalogue(self) -> dict[str, SimpleNamespace]:
         names = sorted(set("".join(self.errors)))
-        return {n: SimpleNamespace(id=n, contains=tuple(self.contains.get(n, ""))) for n in names}
+        return {
+            n: SimpleNamespace(
+                id=n, contains=tuple(self.contains.get(n, "")), usual=self.usual.get(n)
+            )
+            for n in names
+        }
 
     def error_deg(self, effects: Sequence[str]) -> float:
         return min(error for part, error in self.errors.items() if set(part) <= set(effects))
@@ -122,16 +131,16 @@ class InventedModels:
 
     def with_effect(self, base: InventedTrial, name: str) -> InventedFit:
         kept = [own for own in base.effects if own not in self.contains.get(name, "")]
-        return self._trial([*kept, name]).fit
+        return self._trial([*kept, name], held=base.held).fit
 
     def sketched(self, base: InventedTrial, name: str) -> InventedTrial:
         self.done.append(f"sketch {''.join(base.effects)}+{name}")
-        return self._trial(self.with_effect(base, name).effects)
+        return self._trial(self.with_effect(base, name).effects, held=base.held)
 
     def extended(
         self, base: InventedTrial, name: str, sketch: InventedTrial | None = None
     ) -> InventedTrial:
-        return self.fitted(self.with_effect(base, name).effects, "fit")
+        return self.fitted(self.with_effect(base, name).effects, "fit", base.held)
 
     def judge(self, fit: InventedFit) -> InventedTrial:
         return self.fitted(fit.effects, "judge")
@@ -148,10 +157,10 @@ class InventedModels:
         return self.fitted((*base.effects, *names), "together", base.held)
 
     def varied(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
-        self.fitted(trial.effects, "vary")
+        self.fitted(trial.effects, "vary", trial.held)
         found = self.varied_deg.get("".join(trial.effects))
         if found is not None:
-            self.trials[trial.key] = self._trial(trial.effects, found)
+            self.trials[trial.key] = self._trial(trial.effects, found, trial.held)
         return self.trials[trial.key]
 
     def searched(self, base: InventedTrial, trial: InventedTrial, name: str) -> InventedTrial:
@@ -165,6 +174,9 @@ class InventedModels:
 
     def no_worse(self, trial: InventedTrial) -> InventedTrial:
         return trial
+
+    def refitted(self, trial: InventedTrial, held: tuple[str, ...] = ()) -> InventedTrial:
+        return self.fitted(trial.effects, "hold" if held else "free", held)
 
     def swapped(self, base: InventedTrial, name: str, other: str, budget: int = 0) -> InventedTrial:
         return self.extended(self.without(base, name), other)
@@ -190,7 +202,10 @@ class InventedModels:
         held: tuple[str, ...] = (),
     ) -> InventedTrial:
         ordered = tuple(sorted(set(effects)))
-        error = self.error_deg(ordered) if error_deg is None else error_deg
+        if error_deg is None:
+            known = self.held_deg if held else {}
+            error_deg = known.get("".join(ordered), self.error_deg(ordered))
+        error = error_deg
         bound = {*self.at_bounds, *(own for by, own in self.driven.items() if by in effects)}
         score = Score(
             effects=ordered,

@@ -37,7 +37,7 @@ class Aligned:
 
 
 @dataclass(frozen=True)
-class Motion:
+class SimilarityMotion:
     """How a camera has moved: a similarity (2, 3) [px], the median ``shift_px`` (2,) of all
     features, and the sigma [px] of where it lays an image."""
 
@@ -74,7 +74,7 @@ class Stabiliser:
         before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
         return np.asarray(before, np.float64), np.asarray(after, np.float64)
 
-    def motion(self, image: Image) -> Motion | None:
+    def motion(self, image: Image) -> SimilarityMotion | None:
         """Shift and roll of most features from the picture to an image, None where these disagree,
         as where there is nothing but noise to see."""
         return _motion(*self.seen(image))
@@ -149,7 +149,7 @@ def _unclear(before: Array, after: Array) -> bool:
     return sum(bool(part.size) and float(np.median(part)) > _ALONG for part in parts) >= _SIDES
 
 
-def _motion(before: Array, after: Array) -> Motion | None:
+def _motion(before: Array, after: Array) -> SimilarityMotion | None:
     """The motion on which features (n, 2) agree closely; None where too few do."""
     found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FOUND)
     if found is None:
@@ -157,4 +157,4 @@ def _motion(before: Array, after: Array) -> Motion | None:
     matrix, same = found
     left = before[same] @ matrix[:, :2].T + matrix[:, 2] - after[same]
     sigma_px = float(np.sqrt((left**2).sum() / same.sum() ** 2))
-    return Motion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)
+    return SimilarityMotion(matrix, np.asarray(np.median(after - before, axis=0)), sigma_px)

@@ -11,7 +11,7 @@ from servosight.models.base import Kind
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.scenarios.trial import Zero
+    from servosight.scenarios.bench_experiment import Zero
 
 WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
@@ -32,7 +32,7 @@ def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
     from servosight.bench.session import check_camera, check_servo, check_surface, run_words
     from servosight.models.base import json_text, make_folder, write_text
     from servosight.models.core import InputError
-    from servosight.scenarios.trial import carry_out
+    from servosight.scenarios.bench_experiment import carry_out
 
     check_armed(args)
     out = console(args)

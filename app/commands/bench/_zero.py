@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from servosight.app.terminal import console, progress
 
 if TYPE_CHECKING:
-    from servosight.scenarios.trial import Zero
+    from servosight.scenarios.bench_experiment import Zero
 
 
 def run(args: argparse.Namespace) -> None:
@@ -22,7 +22,7 @@ def found(args: argparse.Namespace) -> Zero:
 
     wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
-    from servosight.scenarios.trial import find_zero
+    from servosight.scenarios.bench_experiment import find_zero
 
     check_armed(args)
     with (

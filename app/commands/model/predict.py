@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path
+from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path, number
 from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind, is_fmu
 
@@ -25,6 +25,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="angle.csv", type=any_path, required=True, help="file to write"
     )
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=number,
+        help="of a command: angles a second, from its first row to its last (default: at its rows "
+        "where these are at most 10 ms apart, else 100)",
+    )
     add_pulse(parser)
     add_fmu(parser)
     add_plugins(parser)
@@ -32,28 +39,29 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Simulate and write ``time_s,angle_deg``; for a recording, print the error as well."""
+    """Simulate and write ``time_s,command_deg,angle_deg``; of a recording, print the error too."""
     import numpy as np
 
-    from servosight.app.inputs import is_command, load
-    from servosight.models.excitation import Excitation
-    from servosight.models.io import write_angle
-    from servosight.models.plant import command_recording
+    from servosight.app.inputs import load
+    from servosight.models.base import write_text
+    from servosight.models.io import table_text
+    from servosight.sources import check_no_rate, is_command, read_command
 
     check_outputs(args, Kind.TABLE)
     out = console(args)
     if is_command(args.command_file):
-        rows = Excitation.load(args.command_file)
-        recording = command_recording(rows.time_s, rows.command_deg)
+        recording = read_command(args.command_file, args.rate)
         angle = _predicted(args, recording, from_rest=True)
         words = "from rest"
     else:
         recording = load([args.command_file], args)[0]
+        check_no_rate(args.command_file, args.rate)
         angle = _predicted(args, recording, from_rest=False)
         error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
     time_s = recording.time_s
-    write_angle(args.output, time_s, angle, None)
+    columns = (time_s, recording.command_at(time_s), angle)
+    write_text(args.output, table_text(("time_s", "command_deg", "angle_deg"), columns))
     out.print(
         f"{args.output}: {time_s.size} samples, {angle.min():.4g} to {angle.max():.4g} deg, {words}"
     )
@@ -65,6 +73,7 @@ def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: boo
     from servosight.identify.foreign import predict_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
+    from servosight.models.plant import predict_from_rest
 
     if is_fmu(args.model):
         interface = fmu_interface(args, args.model)
@@ -72,7 +81,5 @@ def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: boo
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
     if from_rest:
-        return actuator.predict(
-            time_s=recording.time_s, command_deg=recording.command_deg, catalogue=effects
-        )
+        return predict_from_rest(actuator, recording, effects)
     return actuator.predict(recording, catalogue=effects)

@@ -166,12 +166,13 @@ def _optimal(args: argparse.Namespace, limits: CommandLimits) -> tuple[Design, d
 
 
 def _check(args: argparse.Namespace) -> None:
-    from servosight.app.inputs import is_command, load
+    from servosight.app.inputs import load
     from servosight.identify.design import assess, better_command, predicted_experiment
     from servosight.identify.problem import noise_deg
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
     from servosight.models.excitation import Excitation
+    from servosight.sources import is_command
 
     effects = catalogue(args.plugin)
     actuator = Actuator.load(_model(args), effects)

@@ -15,10 +15,6 @@ from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
-CORE = 3
-"""So many of the first are fitted at once where all of them end above the floor: they end in one
-minimum whatever their starts are, and the others are fitted again from there if it is lower."""
-
 
 @dataclass(frozen=True)
 class BackwardSearch:
@@ -59,12 +55,18 @@ class BackwardSearch:
     @property
     def _ordinary(self) -> tuple[str, ...]:
         ordinary = self.visited.criterion.policy.ordinary
-        return ordinary if self.models.at_one_gain else at_several_gains(ordinary)
+        if self.models.at_one_gain:
+            return ordinary
+        return at_several_gains(ordinary, self.models.catalogue)
 
     def together(self, base: Trial) -> Trial:
-        """``base`` with what the user knows and the first ordinary effects, fitted at once."""
-        models = self.models
-        names = self._ordinary[: self.visited.criterion.policy.together]
+        """``base`` with what the user knows and the first ordinary effects, fitted at once.
+
+        Where they end above the floor, those at the core are fitted alone, and all of them again
+        from there if that is lower.
+        """
+        models, policy = self.models, self.visited.criterion.policy
+        names = self._ordinary[: policy.together]
         known = [name for name in models.known.first if name not in base.effects]
         there = {*base.effects, *known}
         able = [name for name in names if name in models.candidates(base) and name not in there]
@@ -75,8 +77,8 @@ class BackwardSearch:
             return base
         criterion = self.visited.criterion
         begun = models.together(base, new, criterion.enough_deg)
-        if len(new) > CORE and not criterion.settled(begun.score):
-            models.together(base, new[:CORE], criterion.enough_deg)
+        if len(new) > policy.core and not criterion.settled(begun.score):
+            models.together(base, new[: policy.core], criterion.enough_deg)
             begun = models.no_worse(begun)
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
@@ -109,8 +111,8 @@ class BackwardSearch:
         special case in its place.
 
         Effects at a bound go first: no model is accepted with them, however low its price.
-        It ends where all simulations are spent, or where what is left is dearer than the cheapest
-        of its line by two effects' prices.
+        It ends where all simulations are spent, or where what is left is much dearer than the
+        cheapest of its line.
         """
         least = self.visited.price(trial)
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
@@ -124,5 +126,5 @@ class BackwardSearch:
                 smaller += self.visited.special_cases(trial, name)
             trial = min(smaller, key=self.visited.price)
             least = min(least, self.visited.price(trial))
-            if self.visited.price(trial) > least + 2.0 * self.visited.criterion.policy.effect_price:
+            if not self.visited.criterion.near(self.visited.price(trial), least):
                 break

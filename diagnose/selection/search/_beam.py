@@ -9,11 +9,6 @@ from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import Key, ModelSelection, Trial, key_of
 from servosight.models.core import StageProgress
 
-WORTH_GOING_ON = 0.05
-"""By so much the price must fall."""
-NEAR = 2.0
-"""Models whose price is within that of so many effects of the cheapest one's are varied."""
-
 
 @dataclass(frozen=True)
 class BeamSearch:
@@ -46,7 +41,7 @@ class BeamSearch:
 
     def _is_below(self, price: float) -> bool:
         """True where a model clearly cheaper than ``price`` is known."""
-        return self.visited.price(self._cheapest()) <= price - WORTH_GOING_ON
+        return self.visited.criterion.clearly_cheaper(self.visited.price(self._cheapest()), price)
 
     def _varied_below(self, price: float) -> bool:
         """The same once the cheapest model with effects, and the best of those with one effect
@@ -56,11 +51,11 @@ class BeamSearch:
         A model that is much dearer than the cheapest is not varied.
         """
         cheapest = self._cheapest()
-        most = self.visited.price(cheapest) + NEAR * self.visited.criterion.policy.effect_price
+        least = self.visited.price(cheapest)
         for trial in (cheapest, self._larger(cheapest)):
             if trial is None or not trial.effects or self.effort.is_spent(self.models):
                 continue
-            if self.visited.price(trial) > most:
+            if not self.visited.criterion.near(self.visited.price(trial), least):
                 continue
             self.progress("varying the cheapest models", 0, 1)
             self.models.varied(self.models.finished(trial), self.visited.criterion.enough_deg)

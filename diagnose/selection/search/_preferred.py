@@ -8,19 +8,16 @@ order in which no data take part.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
+from servosight.diagnose.selection._ordinary import usual
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._steps import SearchEffort, Step
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.search._wide import steps_to
 from servosight.diagnose.selection.trials import Trial
-
-WEIGHT = "gravity_load"
-FRICTIONS = ("load_dependent_friction", "coulomb_friction")
-"""What the gears of a servo have at the least, beside the weight of its arm."""
-UNLOADED = 3
-"""So many of the cheapest models are fitted with k held at 1 as well."""
+from servosight.models.effects import Usual
 
 
 def simplified(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -> list[Step]:
@@ -121,8 +118,10 @@ def _fit_ordinary(visited: Visited, last: Trial) -> None:
     if linear is None or not models.at_one_gain:
         return
     able = {*models.candidates(linear), *last.effects}
-    for further in (last.effects, *((friction,) for friction in FRICTIONS)):
-        names = {WEIGHT, *models.known.first, *further}
+    weights, frictions = (usual(models.catalogue, kind) for kind in Usual)
+    beside = (last.effects, *((friction,) for friction in frictions))
+    for weight, further in itertools.product(weights, beside):
+        names = {weight, *models.known.first, *further}
         effects = tuple(name for name in models.catalogue if name in names)
         if names <= able and (effects, linear.held) not in models.trials:
             models.together(linear, effects)
@@ -139,5 +138,7 @@ def _fit_unloaded(visited: Visited, last: Trial) -> None:
         return
     free = [one for one in visited.ranked() if one.effects and one.score.gain_fitted]
     able = [one for one in free if len(one.effects) <= _assumptions(last)]
-    for trial in sorted(able, key=lambda one: criterion.overall_price(one.score))[:UNLOADED]:
+    for trial in sorted(able, key=lambda one: criterion.overall_price(one.score))[
+        : criterion.policy.unloaded
+    ]:
         models.refitted(trial, linear.fit.problem.held)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import TORQUE, Parameter
-from servosight.models.effects._contract import Effect, GuessFeatures, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place, Usual
 
 
 def term(speed: float, drive: float, load: float, level: float) -> float:
@@ -34,4 +34,5 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30(7) (1994), section 2.1",
     starts=starts,
     term=term,
+    usual=Usual.FRICTION,
 )

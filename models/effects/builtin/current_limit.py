@@ -62,4 +62,5 @@ EFFECT = Effect(
     term=term,
     switch=switch,
     contains=("torque_saturation",),
+    for_several_gains="torque_saturation",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from servosight.models.core import WEIGHT, Parameter
-from servosight.models.effects._contract import Effect, GuessFeatures, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place, Usual
 
 
 def term(theta: float, w: float, sine: float, cosine: float) -> float:
@@ -38,4 +38,5 @@ EFFECT = Effect(
     source="Siciliano et al., Robotics (2009), section 7.3",
     starts=starts,
     term=term,
+    usual=Usual.WEIGHT,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Parameter
-from servosight.models.effects._contract import Effect, GuessFeatures, Place
+from servosight.models.effects._contract import Effect, GuessFeatures, Place, Usual
 
 
 def term(speed: float, drive: float, load: float, ratio: float) -> float:
@@ -38,4 +38,5 @@ EFFECT = Effect(
     starts=starts,
     term=term,
     switch=switch,
+    usual=Usual.FRICTION,
 )

@@ -101,14 +101,18 @@ def predict(
     model: Model,
     on: Source,
     *,
+    rate_hz: float | None = None,
     plugins: Sequence[Path | str] = (),
     trust: bool = False,
 ) -> Array:
     """Angle [deg] at the times of the recording ``on``, (samples,), from its command alone.
 
     ``model`` is a fit, a diagnosis, an actuator, or the path of a model card or of an FMU, which
-    runs native code and so takes ``trust``. The run begins as the recording does. Raises InputError
-    for what is no model or no recording.
+    runs native code and so takes ``trust``. The run begins as the recording does. ``on`` may be the
+    path of a command file, too (``time_s,command_deg`` and no angle): the run then begins at rest
+    and lasts from the first row to the last, with an angle each ``1 / rate_hz``; without a rate at
+    the rows where these are at most 10 ms apart, else at 100 Hz. Raises InputError for what is no
+    model, recording or command, and for a rate with a recording.
 
     >>> import servosight as ss
     >>> recording = ss.simulate(seed=3)
@@ -116,13 +120,20 @@ def predict(
     2401
     """
     from servosight.identify.foreign import Interface, predict_fmu
-    from servosight.sources import read
+    from servosight.models.plant import predict, predict_from_rest
+    from servosight.sources import check_no_rate, is_command, read, read_command
 
-    recording = read(on) if isinstance(on, Path | str) else on
+    from_rest = isinstance(on, Path | str) and is_command(Path(on))
+    if isinstance(on, Path | str) and from_rest:
+        recording = read_command(Path(on), rate_hz)
+    else:
+        recording = read(on)
+        check_no_rate(on, rate_hz)
     if is_fmu(model):
-        return predict_fmu(Interface(Path(model)), recording, trust=trust)
+        return predict_fmu(Interface(Path(model)), recording, from_rest=from_rest, trust=trust)
     known = catalogue_of(plugins)
-    return actuator_of(model, known).predict(recording, catalogue=known)
+    run = predict_from_rest if from_rest else predict
+    return run(actuator_of(model, known), recording, known)
 
 
 # Long by its keywords, each of which is documented and passed on by name.

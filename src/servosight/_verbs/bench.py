@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from servosight.bench.session import Line, Run
     from servosight.models.core import Recording
     from servosight.models.excitation import Excitation
-    from servosight.scenarios.trial import Trial
+    from servosight.scenarios.bench_experiment import BenchExperiment
 
 __all__ = ["auto", "cameras", "check", "rehearse", "run"]
 
@@ -125,7 +125,7 @@ def auto(
     given: Given | None = None,
     ask: Callable[[str], bool] = lambda question: False,
     force: bool = False,
-) -> Trial:
+) -> BenchExperiment:
     """Zero, run, track and diagnose; ``ask`` decides on each further experiment that is proposed.
 
     >>> import servosight as ss
@@ -138,7 +138,7 @@ say so with arm=True
 
     from servosight.bench.camera import open_camera
     from servosight.bench.servo import open_servo
-    from servosight.scenarios.trial import carry_out
+    from servosight.scenarios.bench_experiment import carry_out
 
     _check_armed("auto", arm)
     with closing(open_camera(camera, given)) as film, closing(open_servo(servo, limits)) as driven:

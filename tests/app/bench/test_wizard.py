@@ -23,7 +23,7 @@ from servosight.bench.camera import FoundCamera, open_camera
 from servosight.bench.servo import open_servo
 from servosight.bench.wire import MjpegServer, ServedFrame, VirtualClock, Wire
 from servosight.models.core import InputError
-from servosight.scenarios.trial import Zero
+from servosight.scenarios.bench_experiment import Zero
 
 pytestmark = pytest.mark.pty
 ANSWERS = {

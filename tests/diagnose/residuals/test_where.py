@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.residuals import Judged, shares, worst_windows
-from servosight.diagnose.residuals._where import Motion, classify
+from servosight.diagnose.residuals._where import MotionSamples, classify
 from servosight.models.core import Array, Recording
 
 Shape = Callable[[Array], Array]
@@ -97,7 +97,7 @@ def test_windows_name_their_recording() -> None:
 
 def test_every_sample_has_a_kind() -> None:
     judged = case(fast, np.zeros_like)
-    kinds = classify(Motion.of(judged), judged.recording.time_s)
+    kinds = classify(MotionSamples.of(judged), judged.recording.time_s)
     assert set(kinds) <= {"reversal", "standstill", "slew", "step", "high_frequency"}
     at = judged.recording.time_s
     assert np.all(kinds[(at > 3.6) & (at < 5.5)] == "high_frequency")
@@ -105,4 +105,4 @@ def test_every_sample_has_a_kind() -> None:
 
 def test_a_servo_that_never_moves_is_at_a_standstill() -> None:
     judged = case(np.zeros_like, bump(2.0))
-    assert set(classify(Motion.of(judged), judged.recording.time_s)) == {"standstill"}
+    assert set(classify(MotionSamples.of(judged), judged.recording.time_s)) == {"standstill"}

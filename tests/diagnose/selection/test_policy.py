@@ -63,6 +63,10 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "fewest": 200,
         "ordinary": POLICY.ordinary,
         "together": 6,
+        "core": 3,
+        "worth_going_on": 0.05,
+        "near": 2.0,
+        "unloaded": 3,
     }
 
 
@@ -355,6 +359,18 @@ def test_a_parameter_has_a_price() -> None:
     four, five = score(0.5, "a", parameters=4), 0.5 * math.exp(-0.01)
     assert CRITERION.price(score(five - JUST, "b", parameters=5)) < CRITERION.price(four)
     assert CRITERION.price(score(five + JUST, "b", parameters=5)) > CRITERION.price(four)
+
+
+def test_a_search_goes_on_where_the_price_falls_by_a_twentieth() -> None:
+    assert CRITERION.clearly_cheaper(0.95 - JUST, 1.0)
+    assert not CRITERION.clearly_cheaper(0.95 + JUST, 1.0)
+    assert with_policy(worth_going_on=0.25).clearly_cheaper(0.75, 1.0)
+
+
+def test_models_within_two_effects_prices_are_near() -> None:
+    assert CRITERION.near(1.2 - JUST, 1.0)
+    assert not CRITERION.near(1.2 + JUST, 1.0)
+    assert with_policy(near=1.0, effect_price=0.5).near(1.5, 1.0)
 
 
 def test_a_wider_search_is_made_beyond_twice_the_floor() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.shown import CORE, shown
 
-from servosight.export.core import ExportRequest, Trial
+from servosight.export.core import ExportRequest, ExportTrial
 from servosight.export.csource import (
     compile_c,
     held_steps,
@@ -79,7 +79,7 @@ def test_every_effect_and_all_together_are_the_kernels(tmp_path: Path) -> None:
     found = np.frombuffer(done.stdout).reshape(len(sets), SAMPLES + 1)
     times = np.concatenate([[0.0], np.cumsum(np.full(SAMPLES, PERIOD_S))])
     held = Recording("minute", times[:-1], command, times, np.zeros(times.size))
-    trial = Trial(recording=held, start_deg=rows[0][4])
+    trial = ExportTrial(recording=held, start_deg=rows[0][4])
     for effects, angle in zip(sets, found, strict=True):
         truth = kernel_angle(request(effects), trial, held_steps(trial))
         assert np.ptp(truth) > 20.0

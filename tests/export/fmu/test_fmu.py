@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support.shown import CORE, shown
 
-from servosight.export.core import Exporter, ExportRequest, Trial, export_model
+from servosight.export.core import Exporter, ExportRequest, ExportTrial, export_model
 from servosight.export.csource import compile_c, held_steps, kernel_angle, missing
 from servosight.export.fmu import FMU2, FMU3
 from servosight.models.core import Actuator, Estimate, InputError, Recording
@@ -62,7 +62,7 @@ def test_parameters_are_the_models(exported: Path) -> None:
         if q.neutral is not None and effect.id != "flexible_shaft"
     }
     held = Recording("held", TIMES, COMMAND, TIMES, np.zeros(TIMES.size))
-    trial = Trial(recording=held, start_deg=CORE["bias"])
+    trial = ExportTrial(recording=held, start_deg=CORE["bias"])
     with open_fmu(exported) as fmu:
         tunable = {v.name: v for v in fmu.of("parameter") if v.variability == "tunable"}
         assert {name: one.start for name, one in tunable.items()} == CORE | EVERY

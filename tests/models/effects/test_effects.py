@@ -1,8 +1,8 @@
 """The contract that every effect in the registry keeps; a new effect is covered by itself.
 
-Truth for recovery: the values in TRUTHS, integrated by scipy (conftest.py) or, where that takes
-minutes, by the plant at a sixteenth of the step, which test_plant_reference.py holds to scipy. An
-effect without an entry is held to its own first start.
+Truth for recovery: the values in TRUTHS, integrated by scipy (support/reference.py) or, where that
+takes minutes, by the plant at a sixteenth of the step, which test_plant_reference.py holds to
+scipy. An effect without an entry is held to its own first start.
 """
 
 from __future__ import annotations

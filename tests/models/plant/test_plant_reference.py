@@ -1,4 +1,4 @@
-"""The compiled plant against the same equation solved by scipy to 1e-10 (conftest.py).
+"""The compiled plant against the same equation solved by scipy to 1e-10 (support/reference.py).
 
 Bound: 0.002 deg at the default step, at T = 7.8 ms and xi = 0.55, on steps of 20 deg and a chirp to
 12 Hz. The smallest noise a fit is expected to reach is ten times that.

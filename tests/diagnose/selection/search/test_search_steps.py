@@ -137,7 +137,10 @@ def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
     stand_in: Any = SimpleNamespace(
         at_one_gain=at_one_gain,
         known=models.known,
-        catalogue={name: SimpleNamespace(contains=()) for name in ordinary},
+        catalogue={
+            name: SimpleNamespace(contains=(), for_several_gains=first)
+            for name, first in zip(ordinary, (None, None, None, "torque_saturation"), strict=True)
+        },
         candidates=lambda base: ordinary,
         work=models.work,
         recordings=models.recordings,

@@ -13,8 +13,14 @@ from support.filmed_wire import filmed_wire
 from servosight.bench.safety import Limits, check_command
 from servosight.models.core import InputError, Recording
 from servosight.models.io import read_sheet
-from servosight.scenarios import trial as experiments
-from servosight.scenarios.trial import Zero, carry_out, first_command, zero_command, zero_of
+from servosight.scenarios import bench_experiment as experiments
+from servosight.scenarios.bench_experiment import (
+    Zero,
+    carry_out,
+    first_command,
+    zero_command,
+    zero_of,
+)
 
 pytestmark = pytest.mark.pty
 

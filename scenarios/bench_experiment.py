@@ -63,7 +63,7 @@ class Zero:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class BenchExperiment:
     """The runs of an experiment, their recordings, and the diagnosis of all of them.
 
     ``zero`` is what the slow run before them has shown of the mounting.
@@ -159,7 +159,7 @@ def carry_out(
     ask: Callable[[str], bool] = lambda question: False,
     progress: StageProgress = silent,
     force: bool = False,
-) -> Trial:
+) -> BenchExperiment:
     """Zero, run, track and diagnose; ask for the next run where effects cannot be distinguished.
 
     The recordings are ``folder``/zero, then run1 and so on, at most three, diagnosed together: the
@@ -192,7 +192,9 @@ def carry_out(
         proposal = found.proposal
         more = proposal is not None and proposal.recommended and len(runs) < MOST_RUNS
         if not more or proposal is None or not ask(f"{found.next_experiment}"):
-            return Trial(zero=zero, runs=tuple(runs), recordings=tuple(recordings), diagnosis=found)
+            return BenchExperiment(
+                zero=zero, runs=tuple(runs), recordings=tuple(recordings), diagnosis=found
+            )
         command = proposal.excitation
 
 

@@ -1,0 +1,101 @@
+"""Recordings made ready for a diagnosis: what is used of them, and how small an error counts."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from servosight.diagnose.evidence import run_floor
+from servosight.diagnose.result.wording import Levels
+from servosight.diagnose.selection import PriorKnowledge, Spans, cut, stretches
+from servosight.identify.fit import floor_deg, tolerance_deg
+from servosight.identify.problem import (
+    joint_noise_deg,
+    offered,
+    thinned,
+    usable_views,
+)
+from servosight.models.core import Recording
+from servosight.models.effects import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnosisData:
+    """Recordings in order, fitted ones first, and what of them is used.
+
+    ``whole`` are the recordings, ``spans`` the stretches [s] of each that are used, none where it
+    is used whole; ``fitted``, ``validate`` and ``test`` are those stretches, with the samples that
+    are scored. ``runs`` numbers the recording that each stretch to fit or to validate is of.
+    ``catalogue`` holds the effects that these recordings can show. ``scatter_deg`` is
+    by how much runs with the same command differ, None where that says nothing. ``left_out`` and
+    ``shortened`` are warnings on samples that are not used: faulty ones, and those of long
+    recordings.
+    """
+
+    whole: tuple[Recording, ...]
+    spans: tuple[Spans, ...]
+    fitted: tuple[Recording, ...]
+    validate: tuple[Recording, ...]
+    test: tuple[Recording, ...]
+    runs: tuple[int, ...]
+    catalogue: Mapping[str, Effect]
+    levels: Levels
+    scatter_deg: float | None
+    left_out: tuple[str, ...]
+    shortened: tuple[str, ...]
+
+
+def diagnosis_data(
+    groups: tuple[Sequence[Recording], Sequence[Recording], Sequence[Recording]],
+    catalogue: Mapping[str, Effect],
+    prior: PriorKnowledge,
+    *,
+    tolerance: float | None,
+    most_rows: int,
+) -> DiagnosisData:
+    """What a diagnosis uses of recordings to fit, to validate and to test, in this order.
+
+    ``tolerance`` [deg] is what no model need be right within (None: 0.05 % of the moved range);
+    recordings with more than ``most_rows`` rows are cut to stretches. Raises InputError where a
+    required effect cannot show in the fitted recordings.
+    """
+    usable, left_out = zip(*map(usable_views, groups), strict=True)
+    whole = tuple(itertools.chain(*usable))
+    known = offered(catalogue, usable[0], prior.first)
+    levels, scatter_deg, repeats = _levels(whole, tolerance)
+    spans, notes = stretches(whole, most_rows)
+    parts = [cut(recording, own) for recording, own in zip(whole, spans, strict=True)]
+    scored, thinning = thinned([part for own in parts for part in own])
+    counts = iter(map(len, parts))
+    fitted, validate, test = (
+        sum(itertools.islice(counts, len(recordings))) for recordings in usable
+    )
+    runs = [run for run, own in enumerate(parts) for _ in own]
+    return DiagnosisData(
+        whole=whole,
+        spans=tuple(spans),
+        fitted=tuple(scored[:fitted]),
+        validate=tuple(scored[fitted : fitted + validate]),
+        test=tuple(scored[len(scored) - test :]),
+        runs=tuple(runs[: fitted + validate]),
+        catalogue=known,
+        levels=levels,
+        scatter_deg=scatter_deg,
+        left_out=(*itertools.chain(*left_out), *repeats),
+        shortened=(*notes, *thinning),
+    )
+
+
+def _levels(
+    recordings: tuple[Recording, ...], tolerance: float | None
+) -> tuple[Levels, float | None, list[str]]:
+    """Noise, tolerance and floor; the scatter of equal runs, and what there is to say of it."""
+    noise = joint_noise_deg(recordings)
+    tolerance = tolerance_deg(recordings, tolerance)
+    scatter, repeats = run_floor(recordings)
+    floor = floor_deg(recordings, max(noise, scatter or 0.0), tolerance)
+    levels = Levels(
+        noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor, scatter_deg=scatter or 0.0
+    )
+    return levels, scatter, repeats

@@ -1,0 +1,142 @@
+"""The selection of effects for a diagnosis, and what follows from it before a word is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from servosight.diagnose._data import DiagnosisData
+from servosight.diagnose._ladder import ladder_steps
+from servosight.diagnose.evidence import Stability, firm, undetermined
+from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
+from servosight.diagnose.result import LadderStep, Verdict
+from servosight.diagnose.selection import (
+    REMEDY,
+    AcceptanceCriterion,
+    ModelSelection,
+    PriorKnowledge,
+    Selected,
+    Split,
+    StepwiseSelector,
+    Trial,
+    own_latencies,
+)
+from servosight.models.core import StageProgress, Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """A selection that has ended: its steps, the last of which is the model that is named.
+
+    ``auto`` is True where effects were added, False where only single candidates were ranked;
+    ``simulations`` is what the search took, without the check of its stability; ``latencies`` are
+    sentences on recordings whose angles were taken as earlier than their stamps.
+    """
+
+    models: ModelSelection
+    criterion: AcceptanceCriterion
+    selected: Selected
+    stability: Stability
+    auto: bool
+    simulations: int
+    latencies: tuple[str, ...]
+
+    @property
+    def linear(self) -> Trial:
+        """The first step's model: the linear one, with the effects that are known before."""
+        return self.selected.steps[0].trial
+
+    @property
+    def last(self) -> Trial:
+        """The last step's model."""
+        return self.selected.steps[-1].trial
+
+    @property
+    def grown(self) -> bool:
+        """True where the last model has other effects than the first."""
+        return self.last.effects != self.linear.effects
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What is named: the last model's effects that are certain, in the order of their steps,
+        those known before first."""
+        added = [step.added for step in self.selected.steps if step.added is not None]
+        named = set(self.last.effects) - set(self.stability.uncertain)
+        return tuple(
+            name for name in dict.fromkeys((*self.models.known.first, *added)) if name in named
+        )
+
+
+def select(
+    data: DiagnosisData,
+    criterion: AcceptanceCriterion,
+    prior: PriorKnowledge,
+    *,
+    auto: bool,
+    progress: StageProgress,
+) -> Outcome:
+    """Rank single candidates; with ``auto`` add effects and check which names are stable."""
+    models, latencies = _models(data, criterion, prior)
+    selector = StepwiseSelector(models, criterion, progress)
+    selected, stable = selector.select() if auto else selector.first_step(), Stability()
+    searched = models.work.simulations
+    if auto:
+        progress("leaving out parts of the data", 0, 1)
+        selected, stable = firm(models, criterion, selected)
+    return Outcome(
+        models=models,
+        criterion=criterion,
+        selected=selected,
+        stability=stable,
+        auto=auto,
+        simulations=searched,
+        latencies=latencies,
+    )
+
+
+def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
+    """The steps as they are shown, and the outcome that knows which sigmas leave a name open."""
+    ladder = ladder_steps(outcome.models, outcome.criterion, outcome.selected.steps)
+    last = ladder[-1]
+    open_ = outcome.models.known.removable(last.effects) if outcome.auto else ()
+    unknown = undetermined(last.parameters, open_, outcome.models.catalogue, last.correlation)
+    stable = replace(outcome.stability, undetermined=unknown)
+    return replace(outcome, stability=stable), ladder
+
+
+def verdict_of(outcome: Outcome) -> Verdict:
+    """The last model must be at the floor on the test data, and on what chose it.
+
+    As in the selection, validation data may be fitted, too, before a model is said to fail there.
+    """
+    models, criterion, last = outcome.models, outcome.criterion, outcome.last
+    judged = models.tested(last)
+    tested = criterion.at_floor(held_out_rms(judged), held_out_samples_of(judged))
+    if not tested or not (
+        criterion.explained(last.score) or models.explained_whole(last, criterion)
+    ):
+        return Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED if last.effects else Verdict.NO_EFFECT_MISSING
+
+
+def _models(
+    data: DiagnosisData, criterion: AcceptanceCriterion, known: PriorKnowledge
+) -> tuple[ModelSelection, tuple[str, ...]]:
+    """The models of recordings with one latency, and sentences on those that had another.
+
+    Where what is missing shows in the validation samples alone, another third is held out: no
+    effect can be fitted to what the fit does not see.
+    """
+    groups = data.fitted, data.validate, data.test
+    models = ModelSelection(Split.of(*groups), data.catalogue, known)
+    late_s = (0.0,) * len(data.runs)
+    notes: tuple[str, ...] = ()
+    found = own_latencies(models, data.runs)
+    if found is not None:
+        late_s = tuple(found.late_s.tolist())
+        names = [one.name for one in (*data.fitted, *data.validate)]
+        notes = found.sentences(names, REMEDY)
+        models = models.with_split(models.split.earlier(late_s))
+    score = models.first().score
+    if criterion.settled(score) and not criterion.explained(score) and not data.validate:
+        models = models.with_split(Split.of(*groups, choice=1).earlier(late_s))
+    return models, notes
