@@ -11,9 +11,9 @@ import numpy as np
 
 from servosight.models.core import Array, InputError, Recording, Signals, plain_name
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import DEGREES, SECONDS, SIGNALS, Series, check_finite
+from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers._request import PULSE, Request
+from servosight.models.io.importers._request import Request
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models.core import Array, InputError, Mask, plain_name
+from servosight.models.io._header_units import split_unit
 from servosight.models.io._power import power_column, powered_run
-from servosight.models.io._series import DEGREES, SECONDS, SIGNALS
+from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._assemble import Raw
-from servosight.models.io.importers._request import PULSE, QUANTITIES, Column, Request
-from servosight.models.io.importers._units import split_unit, units_of
+from servosight.models.io.importers._request import QUANTITIES, Column, Request
+from servosight.models.io.importers._units import Split, units_of
 
 _LONGEST_LIST = 300
 
@@ -33,6 +34,8 @@ class Columns:
     word: str = "row"
     flags: Callable[[str], Mask] | None = None
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
+    split: Split = split_unit
+    """Tells the name and the unit of a column apart."""
 
 
 def chosen_columns(
@@ -46,7 +49,7 @@ def chosen_columns(
     asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
     if "disturbance" in quantities and "disturbance" not in found:
-        found["disturbance"] = _disturbance(table.names)
+        found["disturbance"] = _disturbance(table)
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 
@@ -62,7 +65,7 @@ def raw_columns(
     no model of a servo.
     """
     columns = chosen_columns(table, request, quantities)
-    units, notes = units_of(path, columns, request)
+    units, notes = units_of(path, columns, request, table.split)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
         values = table.numbers(column.name)
@@ -116,7 +119,7 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     whole = f"{column.name}:{column.unit}"
     if whole in table.names:  # the name itself has a colon in it
         return Column(whole)
-    named = [name for name in table.names if split_unit(name)[0] == column.name]
+    named = [name for name in table.names if table.split(name)[0] == column.name]
     if len(named) == 1:
         return Column(named[0], column.unit)
     raise InputError(
@@ -125,10 +128,10 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     )
 
 
-def _disturbance(names: Sequence[str]) -> Column | None:
+def _disturbance(table: Columns) -> Column | None:
     """The column that is called a disturbance, with a unit: ``disturbance_N``."""
-    for name in names:
-        bare, unit = split_unit(name)
+    for name in table.names:
+        bare, unit = table.split(name)
         if unit is None:
             bare, _, unit = name.partition("_")
         if bare.lower() == "disturbance" and unit:
@@ -140,7 +143,7 @@ def _by_name(table: Columns, quantity: str) -> Column | None:
     """The column that is called as the quantity is, with a unit."""
     units = SECONDS if quantity == "time" else (*DEGREES, PULSE)
     for name in table.names:
-        bare, unit = split_unit(name)
+        bare, unit = table.split(name)
         if bare.lower() == quantity and unit in units:
             return Column(name)
     if quantity == "sigma":

@@ -10,8 +10,6 @@ from servosight.models.core import InputError
 from servosight.models.io._series import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
-PULSE = "us"
-"""The unit of a command that is a pulse width."""
 
 
 @dataclass(frozen=True)

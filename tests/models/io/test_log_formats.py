@@ -7,6 +7,7 @@ import math
 import shutil
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -177,6 +178,19 @@ def test_lerobot_data_sets(tmp_path: Path, per_file: int) -> None:
     refused(folder, JOINT.__class__(JOINT.columns, part=2), "no episode 2", "its 2")
     refused(folder, columns("command=action[wrist]:rad"), "action[wrist]", "action[pan]")
     refused(folder, columns("command=action[1]", "angle=observation.state[1]:rad"), "no unit")
+
+
+@pytest.mark.parametrize("kind", ["lerobot", "rosbag"])
+def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, kind: str) -> None:
+    """``--unit`` holds for it; without any, degrees are assumed, which a note says."""
+    folder = MAKERS[kind](tmp_path / "set")
+    words = {
+        "lerobot": ("command=action[elbow]", "angle=observation.state[elbow]"),
+        "rosbag": ("command=/goal.position[elbow]", "angle=/joint_states.position[elbow]"),
+    }[kind]
+    is_sound(import_recording(folder, replace(columns(*words), unit="rad")))
+    silent = import_recording(folder, columns(*words))
+    assert any("no unit is given for" in note for note in silent.notes)
 
 
 def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import InputError, Recording, plain_name, read_settings
+from servosight.models.io._header_units import split_path
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -43,7 +44,8 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     request = replace(request, columns=columns)
     info = _info(path)
     names = _names(info)
-    table = Columns(str(path / INFO), list(names), lambda name: np.empty(0), range, "frame")
+    place = str(path / INFO)
+    table = Columns(place, list(names), lambda name: np.empty(0), range, "frame", split=split_path)
     chosen = {column.name for column in chosen_columns(table, request).values()}
     wanted = sorted({names[name] for name in chosen})
     found = extract_apart(path, PARSER, wanted, episode=request.part)
@@ -54,7 +56,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
             f"with --part, from 0"
         )
     table = replace(table, numbers=lambda name: found.columns[names[name]])
-    raw, _ = raw_columns(path, table, request)
+    raw, more = raw_columns(path, table, request)
     rate = info.get("fps")
     source = {
         "name": plain_name(path.name),
@@ -63,7 +65,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
         **({"fps": rate} if isinstance(rate, int | float) else {}),
         **{f"{quantity}_column": one.column for quantity, one in raw.items()},
     }
-    notes = [f"{path}: episode {request.part} of {episodes}; {NOMINAL}"]
+    notes = [f"{path}: episode {request.part} of {episodes}; {NOMINAL}", *more]
     details = {"source": source, "clock_note": NOMINAL}
     recording = assemble(path, raw, request, details, notes)
     return replace(recording, offset_sigma_s=math.inf, side="sensor")

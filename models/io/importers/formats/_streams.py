@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording
+from servosight.models.io._header_units import split_path
 from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
@@ -36,7 +37,7 @@ def read_streams(
                 f"{path}: no column is known to be the {quantity}; expected --map "
                 f"{quantity}=COLUMN:UNIT with one of {listed(found.names)}"
             )
-    units, assumed = units_of(path, request.columns, request)
+    units, assumed = units_of(path, request.columns, request, split_path)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
             raise InputError(
