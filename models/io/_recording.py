@@ -19,6 +19,7 @@ from servosight.models.core import (
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
+from servosight.models.io._listed import listed
 from servosight.models.io._power import powered_sheet
 from servosight.models.io._series import DEGREES, SECONDS, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
@@ -248,7 +249,7 @@ def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Arr
     if not found:
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
-            f"{', '.join(sheet.header)[:200]}; expected it in the header, so rename the column or "
+            f"{listed(sheet.header)}; expected it in the header, so rename the column or "
             f"bring the file in with `servosight import --map`"
         )
     return found[0].removeprefix(f"{quantity}_"), sheet.columns(found)[:, 0]

@@ -9,14 +9,13 @@ from typing import Any
 
 from servosight.models.core import Array, InputError, Mask, plain_name
 from servosight.models.io._header_units import split_unit
+from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
 from servosight.models.io.importers._units import Split, units_of
-
-_LONGEST_LIST = 300
 
 
 @dataclass(frozen=True)
@@ -103,11 +102,6 @@ def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
     """What recording.toml keeps of where a recording came from."""
     columns = {f"{quantity}_column": one.column for quantity, one in raw.items()}
     return {"name": plain_name(path.name), "format": form, **columns}
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names for a message, cut where they are many."""
-    return ", ".join(names)[:_LONGEST_LIST] or "(none)"
 
 
 def _column(table: Columns, quantity: str, request: Request) -> Column | None:

@@ -354,6 +354,21 @@ def test_units_are_asked_for(tmp_path: Path, header: str, words: tuple[str, ...]
     refused(csv_log(tmp_path / "a.csv", header), request, *words)
 
 
+def test_many_columns_are_listed_by_whole_names_and_a_count(tmp_path: Path) -> None:
+    """Arrays are one entry each; the numbers shown and left out make all."""
+    names = [f"{name}[{n}]" for name in ("q", "dq") for n in range(12)]
+    names += [f"joint_{n}_measured" for n in range(60)]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps([dict.fromkeys(names, 0.0)]))
+    with pytest.raises(InputError) as caught:
+        import_recording(path, Request(parse_map(["time=x:s"])))
+    shown, _, behind = str(caught.value).partition("one of ")[2].partition(", and ")
+    entries = shown.split(", ")
+    assert entries[:3] == ["q[0..11]", "dq[0..11]", "joint_0_measured"]
+    assert set(entries[2:]) <= set(names)
+    assert behind.startswith(f"{60 - len(entries[2:])} more; correct --map time=x")
+
+
 def test_degrees_are_assumed_where_nothing_has_a_unit_and_a_note_says_so(tmp_path: Path) -> None:
     request = Request(parse_map(["time=t:ms", "command=goal", "angle=pos"]))
     recording = import_recording(csv_log(tmp_path / "a.csv", "t;goal;pos"), request)

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording, plain_name
+from servosight.models.io._listed import listed
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import Raw, assemble
-from servosight.models.io.importers._columns import listed
 from servosight.models.io.importers._request import Column, Request
 from servosight.models.io.importers._units import units_of
 

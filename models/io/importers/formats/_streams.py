@@ -11,10 +11,11 @@ import numpy as np
 
 from servosight.models.core import Array, InputError, Recording
 from servosight.models.io._header_units import split_path
+from servosight.models.io._listed import listed
 from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
-from servosight.models.io.importers._columns import listed, source_of
+from servosight.models.io.importers._columns import source_of
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._units import units_of
 
