@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from typing import TypeAlias
 
 from servosight.models.io._series import DEGREES, PULSE, SECONDS
 
+Split: TypeAlias = Callable[[str], tuple[str, str | None]]
+"""Tells the name and the unit of a column apart."""
 _SPELLINGS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("msec", "millis", "milliseconds"), "ms"),
@@ -17,6 +21,7 @@ _SPELLINGS = {
 }
 """Other spellings of the units in ``SECONDS`` and ``DEGREES``."""
 _KNOWN = frozenset((*SECONDS, *DEGREES, PULSE))
+_SIGNAL_UNIT = re.compile(r"[munkµ]?(?:Nm|N|A|V|W)|[cm]N\.?m|kgf?\.?cm|Ncm")
 _LABEL = re.compile(r"(?P<name>.*?)(?P<label>(?:\[[^\[\]]*\])*)")
 """A path and the joint or the place in square brackets at its end."""
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
@@ -62,6 +67,19 @@ def split_path(path: str) -> tuple[str, str | None]:
     assert found is not None  # both parts may be empty
     name, unit = _behind_a_mark(found["name"])
     return name + found["label"], unit
+
+
+def signal_unit(name: str, split: Split = split_unit) -> str | None:
+    """The unit in the name of a column that is no angle and no time; None where there is none.
+
+    >>> signal_unit("force (N)"), signal_unit("ext_force_N"), signal_unit("torque_enable")
+    ('N', 'N', None)
+    >>> signal_unit("/load.torque_Nm[elbow]", split_path), signal_unit("/q.effort[a]", split_path)
+    ('Nm', None)
+    """
+    bare, unit = split(name)
+    behind = bare.partition("[")[0].rpartition("_")[2]
+    return unit or (behind if _SIGNAL_UNIT.fullmatch(behind) else None)
 
 
 def _behind_a_mark(name: str) -> tuple[str, str | None]:

@@ -34,8 +34,7 @@ def _folded(names: Sequence[str]) -> dict[str, int]:
     """Entries of a list and how many names each stands for."""
     arrays: dict[str, list[tuple[int, ...]]] = {}
     for name in names:
-        places = tuple(map(int, _PLACE.findall(name)))
-        arrays.setdefault(_PLACE.sub("[]", name), []).append(places)
+        arrays.setdefault(_PLACE.sub("[]", name), []).append(tuple(map(int, _PLACE.findall(name))))
     found: dict[str, int] = {}
     for name in names:
         pattern = _PLACE.sub("[]", name)

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from servosight.models.core import Array, InputError, Mask, plain_name
-from servosight.models.io._header_units import split_unit
+from servosight.models.io._header_units import Split, split_unit
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
-from servosight.models.io.importers._units import Split, units_of
+from servosight.models.io.importers._units import units_of
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,6 @@ class Columns:
     flags: Callable[[str], Mask] | None = None
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
     split: Split = split_unit
-    """Tells the name and the unit of a column apart."""
 
 
 def chosen_columns(
@@ -73,7 +72,7 @@ def raw_columns(
         )
     if "disturbance" in quantities:
         used = [column.name for column in columns.values()]
-        notes = (*notes, *overlooked(path, table.names, used))
+        notes = (*notes, *overlooked(path, table.names, used, table.split))
     power = power_column(table.names)
     if power is None:
         return raw, notes

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeAlias
 
 from servosight.models.core import InputError
-from servosight.models.io._header_units import spelled, split_unit
+from servosight.models.io._header_units import Split, signal_unit, spelled, split_unit
 from servosight.models.io._series import DEGREES, SIGNALS
 from servosight.models.io.importers._request import Column, Request
 
-Split: TypeAlias = Callable[[str], tuple[str, str | None]]
 ANGLES = ("command", "angle", "sigma")
 """Quantities with the unit of an angle."""
 
@@ -52,6 +50,8 @@ def units_of(
 def _given(quantity: str, column: Column, request: Request, split: Split) -> str | None:
     if column.unit is not None:
         return spelled(column.unit)
+    if quantity in SIGNALS:
+        return signal_unit(column.name, split)
     unit = split(column.name)[1]
     if unit is None and quantity == "time":
         return "s"

@@ -250,12 +250,12 @@ def test_other_mat_files_by_map(tmp_path: Path) -> None:
     path = mat_file(tmp_path / "a.mat", y=np.arange(200.0))
     recording = import_recording(path, Request(parse_map(["angle=y:deg"])))
     assert recording.angle_deg[3] == 3.0
-    refused(path, Request(parse_map(["angle=z:deg"])), "no vector z", "qg", "--map")
+    refused(path, Request(parse_map(["angle=z:deg"])), "no column z", "qg", "--map")
 
 
 def test_bad_mat_files(tmp_path: Path) -> None:
     refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 values", "200")
-    refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "no vector qm")
+    refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "angle", "--map angle=COLUMN")
     bad = np.sin(np.arange(200.0))
     bad[4] = np.nan
     refused(mat_file(tmp_path / "a.mat", qm=bad), Request(), "sample 5", "qm", "finite")

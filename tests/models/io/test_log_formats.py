@@ -119,8 +119,10 @@ PARQUET_MAP = columns("time=stamp", "command=goal", "angle=state[1]:rad")
 def test_parquet(tmp_path: Path) -> None:
     path = parquet(tmp_path / "a.bin")
     is_sound(import_recording(path, PARQUET_MAP))
-    refused(path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[1]")
-    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0]")
+    refused(
+        path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[0..1]"
+    )
+    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0..1]")
 
 
 def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:
@@ -220,7 +222,7 @@ def ulog(path: Path) -> Path:
         b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0),
         message("B", bytes(40)),
         message("F", b"servo_setpoint:uint64_t timestamp;float[2] position;"),
-        message("F", b"servo_status:uint64_t timestamp;float position;float current;"),
+        message("F", b"servo_status:uint64_t timestamp;float position;float load_torque;"),
         message("A", struct.pack("<BH", 0, 0) + b"servo_setpoint"),
         message("A", struct.pack("<BH", 1, 1) + b"servo_status"),
     ]
@@ -237,8 +239,12 @@ def test_px4_logs(tmp_path: Path) -> None:
     path = ulog(tmp_path / "flight")
     words = ("command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad")
     is_sound(import_recording(path, columns(*words)))
-    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[1]")
-    refused(path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].current")
+    (note,) = import_recording(path, columns(*words)).notes
+    assert "column servo_status.load_torque is not used" in note
+    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[0..1]")
+    refused(
+        path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].load_torque"
+    )
     refused(path, columns("time=timestamp", *words), "--map time", "leave it out")
 
 
@@ -258,6 +264,17 @@ def bag(folder: Path, storage: str) -> Path:
     )
     empty = np.array([], dtype=np.float64)
     with Writer(folder, version=9, storage_plugin=StoragePlugin[storage]) as writer:
+        wrench, vector = (
+            store.types[f"geometry_msgs/msg/{name}"] for name in ("WrenchStamped", "Vector3")
+        )
+        load = writer.add_connection("/load", wrench.__msgtype__, typestore=store)
+        inner, zero = store.types["geometry_msgs/msg/Wrench"], vector(x=0.0, y=0.0, z=0.0)
+        still = wrench(
+            header=header(stamp=stamp(sec=1, nanosec=0), frame_id=""),
+            wrench=inner(force=vector(x=2.0, y=0.0, z=0.0), torque=zero),
+        )
+        start = 1_700_000_000_000_000_000
+        writer.write(load, start, store.serialize_cdr(still, wrench.__msgtype__))
         topics = {
             name: writer.add_connection(name, joint.__msgtype__, typestore=store)
             for name in ("/goal", "/joint_states")
@@ -287,6 +304,7 @@ def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     recording = import_recording(folder, request)
     is_sound(recording)
     assert recording.details["source"]["clock"] == "header.stamp"
+    assert "columns /load.wrench.force.x, /load.wrench.force.y" in recording.notes[0]
     (file,) = (entry for entry in folder.iterdir() if entry.name != "metadata.yaml")
     if storage == "MCAP":  # rosbags tells a single file by its ending alone
         is_sound(import_recording(file, request))

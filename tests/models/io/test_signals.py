@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -77,9 +78,49 @@ def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> No
     for one in (import_recording(path, Request()), load_recording(path)):
         (note,) = one.notes
         assert "column ext_force_N is not used" in note
-        assert "--map disturbance=ext_force_N:UNIT" in note
-    request = Request(parse_map(["disturbance=ext_force_N:N"]))
-    assert import_recording(path, request).notes == ()
+        assert note.endswith("--map disturbance=ext_force_N")
+    request = Request(parse_map(["disturbance=ext_force_N"]))
+    recording = import_recording(path, request)
+    assert recording.notes == ()
+    assert recording.disturbance_unit == "N"
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("load_torque_Nm", "disturbance=load_torque_Nm"),
+        ("F_ext", "disturbance=F_ext:UNIT"),
+        ("external_force (N)", "'disturbance=external_force (N)'"),
+        ("torque_ext [mNm]", "'disturbance=torque_ext [mNm]'"),
+        ("tau_load", "disturbance=tau_load:UNIT"),
+        ("loadTorque", "disturbance=loadTorque:UNIT"),
+    ],
+)
+def test_names_of_a_load_are_pointed_out_with_a_map_to_copy(
+    tmp_path: Path, name: str, advice: str
+) -> None:
+    """The map is quoted for a shell, and asks for no unit that the name has."""
+    path = renamed(log(tmp_path / "a.csv"), f"{name},supply_V")
+    (note,) = import_recording(path, Request()).notes
+    assert f"column {name} is not used" in note
+    assert note.endswith(f"--map {advice}")
+    words = shlex.split(advice.replace("UNIT", "Nm"))
+    assert import_recording(path, Request(parse_map(words))).notes == ()
+
+
+@pytest.mark.parametrize("name", ["effort", "torque", "motor_torque_Nm", "tau", "load", "f_cut"])
+def test_what_is_the_motors_own_is_not_pointed_out(tmp_path: Path, name: str) -> None:
+    path = renamed(log(tmp_path / "a.csv"), f"{name},supply_V")
+    assert import_recording(path, Request()).notes == ()
+
+
+def test_a_force_in_a_mat_file_is_pointed_out(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(200)
+    content = {"t": t, "u": np.sin(9 * t), "y": np.sin(9 * t), "force_N": 2.0 * (t > 1)}
+    scipy.io.savemat(tmp_path / "a.mat", content)
+    request = Request(parse_map(["command=u:rad", "angle=y:rad"]))
+    (note,) = import_recording(tmp_path / "a.mat", request).notes
+    assert "column force_N is not used" in note
 
 
 @pytest.mark.parametrize(("on", "off"), [("1", "0"), ("1.000", "0.000"), ("on", "off")])

@@ -43,6 +43,7 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     from rosbags.typesys import Stores, get_typestore
 
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+        names = _names(bag)
         topics = {name: _topic(name, bag.topics) for name in wanted}
         found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in wanted}
         connections = [one for one in bag.connections if one.topic in topics.values()]
@@ -54,7 +55,6 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
                 if topic == connection.topic and value is not None:
                     found[name].append((_stamp_ns(message), logged_ns, value))
         found = {name: rows for name, rows in found.items() if rows}
-        names = () if len(found) == len(set(wanted)) and wanted else _names(bag)
     rows = [row for own in found.values() for row in own]
     by_header = all(row[0] > 0 for row in rows)
     start_ns = min((row[0 if by_header else 1] for row in rows), default=0)

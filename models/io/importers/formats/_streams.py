@@ -13,6 +13,7 @@ from servosight.models.core import Array, InputError, Recording
 from servosight.models.io._header_units import split_path
 from servosight.models.io._listed import listed
 from servosight.models.io._series import SIGNALS
+from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import source_of
@@ -54,7 +55,9 @@ def read_streams(
         if name in raw:
             raw[name] = _latest(raw[name], found.times_s[raw[name].column], raw["time"])
     details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
-    return assemble(path, raw, request, details, (*notes, *assumed))
+    used = [one.column for one in raw.values()]
+    every = (*notes, *assumed, *overlooked(path, found.names, used, split_path))
+    return assemble(path, raw, request, details, every)
 
 
 def _latest(raw: Raw, times_s: Array, clock: Raw) -> Raw:
