@@ -73,7 +73,8 @@ def raw_columns(
     if "disturbance" in quantities:
         used = [column.name for column in columns.values()]
         notes = (*notes, *overlooked(path, table.names, used, table.split))
-    power = power_column(table.names)
+    angle = columns["angle"].name if "angle" in columns else ""
+    power = power_column(table.names, angle)
     if power is None:
         return raw, notes
     on = table.flags(power) if table.flags is not None else table.numbers(power) != 0.0
@@ -88,6 +89,12 @@ def powered(
 
     ``column`` is where the log says so.
     """
+    for part in raw.values():
+        if part.values.size != on.size:
+            raise InputError(
+                f"{path}: column {part.column} has {part.values.size} values and {column} "
+                f"{on.size}, expected the same number; map another one"
+            )
     one = next(iter(raw.values()))
     start, stop, notes = powered_run(path, on, column, one.rows, one.word)
     kept = {

@@ -401,6 +401,28 @@ def test_a_table_without_torque_at_the_end_is_cut(tmp_path: Path, on: str, off: 
     assert load_recording(tmp_path / "rec").notes == recording.notes
 
 
+@pytest.mark.parametrize("name", ["Torque Enable", "torque_enabled", "TorqueEnable"])
+def test_other_spellings_of_torque_enable(tmp_path: Path, name: str) -> None:
+    """In a table, also as a recording by itself, and in a MATLAB file."""
+    rows = [f"{0.01 * i:.2f},{i % 7},{i % 5},{int(i < 70)}" for i in range(100)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([f"time_s,command_deg,angle_deg,{name}", *rows]))
+    on = np.arange(200) < 120
+    mat = mat_file(tmp_path / "a.mat", **{name.replace(" ", ""): on})
+    for one, size in (
+        (import_recording(path, Request()), 70),
+        (load_recording(path), 70),
+        (import_recording(mat, Request()), 120),
+    ):
+        assert one.time_s.size == size
+        assert f"{name.replace(' ', '')} is false" in one.notes[0].replace(" E", "E")
+
+
+def test_a_flag_of_another_size_is_refused(tmp_path: Path) -> None:
+    mat = mat_file(tmp_path / "a.mat", torque_enable=np.ones(7))
+    refused(mat, Request(), "torque_enable 7", "200 values")
+
+
 def test_the_map_of_the_command_is_that_of_read(tmp_path: Path) -> None:
     import servosight as ss
     from servosight.app.main import main

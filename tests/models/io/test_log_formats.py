@@ -132,6 +132,19 @@ def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:
     assert "torque_enable is false in 50 of 200 rows" in recording.notes[0]
 
 
+@pytest.mark.parametrize("text", [True, False], ids=["records", "columns"])
+def test_json_without_torque_at_the_end(tmp_path: Path, text: bool) -> None:
+    on = [n < 150 for n in range(COUNT)]
+    content: Any = {"time_s": TIMES, "command_rad": GOAL, "angle_rad": POSITION, "TorqueEnable": on}
+    if text:
+        rows = zip(*content.values(), strict=True)
+        content = [dict(zip(content, row, strict=True)) for row in rows]
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    recording = import_recording(tmp_path / "a.json", Request())
+    assert recording.time_s.size == 150
+    assert "TorqueEnable is false in 50 of 200" in recording.notes[0]
+
+
 def lerobot(folder: Path, episodes: int = 2, per_file: int = 2) -> Path:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     joint = {"dtype": "float32", "shape": [2], "names": ["pan", "elbow"]}
@@ -212,8 +225,11 @@ def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:
 # --- logs of messages -----------------------------------------------------------------------------
 
 
-def ulog(path: Path) -> Path:
-    """Two topics by the format's own rules; the second instance of a topic is another servo."""
+def ulog(path: Path, on: int = COUNT) -> Path:
+    """Two topics by the format's own rules; the second instance of a topic is another servo.
+
+    Its motor has torque in the first ``on`` samples.
+    """
 
     def message(kind: str, data: bytes) -> bytes:
         return struct.pack("<HB", len(data), ord(kind)) + data
@@ -222,14 +238,17 @@ def ulog(path: Path) -> Path:
         b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0),
         message("B", bytes(40)),
         message("F", b"servo_setpoint:uint64_t timestamp;float[2] position;"),
-        message("F", b"servo_status:uint64_t timestamp;float position;float load_torque;"),
+        message(
+            "F",
+            b"servo_status:uint64_t timestamp;float position;float load_torque;bool torque_enable;",
+        ),
         message("A", struct.pack("<BH", 0, 0) + b"servo_setpoint"),
         message("A", struct.pack("<BH", 1, 1) + b"servo_status"),
     ]
-    for t, u, y in zip(TIMES, GOAL, POSITION, strict=True):
+    for n, (t, u, y) in enumerate(zip(TIMES, GOAL, POSITION, strict=True)):
         stamp = round(1e6 * t)
         parts.append(message("D", struct.pack("<HQff", 0, stamp, 0.0, u)))
-        parts.append(message("D", struct.pack("<HQff", 1, stamp, y, 0.3)))
+        parts.append(message("D", struct.pack("<HQff?", 1, stamp, y, 0.3, n < on)))
     path.write_bytes(b"".join(parts))
     return path
 
@@ -246,6 +265,15 @@ def test_px4_logs(tmp_path: Path) -> None:
         path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].load_torque"
     )
     refused(path, columns("time=timestamp", *words), "--map time", "leave it out")
+
+
+def test_a_px4_log_without_torque_at_the_end_is_cut(tmp_path: Path) -> None:
+    """The flag is that of the angle's topic; the command stays whole."""
+    pytest.importorskip("pyulog")
+    words = ("command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad")
+    recording = import_recording(ulog(tmp_path / "flight", on=150), columns(*words))
+    assert (recording.time_s.size, recording.command_time_s.size) == (150, COUNT)
+    assert "torque_enable is false in 50 of 200 messages" in recording.notes[-1]
 
 
 def bag(folder: Path, storage: str) -> Path:

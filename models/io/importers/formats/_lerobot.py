@@ -17,6 +17,7 @@ import numpy as np
 
 from servosight.models.core import InputError, Recording, plain_name, read_settings
 from servosight.models.io._header_units import split_path
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -47,7 +48,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     place = str(path / INFO)
     table = Columns(place, list(names), lambda name: np.empty(0), range, "frame", split=split_path)
     chosen = {column.name for column in chosen_columns(table, request).values()}
-    wanted = sorted({names[name] for name in chosen})
+    wanted = sorted({names[name] for name in (*chosen, *power_columns(list(names)))})
     found = extract_apart(path, PARSER, wanted, episode=request.part)
     episodes = int(found.facts["episodes"])
     if not found.columns or not found.columns[wanted[0]].size:
@@ -109,7 +110,7 @@ def _names(info: Mapping[str, Any]) -> dict[str, str]:
     for name, feature in info["features"].items():
         shape = feature.get("shape") if isinstance(feature, Mapping) else None
         kind = str(feature.get("dtype")) if isinstance(feature, Mapping) else ""
-        if not kind.startswith(("float", "int")) or not isinstance(shape, list):
+        if not kind.startswith(("float", "int", "bool")) or not isinstance(shape, list):
             continue
         if len(shape) != 1 or not isinstance(shape[0], int) or not 0 < shape[0] <= 1000:
             continue

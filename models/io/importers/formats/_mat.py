@@ -71,7 +71,7 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     content = {
         name: value
         for name, value in loadmat(str(path), appendmat=False).items()
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
+        if isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
     }
     vectors = {
         name: value.ravel().astype(np.float64)

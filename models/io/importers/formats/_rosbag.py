@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Recording
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
@@ -34,7 +35,7 @@ def read_rosbag(path: Path, request: Request) -> Recording:
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """The wanted fields with their stamps; runs in a process of its own.
+    """The wanted fields, and whether motors had torque, with their stamps; in its own process.
 
     Stamps are those in the messages' headers where every wanted topic has them, else the times at
     which the messages were recorded: two clocks would shift the angle against the command.
@@ -44,8 +45,9 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
 
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
         names = _names(bag)
-        topics = {name: _topic(name, bag.topics) for name in wanted}
-        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in wanted}
+        chosen = {*wanted, *power_columns(names)} if wanted else set()
+        topics = {name: _topic(name, bag.topics) for name in chosen}
+        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in chosen}
         connections = [one for one in bag.connections if one.topic in topics.values()]
         for connection, logged_ns, data in bag.messages(connections) if connections else ():
             message = bag.deserialize(data, connection.msgtype)
@@ -55,8 +57,10 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
                 if topic == connection.topic and value is not None:
                     found[name].append((_stamp_ns(message), logged_ns, value))
         found = {name: rows for name, rows in found.items() if rows}
+    by_header = all(row[0] > 0 for name in wanted for row in found.get(name, ()))
+    if by_header:  # what else has no such stamp is on another clock
+        found = {name: own for name, own in found.items() if all(row[0] > 0 for row in own)}
     rows = [row for own in found.values() for row in own]
-    by_header = all(row[0] > 0 for row in rows)
     start_ns = min((row[0 if by_header else 1] for row in rows), default=0)
     times_s = {
         name: np.array([(row[0 if by_header else 1] - start_ns) / 1e9 for row in own])

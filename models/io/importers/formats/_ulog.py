@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Recording
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
@@ -27,25 +28,26 @@ def read_ulog(path: Path, request: Request) -> Recording:
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """The wanted fields with their stamps; runs in a process of its own."""
+    """The wanted fields, and whether motors had torque, with their stamps; in its own process."""
     from pyulog import ULog
 
     formats = ULog(str(path), parse_header_only=True).message_formats
     names = [f"{topic}.{field}" for topic in formats for field in _fields(formats, topic)]
-    topics = sorted({name.partition(".")[0].partition("[")[0] for name in wanted})
+    chosen = {*wanted, *power_columns(names)}
+    topics = sorted({name.partition(".")[0].partition("[")[0] for name in chosen})
     columns, times_s = _data(ULog(str(path), topics), wanted)
-    if not wanted or len(columns) < len(set(wanted)):  # all that is there, to list it
+    if not wanted or not set(wanted) <= set(columns):  # all that is there, to list it
         log = ULog(str(path))
         names = [name for topic in log.data_list for name in _topic_names(topic)]
     return Extract(columns, tuple(sorted(names)), times_s)
 
 
 def _data(log: Any, wanted: Sequence[str]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The wanted columns of a log and their stamps [s]."""
+    """The wanted columns of a log, those on torque, and their stamps [s]."""
     columns, times_s = {}, {}
     for topic in log.data_list:
         for name, field in _topic_names(topic).items():
-            if name in wanted:
+            if name in wanted or power_columns([name]):
                 columns[name] = np.asarray(topic.data[field], dtype=np.float64)
                 times_s[name] = topic.data["timestamp"].astype(np.int64) / 1e6
     return columns, times_s
