@@ -28,8 +28,9 @@ def power_columns(names: Sequence[str]) -> list[str]:
 
 
 def power_column(names: Sequence[str], angle: str = "") -> str | None:
-    """The column that says whether the motor has torque: of several, that of the angle's joint
-    or else of the angle's topic; None where that leaves it open.
+    """The column that says whether the motor has torque; None where there is none for it.
+
+    Of several it is that of the angle's joint, or else of the angle's topic.
 
     >>> power_column(["torque_enable[pan]", "torque_enable[elbow]"], "position[elbow]")
     'torque_enable[elbow]'

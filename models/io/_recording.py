@@ -126,9 +126,9 @@ def load_recording(
         settings, video, horn_file = RecordingSettings(), None, None
         angle_sheet, notes = powered_sheet(_single(place))
         command_sheet = angle_sheet
-        names = signal_columns(angle_sheet)
+        names = signal_columns(angle_sheet.header)
         signals = signals_of(angle_sheet, _time(angle_sheet), names)
-        notes = (*notes, *overlooked(place, angle_sheet.header, names))
+        notes = (*notes, *overlooked(place, angle_sheet.header, names.values()))
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
@@ -188,7 +188,7 @@ def _signals(path: Path) -> Signals | None:
         return None
     sheet = read_sheet(path)
     time = _time(sheet)
-    return signals_of(sheet, time, [name for name in sheet.header if name != time.name])
+    return signals_of(sheet, time, {name: name for name in sheet.header if name != time.name})
 
 
 def _stream(s: Streams) -> Stream:

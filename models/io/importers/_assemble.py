@@ -13,7 +13,10 @@ from servosight.models.core import Array, InputError, Recording, Signals, plain_
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
+from servosight.models.io._signals import signal_name
 from servosight.models.io.importers._request import Request
+
+_OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,8 @@ def assemble(
     """Convert, check and join the quantities of one log.
 
     ``raw`` by quantity: time, command, angle, where known sigma, and ``command_time`` where the
-    command has rows of its own. Samples with one time stamp become their mean, commands the last of
-    them. ``notes`` are sentences that the user should read; the recording keeps them.
+    command has rows of its own; whatever else is in it becomes a signal. ``notes`` are sentences
+    that the user should read; the recording keeps them.
     """
     table: dict[str, Any] = dict(details)
     foreign = {
@@ -75,9 +78,9 @@ def assemble(
     settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
     recording = recording_of(plain_name(path.stem), streams, settings)
     signals = {
-        f"{name}_{raw[name].unit.replace('/', '_per_')}": series[name]
-        for name in SIGNALS
-        if name in series
+        signal_name(name, raw[name].unit) if name in SIGNALS else name: one
+        for name, one in series.items()
+        if name not in _OF_ANGLE_AND_COMMAND
     }
     every = (*notes, *(f"{path}: {note}" for note in merged))
     if not signals:
@@ -105,7 +108,7 @@ def _one_a_stamp(series: dict[str, Series]) -> tuple[dict[str, Series], list[str
     notes = []
     found = dict(series)
     own = "command_time" if "command_time" in series else "time"
-    measured = ["time", "angle", "sigma", *SIGNALS]
+    measured = [name for name in series if not name.startswith("command")]
     clocks = {"time": measured, own: [own, "command"]}
     if own == "time":
         clocks["time"] = [*measured, "command"]
@@ -132,12 +135,12 @@ def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
     lasts = firsts + counts - 1
     kept: list[Array] = []
     for values in (one.raw, one.values):
-        if name == "angle" or name in SIGNALS:
-            kept.append(np.add.reduceat(values, firsts) / counts)
+        if name in ("time", "command_time", "command"):
+            kept.append(values[lasts])
         elif name == "sigma":
             kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
         else:
-            kept.append(values[lasts])
+            kept.append(np.add.reduceat(values, firsts) / counts)
     return replace(one, raw=kept[0], values=kept[1], rows=[one.rows[int(n)] for n in firsts])
 
 
@@ -147,7 +150,7 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
             if raw.unit not in SECONDS:
                 raise _unknown(path, quantity, raw, tuple(SECONDS))
             return raw.values / SECONDS[raw.unit]
-        if quantity in SIGNALS:
+        if quantity not in _OF_ANGLE_AND_COMMAND:
             return raw.values
         if raw.unit == PULSE and quantity == "command":
             if request.deg_per_us is None or request.neutral_us is None:

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from servosight.models.core import Array, InputError, Mask, plain_name
 from servosight.models.io._header_units import Split, split_unit
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
-from servosight.models.io._signals import overlooked
+from servosight.models.io._signals import overlooked, signal_columns
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
@@ -41,13 +43,14 @@ def chosen_columns(
 ) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing.
 
-    A sigma need not be there. Signals are looked for only where the request names them; what is
-    called a disturbance is one.
+    A sigma need not be there, nor a signal.
     """
     asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
-    if "disturbance" in quantities and "disturbance" not in found:
-        found["disturbance"] = _disturbance(table)
+    for name, column in signal_columns(table.names, table.split).items():
+        quantity, _, unit = name.partition("_")
+        if quantity in quantities and quantity not in found:
+            found[quantity] = Column(column, unit)
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 
@@ -66,7 +69,10 @@ def raw_columns(
     units, notes = units_of(path, columns, request, table.split)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
-        values = table.numbers(column.name)
+        values = _numbers(table, quantity, column, request)
+        if values is None:
+            notes = (*notes, f"{path}: column {column.name} is not kept, as not every row has one")
+            continue
         raw[quantity] = Raw(
             column.name, units[quantity], values, table.rows(values.size), table.word
         )
@@ -80,6 +86,18 @@ def raw_columns(
     on = table.flags(power) if table.flags is not None else table.numbers(power) != 0.0
     raw, cut = powered(path, raw, on, power)
     return raw, (*notes, *cut)
+
+
+def _numbers(table: Columns, quantity: str, column: Column, request: Request) -> Array | None:
+    """A column's numbers; None for a signal that nobody asked for and that has gaps."""
+    optional = quantity in SIGNALS and quantity not in (*request.columns, "disturbance")
+    try:
+        values = table.numbers(column.name)
+    except InputError:
+        if optional:
+            return None
+        raise
+    return None if optional and not np.all(np.isfinite(values)) else values
 
 
 def powered(
@@ -126,17 +144,6 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
         f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; correct "
         f"--map {quantity}={column.name}"
     )
-
-
-def _disturbance(table: Columns) -> Column | None:
-    """The column that is called a disturbance, with a unit: ``disturbance_N``."""
-    for name in table.names:
-        bare, unit = table.split(name)
-        if unit is None:
-            bare, _, unit = name.partition("_")
-        if bare.lower() == "disturbance" and unit:
-            return Column(name, unit)
-    return None
 
 
 def _by_name(table: Columns, quantity: str) -> Column | None:

@@ -27,6 +27,8 @@ def bam_log(count: int = 100, **changes: Any) -> dict[str, Any]:
             "goal_position": 0.5 * math.sin(0.1 * i),
             "position": 0.4 * math.sin(0.1 * i - 0.1),
             "load": 3,
+            "input_volts": 7.4 - 0.001 * i,
+            "temp": 28 if i else None,
             "torque_enable": True,
         }
         for i in range(count)
@@ -53,6 +55,9 @@ def test_bam_in_degrees_with_provenance(tmp_path: Path) -> None:
     read = load_recording(tmp_path / "rec")
     np.testing.assert_array_equal(read.angle_deg, recording.angle_deg)
     assert read.relative_gain == 0.25
+    assert read.signals is not None
+    assert list(read.signals.values) == ["supply_V", "load"]  # temp is not in every entry
+    assert read.signals.values["supply_V"][10] == 7.4 - 0.001 * 10
     assert read.side == "sensor"
     interval_s = float(np.median(np.diff(recording.time_s)))
     assert read.offset_sigma_s == pytest.approx(interval_s / 12**0.5, rel=0.01)

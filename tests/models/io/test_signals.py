@@ -63,14 +63,24 @@ def renamed(path: Path, name: str) -> Path:
 def test_a_column_that_is_called_a_disturbance_is_one(tmp_path: Path, name: str) -> None:
     """Imported without a map, and in a CSV file that is a recording by itself."""
     path = renamed(log(tmp_path / "a.csv"), name)
-    read = [import_recording(path, Request())]
-    if "_N" in name:
-        read.append(load_recording(path))
-        assert read[1].signals is not None
-        assert list(read[1].signals.values) == ["disturbance_N", "supply_V"]
-    for one in read:
+    for one in (import_recording(path, Request()), load_recording(path)):
+        assert one.signals is not None
+        assert list(one.signals.values) == ["disturbance_N", "supply_V"]
         assert one.disturbance_unit == "N"
         assert one.disturbance_at(one.time_s).max() == 2.0
+
+
+def test_a_signal_with_gaps_that_nobody_asked_for_is_left_out(tmp_path: Path) -> None:
+    path = renamed(log(tmp_path / "a.csv"), "force (N),supply_V")
+    lines = path.read_text().splitlines()
+    lines[9] = lines[9].rpartition(",")[0] + ","
+    path.write_text("\n".join(lines))
+    recording = import_recording(path, Request(parse_map(["disturbance=force"])))
+    assert recording.signals is not None
+    assert list(recording.signals.values) == ["disturbance_N"]
+    assert "column supply_V is not kept" in recording.notes[0]
+    with pytest.raises(InputError, match="row 10: column supply_V is empty"):
+        import_recording(path, Request(parse_map(["disturbance=force", "supply=supply_V"])))
 
 
 def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> None:
