@@ -72,7 +72,8 @@ def check_time(time: Series) -> None:
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
             f"{time.word} before), expected rising time; sort the file, or delete the {time.word}; "
-            f"`servosight import` averages samples of one time stamp"
+            f"`servosight import` averages samples of one time stamp and leaves out a few that run "
+            f"back"
         )
     if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
         raise InputError(

@@ -15,6 +15,7 @@ from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Serie
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io._signals import signal_name
 from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._stamps import in_order, one_a_stamp
 
 _OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
 
@@ -67,7 +68,8 @@ def assemble(
         for name, one in raw.items()
     }
     _check_sizes(path, series)
-    series, merged = _one_a_stamp(series)
+    series, dropped = in_order(series)
+    series, merged = one_a_stamp(series)
     streams = Streams(
         series.get("command_time", series["time"]),
         series["command"],
@@ -82,7 +84,7 @@ def assemble(
         for name, one in series.items()
         if name not in _OF_ANGLE_AND_COMMAND
     }
-    every = (*notes, *(f"{path}: {note}" for note in merged))
+    every = (*notes, *dropped, *merged)
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():
@@ -101,47 +103,6 @@ def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
                 f"{path}: column {one.name} has {one.raw.size} values and {clock.name} "
                 f"{clock.raw.size}, expected the same number; map another one"
             )
-
-
-def _one_a_stamp(series: dict[str, Series]) -> tuple[dict[str, Series], list[str]]:
-    """Samples of one stamp averaged, of commands the last kept; and a sentence where there are."""
-    notes = []
-    found = dict(series)
-    own = "command_time" if "command_time" in series else "time"
-    measured = [name for name in series if not name.startswith("command")]
-    clocks = {"time": measured, own: [own, "command"]}
-    if own == "time":
-        clocks["time"] = [*measured, "command"]
-    for clock, names in clocks.items():
-        stamps = series[clock].values
-        begins = np.concatenate([[True], np.diff(stamps) != 0.0])
-        if np.all(begins) or not np.all(np.isfinite(stamps)):
-            continue
-        firsts = np.flatnonzero(begins)
-        counts = np.diff(np.append(firsts, stamps.size))
-        for name in names:
-            if name in series:
-                found[name] = _merged(series[name], name, firsts, counts)
-        if clock == "time":
-            many = int(counts[counts > 1].sum())
-            notes.append(
-                f"{many:,} of {stamps.size:,} samples share their time stamp with others; each "
-                f"group became its mean, the first at {stamps[firsts[np.argmax(counts > 1)]]:.6g} s"
-            )
-    return found, notes
-
-
-def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
-    lasts = firsts + counts - 1
-    kept: list[Array] = []
-    for values in (one.raw, one.values):
-        if name in ("time", "command_time", "command"):
-            kept.append(values[lasts])
-        elif name == "sigma":
-            kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
-        else:
-            kept.append(np.add.reduceat(values, firsts) / counts)
-    return replace(one, raw=kept[0], values=kept[1], rows=[one.rows[int(n)] for n in firsts])
 
 
 def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:

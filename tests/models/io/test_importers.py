@@ -102,7 +102,7 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
         (broken(7, position=math.nan), ("entry 7", "position", "finite")),
         (broken(7, position=10**400), ("entries", "1329 bits", "at most 64")),
         (broken(7, torque_enable="on"), ("entry 7", "torque_enable", "true or false")),
-        (broken(7, timestamp=0.01), ("entry 7", "timestamp", "runs back")),
+        (bam_log(entries=bam_log()["entries"][::-1]), ("entry 1", "timestamp", "runs back")),
         (
             bam_log(entries=[{**e, "torque_enable": False} for e in bam_log()["entries"]]),
             ("torque_enable", "switched on"),
@@ -225,7 +225,7 @@ def test_bad_tables_of_a_command(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"desired\.csv, row 1: no column goal, expected"):
         import_recording(measured, Request({**columns, "command": Column("goal")}, command=wanted))
     spoilt = tmp_path / "spoilt_measured.csv"
-    spoilt.write_text(wanted.read_text().replace("0.08,", "0.01,"))
+    spoilt.write_text(wanted.read_text().replace("0.08,", "0.01,").replace("0.5,", "0.0,"))
     with pytest.raises(InputError, match=r"spoilt_measured\.csv, row 6.*runs back"):
         import_recording(measured, Request(columns, command=spoilt))
     with pytest.raises(InputError, match=r"gone\.csv: no such file, expected"):
@@ -392,6 +392,31 @@ def test_samples_of_one_stamp_become_their_mean(tmp_path: Path) -> None:
     assert "180 of 180 samples share their time stamp" in recording.notes[0]
     with pytest.raises(InputError, match=r"stands still.*servosight import"):
         load_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("stamp", ["0.01", "90.0"], ids=["too early", "too late"])
+def test_a_few_bad_stamps_cost_their_rows(tmp_path: Path, stamp: str) -> None:
+    """One row in a hundred, with one sentence; two are refused, as a wrong clock is."""
+    rows = [f"{0.01 * i:.2f},{i % 7},{i % 5}" for i in range(150)]
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "\n".join(
+            ["time_s,command_deg,angle_deg", *rows[:70], f"{stamp},70,70", *rows[70:]],
+        )
+    )
+    recording = import_recording(path, Request())
+    assert recording.time_s.tolist() == [float(f"{0.01 * i:.2f}") for i in range(150)]
+    assert recording.angle_deg.max() == 4.0
+    (note,) = recording.notes
+    assert note.endswith(
+        "1 of 151 rows, where time_s jumps away from the clock, was left out, the first is row 72"
+    )
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:100], lines[71], *lines[100:]]))
+    if stamp == "0.01":
+        refused(path, Request(), "row 72", "runs back")
+    with pytest.raises(InputError, match=r"runs back.*servosight import"):
+        load_recording(path)
 
 
 @pytest.mark.parametrize(("on", "off"), [("1", "0"), ("True", "False")])
