@@ -53,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
+    from servosight.identify.problem.samples import usable_views
     from servosight.models.base import InputError, check_folder
     from servosight.models.io import FILES, save_recording
     from servosight.models.io.importers import parse_map
@@ -82,8 +83,11 @@ def run(args: argparse.Namespace) -> None:
     if "unit_scale" in recording.details:
         scale, unit = recording.details["unit_scale"], recording.details["unit"]
         out.print(f"note: one {unit} of the output is shown as {scale:g} deg")
+    usable = usable_views([recording])[0][0]
+    wrong = recording.time_s.size - usable.time_s.size
     out.print(
         f"{args.output}: {recording.time_s.size} samples over {recording.duration_s:.2f} s, moved "
-        f"{recording.moved_range_deg:.4g} deg"
+        f"{usable.moved_range_deg:.4g} deg"
+        + (f" without {wrong} read errors and old values" if wrong else "")
     )
     out.print(next_command("diagnose", args.output, "--auto"))

@@ -16,6 +16,7 @@ from servosight.models.io._settings import RecordingSettings
 from servosight.models.io._signals import signal_name
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._stamps import in_order, one_a_stamp
+from servosight.models.io.importers._turns import continuous
 
 _OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
 
@@ -69,6 +70,7 @@ def assemble(
     }
     _check_sizes(path, series)
     series, dropped = in_order(series)
+    series, joined = continuous(series) if raw["angle"].unit in DEGREES else (series, [])
     series, merged = one_a_stamp(series)
     streams = Streams(
         series.get("command_time", series["time"]),
@@ -84,7 +86,7 @@ def assemble(
         for name, one in series.items()
         if name not in _OF_ANGLE_AND_COMMAND
     }
-    every = (*notes, *dropped, *merged)
+    every = (*notes, *dropped, *joined, *merged)
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():

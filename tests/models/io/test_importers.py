@@ -394,6 +394,50 @@ def test_samples_of_one_stamp_become_their_mean(tmp_path: Path) -> None:
         load_recording(tmp_path / "a.csv")
 
 
+def test_an_angle_that_passes_the_end_of_its_scale_is_made_continuous(tmp_path: Path) -> None:
+    """Also where the command is on the same scale, or on one of more turns."""
+    t = 0.01 * np.arange(200)
+    command = 170.0 + 60.0 * np.sin(9.0 * t)
+    angle = 170.0 + 60.0 * np.sin(9.0 * t - 0.2)
+
+    def wrapped(values: Any) -> Any:
+        return (values + 180.0) % 360.0 - 180.0
+
+    for sent in (command, wrapped(command), command + 720.0):
+        rows = zip(t.tolist(), sent.tolist(), wrapped(angle).tolist(), strict=True)
+        text = "\n".join(f"{x:.2f},{u},{y}" for x, u, y in rows)
+        (tmp_path / "a.csv").write_text(f"time_s,command_deg,angle_deg\n{text}")
+        recording = import_recording(tmp_path / "a.csv", Request())
+        turns = 360.0 * np.round((recording.angle_deg[0] - angle[0]) / 360.0)
+        np.testing.assert_allclose(recording.angle_deg, angle + turns, atol=1e-9)
+        np.testing.assert_allclose(recording.command_deg, command + turns, atol=1e-9)
+        (note,) = recording.notes
+        assert "passes the end of its scale 6 times" in note
+
+
+def test_a_command_that_jumps_far_stays(tmp_path: Path) -> None:
+    rows = [f"{0.01 * i:.2f},{350 * (i > 20)},{min(max(7 * (i - 20), 0), 350)}" for i in range(99)]
+    (tmp_path / "a.csv").write_text("\n".join(["time_s,command_deg,angle_deg", *rows]))
+    recording = import_recording(tmp_path / "a.csv", Request())
+    assert recording.command_deg.max() == 350.0
+    assert recording.notes == ()
+
+
+def test_the_range_that_import_reports_has_no_read_errors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from servosight.app.main import main
+
+    t = 0.01 * np.arange(300)
+    angle = 20.0 * np.sin(5.0 * t)
+    angle[[80, 190]] += 180.0
+    rows = zip(t.tolist(), angle.tolist(), strict=True)
+    text = "\n".join(f"{x:.2f},{20 * math.sin(5 * x + 0.2)},{y}" for x, y in rows)
+    (tmp_path / "a.csv").write_text(f"time_s,command_deg,angle_deg\n{text}")
+    assert main(["import", str(tmp_path / "a.csv"), "-o", str(tmp_path / "rec")]) == 0
+    assert "moved 40 deg without 2 read errors and old values" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("stamp", ["0.01", "90.0"], ids=["too early", "too late"])
 def test_a_few_bad_stamps_cost_their_rows(tmp_path: Path, stamp: str) -> None:
     """One row in a hundred, with one sentence; two are refused, as a wrong clock is."""
