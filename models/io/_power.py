@@ -54,9 +54,7 @@ def _label(name: str) -> str:
 
 def switched_on(sheet: Sheet, column: str) -> Mask:
     """False in each row whose cell says no, in whichever way, (rows,)."""
-    place = sheet.header.index(column)
-    cells = (row.split(sheet.delimiter)[place].strip().lower() for row in sheet.rows)
-    return np.array([not _says_no(cell) for cell in cells], dtype=bool)
+    return np.array([not _says_no(cell.strip().lower()) for cell in sheet.cells(column)], bool)
 
 
 def powered_sheet(sheet: Sheet) -> tuple[Sheet, tuple[str, ...]]:

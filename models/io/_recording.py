@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from servosight.models.core import (
-    Array,
     InputError,
     Recording,
     Signals,
@@ -19,9 +19,10 @@ from servosight.models.core import (
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
+from servosight.models.io._header_units import split_unit
 from servosight.models.io._listed import listed
 from servosight.models.io._power import powered_sheet
-from servosight.models.io._series import DEGREES, SECONDS, Series
+from servosight.models.io._series import DEGREES, PULSE, SECONDS, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
 from servosight.models.io._signals import overlooked, signal_columns, signals_of
 
@@ -121,14 +122,15 @@ def load_recording(
         folder = inspect_folder(place)
         settings, video, horn_file = folder.settings, folder.video, folder.horn
         command_sheet, angle_sheet = _sheets(folder)
+        notes = (*command_sheet.notes, *angle_sheet.notes)
         signals = _signals(place / "signals.csv")
     else:
         settings, video, horn_file = RecordingSettings(), None, None
-        angle_sheet, notes = powered_sheet(_single(place))
+        angle_sheet, cut = powered_sheet(_single(place))
         command_sheet = angle_sheet
         names = signal_columns(angle_sheet.header)
         signals = signals_of(angle_sheet, _time(angle_sheet), names)
-        notes = (*notes, *overlooked(place, angle_sheet.header, names.values()))
+        notes = (*angle_sheet.notes, *cut, *overlooked(place, angle_sheet.header, names.values()))
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
@@ -195,11 +197,6 @@ def _stream(s: Streams) -> Stream:
     return Stream(s.time.values, s.angle.values, None if s.sigma is None else s.sigma.values)
 
 
-def series_of(sheet: Sheet, name: str, values: Array, raw: Array) -> Series:
-    """A converted column of a sheet, with its places in the file."""
-    return Series(sheet.path, name, raw, values, sheet.numbers)
-
-
 def _sheets(folder: RecordingFolder) -> tuple[Sheet, Sheet]:
     command = folder.path / "command.csv"
     for file in (command, folder.angle):
@@ -233,57 +230,66 @@ def _single(path: Path) -> Sheet:
     return read_sheet(path)
 
 
-def _has_sigma(sheet: Sheet) -> bool:
-    return "sigma_deg" in sheet.header or "sigma_rad" in sheet.header
+def _named(sheet: Sheet, quantity: str, units: Sequence[str]) -> list[tuple[str, str]]:
+    """The columns of a quantity, each with its unit: ``angle_rad``, ``angle (rad)``."""
+    parts = [(name, *split_unit(name)) for name in sheet.header]
+    return [
+        (name, unit)
+        for name, bare, unit in parts
+        if bare.lower() == quantity and unit is not None and unit in units
+    ]
 
 
-def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Array]:
-    """The unit and the numbers of the one column of a quantity."""
-    names = [f"{quantity}_{unit}" for unit in units]
-    found = [name for name in names if name in sheet.header]
+def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Series]:
+    """The unit and the numbers, as they stand, of the one column of a quantity."""
+    found = _named(sheet, quantity, units)
     if len(found) > 1:
         raise InputError(
-            f"{sheet.path}: columns {' and '.join(found)} say the same thing, expected one of "
-            f"them; remove the other"
+            f"{sheet.path}: columns {' and '.join(name for name, _ in found)} say the same thing, "
+            f"expected one of them; remove the other"
         )
     if not found:
+        names = [f"{quantity}_{unit}" for unit in units]
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
             f"bring the file in with `servosight import --map`"
         )
-    return found[0].removeprefix(f"{quantity}_"), sheet.columns(found)[:, 0]
+    ((name, unit),) = found
+    raw = sheet.columns([name])[:, 0]
+    return unit, Series(sheet.path, name, raw, raw, sheet.numbers)
 
 
 def _time(sheet: Sheet) -> Series:
     unit, raw = _pick(sheet, "time", tuple(SECONDS))
-    return series_of(sheet, f"time_{unit}", raw / SECONDS[unit], raw)
+    return replace(raw, values=raw.raw / SECONDS[unit])
 
 
 def _streams(command: tuple[Series, Series], sheet: Sheet, scale: float) -> Streams:
     """The command and what a sheet holds of time, angle and sigma."""
-    sigma = _angle(sheet, "sigma", abs(scale)) if _has_sigma(sheet) else None
+    has_sigma = _named(sheet, "sigma", tuple(DEGREES))
+    sigma = _angle(sheet, "sigma", abs(scale)) if has_sigma else None
     return Streams(*command, _time(sheet), _angle(sheet, "angle", scale), sigma)
 
 
 def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:
-    unit, raw = _pick(sheet, quantity, ("deg", "rad"))
+    unit, raw = _pick(sheet, quantity, tuple(DEGREES))
     with np.errstate(over="ignore", invalid="ignore"):
-        return series_of(sheet, f"{quantity}_{unit}", raw * (DEGREES[unit] * scale), raw)
+        return replace(raw, values=raw.raw * (DEGREES[unit] * scale))
 
 
 def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None]) -> Series:
-    if "command_us" not in sheet.header:
+    if not _named(sheet, "command", (PULSE,)):
         return _angle(sheet, "command", scale)
-    _, raw = _pick(sheet, "command", ("us", "deg", "rad"))
+    _, raw = _pick(sheet, "command", (PULSE, *DEGREES))
     deg_per_us, neutral_us = pulse
     if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
         raise InputError(
-            f"{sheet.path}: column command_us is a pulse width, expected the servo's scale; give "
+            f"{sheet.path}: column {raw.name} is a pulse width, expected the servo's scale; give "
             f"--deg-per-us and --neutral-us, such as --deg-per-us 0.09 --neutral-us 1500"
         )
     with np.errstate(over="ignore", invalid="ignore"):
-        return series_of(sheet, "command_us", (raw - neutral_us) * deg_per_us, raw)
+        return replace(raw, values=(raw.raw - neutral_us) * deg_per_us)
 
 
 def _check_exposure(time: Series, settings: RecordingSettings, path: Path | None) -> None:

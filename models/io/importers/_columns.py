@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import shlex
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from servosight.models.io._signals import overlooked, signal_columns
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
+
+_EXAMPLES = {"time": "s", "command": "deg", "angle": "deg"}
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,16 @@ class Columns:
     flags: Callable[[str], Mask] | None = None
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
     split: Split = split_unit
+    notes: tuple[str, ...] = ()
+    dated: Collection[str] = ()
+    """Columns of calendar dates, whose numbers are seconds."""
 
 
 def chosen_columns(
-    table: Columns, request: Request, quantities: Sequence[str] = (*QUANTITIES, *SIGNALS)
+    path: Path,
+    table: Columns,
+    request: Request,
+    quantities: Sequence[str] = (*QUANTITIES, *SIGNALS),
 ) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing.
 
@@ -47,6 +56,9 @@ def chosen_columns(
     """
     asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
+    missing = [name for name, one in found.items() if one is None and name != "sigma"]
+    if missing:
+        raise _unknown_columns(path, table, missing, request)
     for name, column in signal_columns(table.names, table.split).items():
         quantity, _, unit = name.partition("_")
         if quantity in quantities and quantity not in found:
@@ -65,8 +77,15 @@ def raw_columns(
     What the table holds while the motor has no torque is left out: a load that falls freely follows
     no model of a servo.
     """
-    columns = chosen_columns(table, request, quantities)
+    columns = chosen_columns(path, table, request, quantities)
     units, notes = units_of(path, columns, request, table.split)
+    dates = [
+        f"{path}: column {one.name} holds dates, read as seconds since 1970, in UTC where they "
+        f"name no zone"
+        for one in columns.values()
+        if one.name in table.dated
+    ]
+    notes = (*table.notes, *dates, *notes)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
         values = _numbers(table, quantity, column, request)
@@ -128,34 +147,63 @@ def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
     return {"name": plain_name(path.name), "format": form, **columns}
 
 
+def _unknown_columns(
+    path: Path, table: Columns, missing: Sequence[str], request: Request
+) -> InputError:
+    """What to map for the ``missing`` quantities; of columns with their names the unit alone."""
+    silent = {
+        quantity: name
+        for quantity in missing
+        for name in table.names
+        if table.split(name) == (name, None) and name.lower() == quantity
+    }
+    if missing[0] not in silent:
+        return InputError(
+            f"{table.place}: no column is known to be the {missing[0]}; expected --map "
+            f"{missing[0]}=COLUMN with one of {listed(table.names)}"
+        )
+    maps = [f"{name}={one.name}:{one.unit}" for name, one in request.columns.items() if one.unit]
+    maps += [f"{name}={one.name}" for name, one in request.columns.items() if not one.unit]
+    maps += [f"{name}={one}:{_EXAMPLES[name]}" for name, one in silent.items()]
+    words = " ".join(f"--map {shlex.quote(one)}" for one in maps)
+    words += f" --unit {shlex.quote(request.unit)}" if request.unit else ""
+    start = "" if request.command else f"servosight import {shlex.quote(str(path))} -o REC "
+    columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
+    return InputError(
+        f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
+        f"the header or in the map; run `{start}{words}`, with other units where they count those"
+    )
+
+
 def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     column = request.columns.get(quantity)
-    if column is None:
-        return _by_name(table, quantity)
+    found = _by_name(table, quantity, request) if column is None else _mapped(table, column)
+    if found is None and column is not None:
+        raise InputError(
+            f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; "
+            f"correct --map {quantity}={column.name}"
+        )
+    return Column(found.name, "s") if found is not None and found.name in table.dated else found
+
+
+def _mapped(table: Columns, column: Column) -> Column | None:
+    """The column that a map names, by its whole name or by that without the unit."""
     if column.name in table.names:
         return column
     whole = f"{column.name}:{column.unit}"
     if whole in table.names:  # the name itself has a colon in it
         return Column(whole)
     named = [name for name in table.names if table.split(name)[0] == column.name]
-    if len(named) == 1:
-        return Column(named[0], column.unit)
-    raise InputError(
-        f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; correct "
-        f"--map {quantity}={column.name}"
-    )
+    return Column(named[0], column.unit) if len(named) == 1 else None
 
 
-def _by_name(table: Columns, quantity: str) -> Column | None:
-    """The column that is called as the quantity is, with a unit."""
+def _by_name(table: Columns, quantity: str, request: Request) -> Column | None:
+    """The column that is called as the quantity is, with a unit, or one that is given for all."""
     units = SECONDS if quantity == "time" else (*DEGREES, PULSE)
     for name in table.names:
         bare, unit = table.split(name)
-        if bare.lower() == quantity and unit in units:
+        given = request.unit is not None and quantity != "time"
+        known = unit in units or (unit is None and (given or name in table.dated))
+        if bare.lower() == quantity and known:
             return Column(name)
-    if quantity == "sigma":
-        return None
-    raise InputError(
-        f"{table.place}: no column is known to be the {quantity}; expected --map {quantity}=COLUMN "
-        f"with one of {listed(table.names)}"
-    )
+    return None

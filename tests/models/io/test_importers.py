@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.refusal import refused
 
-from servosight.models.core import InputError
+from servosight.app.main import main
+from servosight.models.core import InputError, Recording
 from servosight.models.io import load_recording, save_recording
 from servosight.models.io.importers import Request, import_recording, parse_map
 from servosight.models.io.importers._request import Column
@@ -426,8 +428,6 @@ def test_a_command_that_jumps_far_stays(tmp_path: Path) -> None:
 def test_the_range_that_import_reports_has_no_read_errors(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from servosight.app.main import main
-
     t = 0.01 * np.arange(300)
     angle = 20.0 * np.sin(5.0 * t)
     angle[[80, 190]] += 180.0
@@ -499,7 +499,6 @@ def test_a_flag_of_another_size_is_refused(tmp_path: Path) -> None:
 
 def test_the_map_of_the_command_is_that_of_read(tmp_path: Path) -> None:
     import servosight as ss
-    from servosight.app.main import main
 
     path = csv_log(tmp_path / "a.csv")
     words = ["--map", "time=t:ms", "--map", "command=goal:rad", "--map", "angle=pos:rad"]
@@ -509,3 +508,84 @@ def test_the_map_of_the_command_is_that_of_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.angle_deg, imported.angle_deg)
     np.testing.assert_array_equal(read.command_deg, imported.command_deg)
     np.testing.assert_array_equal(read.time_s, imported.time_s)
+
+
+# --- tables that people have --------------------------------------------------------------------
+
+
+def sine_rows(mark: str = ",", stamp: str = "") -> list[str]:
+    """Rows of time, command and angle, 10 ms apart; ``stamp`` stands before each time."""
+    t = [0.01 * i for i in range(99)]
+    return [f"{stamp}{x:05.2f}{mark}{math.sin(9 * x)}{mark}{math.sin(9 * x - 0.2)}" for x in t]
+
+
+def is_the_sine(recording: Recording, unit: float = 1.0) -> None:
+    np.testing.assert_allclose(np.diff(recording.time_s), 0.01, atol=1e-6)
+    angle = [unit * math.sin(0.09 * i - 0.2) for i in range(99)]
+    np.testing.assert_allclose(recording.angle_deg, angle, atol=1e-9)
+
+
+def test_columns_without_units_get_the_command_to_copy(tmp_path: Path) -> None:
+    path = tmp_path / "my log.csv"
+    path.write_text("\n".join(["time,command,angle", *sine_rows()]))
+    with pytest.raises(InputError, match="columns time, command, angle have no unit") as caught:
+        import_recording(path, Request())
+    words = shlex.split(str(caught.value).partition("`")[2].partition("`")[0])
+    assert words[:2] == ["servosight", "import"]
+    assert main([*words[1:4], str(tmp_path / "rec"), *words[5:]]) == 0
+    is_the_sine(load_recording(tmp_path / "rec"))
+    with pytest.raises(InputError, match=r"column time has no unit.*time=time:s --unit rad`"):
+        import_recording(path, Request(unit="rad"))
+
+
+@pytest.mark.parametrize("mark", [" ", "   ", "\t", ";"])
+def test_comments_and_separators(tmp_path: Path, mark: str) -> None:
+    """Comments within the table, and a header that is the last of those above it, as of numpy."""
+    path = tmp_path / "a.txt"
+    rows = sine_rows(mark)
+    header = mark.join(["time_s", "command_deg", "angle_deg"])
+    path.write_text("\n".join(["# run 7", header, *rows[:9], "# pause", *rows[9:]]))
+    for one in (import_recording(path, Request()), load_recording(path)):
+        is_the_sine(one)
+        (note,) = one.notes
+        assert "2 lines that begin with # are skipped, the first is row 1" in note
+    path.write_text("\n".join(["# run 7", f"# {header}", *rows]))
+    recording = import_recording(path, Request())
+    is_the_sine(recording)
+    assert "1 line that begins with # is skipped, the first is row 1" in recording.notes[0]
+
+
+def test_what_numpy_writes_is_read(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(99)
+    table = np.column_stack([t, np.sin(9 * t), np.sin(9 * t - 0.2)])
+    np.savetxt(tmp_path / "a.txt", table, header="time_s command_deg angle_deg")
+    recording = load_recording(tmp_path / "a.txt")
+    is_the_sine(recording)
+    assert recording.notes == ()
+
+
+@pytest.mark.parametrize("name", ["time", "when"])
+def test_dates_are_a_time(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "a.csv"
+    rows = sine_rows(stamp="2026-03-01T12:00:")
+    path.write_text("\n".join([f"{name},command_deg,angle_deg", *rows]))
+    request = Request(parse_map([] if name == "time" else ["time=when"]))
+    recording = import_recording(path, request)
+    is_the_sine(recording)
+    assert recording.time_s[0] == 1772366400.0
+    assert f"column {name} holds dates, read as seconds since 1970" in recording.notes[0]
+    path.write_text(path.read_text().replace("2026-03-01T12:00:00.30", "later"))
+    refused(path, request, "row 32", name, "'later'", "date")
+
+
+@pytest.mark.parametrize(
+    "header", ["time [ms],command (rad),angle (rad)", "Time/ms,Command_rad,Angle [rad]"]
+)
+def test_units_in_a_header_are_read_alike_with_and_without_import(
+    tmp_path: Path, header: str
+) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{10 * i},{math.sin(0.09 * i)},{math.sin(0.09 * i - 0.2)}" for i in range(99)]
+    path.write_text("\n".join([header, *rows]))
+    for one in (import_recording(path, Request()), load_recording(path)):
+        is_the_sine(one, math.degrees(1.0))

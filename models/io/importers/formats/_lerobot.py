@@ -47,7 +47,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     names = _names(info)
     place = str(path / INFO)
     table = Columns(place, list(names), lambda name: np.empty(0), range, "frame", split=split_path)
-    chosen = {column.name for column in chosen_columns(table, request).values()}
+    chosen = {column.name for column in chosen_columns(path, table, request).values()}
     wanted = sorted({names[name] for name in (*chosen, *power_columns(list(names)))})
     found = extract_apart(path, PARSER, wanted, episode=request.part)
     episodes = int(found.facts["episodes"])

@@ -35,7 +35,7 @@ def read_parquet(path: Path, request: Request) -> Recording:
     """Read a table; a column of lists is one of numbers for each place, as in ``state[2]``."""
     found = extract_apart(path, PARSER)
     table = Columns(str(path), found.names, lambda name: found.columns[name], range)
-    wanted = {column.name for column in chosen_columns(table, request).values()}
+    wanted = {column.name for column in chosen_columns(path, table, request).values()}
     if not wanted <= set(found.columns):  # a large table
         found = extract_apart(path, PARSER, sorted({*wanted, *power_columns(found.names)}))
     raw, notes = raw_columns(path, table, request)
