@@ -260,6 +260,19 @@ def test_other_mat_files_by_map(tmp_path: Path) -> None:
     refused(path, Request(parse_map(["angle=z:deg"])), "no column z", "qg", "--map")
 
 
+def test_fields_of_structs_in_mat_files(tmp_path: Path) -> None:
+    """By MATLAB's own names, also of a struct in a struct and of an array of structs."""
+    t = 0.01 * np.arange(200)
+    signals = np.array([(np.sin(9 * t),), (np.cos(9 * t),)], dtype=[("values", object)])
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"out": {"time": t, "y": np.sin(9 * t), "log": {"signals": signals}}})
+    words = ["time=out.time", "command=out.log.signals(2).values:rad", "angle=out.y:rad"]
+    recording = import_recording(path, Request(parse_map(words)))
+    assert recording.command_deg[0] == pytest.approx(math.degrees(1.0))
+    names = "out.time, out.y, out.log.signals(1).values, out.log.signals(2).values"
+    refused(path, Request(), "--map time=COLUMN", names)
+
+
 def test_bad_mat_files(tmp_path: Path) -> None:
     refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 values", "200")
     refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "angle", "--map angle=COLUMN")

@@ -334,9 +334,26 @@ def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     assert recording.details["source"]["clock"] == "header.stamp"
     assert "columns /load.wrench.force.x, /load.wrench.force.y" in recording.notes[0]
     (file,) = (entry for entry in folder.iterdir() if entry.name != "metadata.yaml")
-    if storage == "MCAP":  # rosbags tells a single file by its ending alone
-        is_sound(import_recording(file, request))
+    is_sound(import_recording(file, request))
+    is_sound(import_recording(file.rename(tmp_path / "run.log"), request))
+    folder = bag(tmp_path / "again", storage)
     refused(folder, columns("command=/goal.position[x]:rad"), "angle", "/goal.position[pan]")
+
+
+@pytest.mark.parametrize(
+    ("profile", "words"), [("", "without a profile"), ("ros1", "with the profile 'ros1'")]
+)
+def test_an_mcap_file_of_another_program_gets_advice_that_fits(
+    tmp_path: Path, profile: str, words: str
+) -> None:
+    """The header by the format's own rules: profile and library."""
+    pytest.importorskip("rosbags")
+    texts = [struct.pack("<I", len(one)) + one.encode() for one in (profile, "another program")]
+    header = b"".join(texts)
+    path = tmp_path / "a.log"
+    path.write_bytes(b"\x89MCAP0\r\n\x01" + struct.pack("<Q", len(header)) + header + bytes(90))
+    request = columns("command=/pos.x:rad", "angle=/pos.y:rad")
+    refused(path, request, words, "messages of ROS 2", "as CSV files")
 
 
 # --- recognising ----------------------------------------------------------------------------------

@@ -7,13 +7,14 @@ models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Recording
+from servosight.models.core import Array, Recording
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -34,6 +35,10 @@ PARSER = Parser(
     "a MATLAB file",
     fix="expected a whole file of version 7.2 or older, so save it with -v7",
 )
+
+
+_DEEPEST = 6
+_MOST_PLACES = 100
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -65,13 +70,13 @@ def read_mat(path: Path, request: Request) -> Recording:
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """All vectors, and all single numbers as facts; runs in a process of its own."""
+    """All vectors, in structs too, and all single numbers as facts; in a process of its own."""
     from scipy.io import loadmat
 
     content = {
         name: value
-        for name, value in loadmat(str(path), appendmat=False).items()
-        if isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
+        for key, variable in loadmat(str(path), appendmat=False).items()
+        for name, value in _arrays(key, variable)
     }
     vectors = {
         name: value.ravel().astype(np.float64)
@@ -81,6 +86,19 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     facts = {
         name: float(value.ravel()[0])
         for name, value in content.items()
-        if value.size == 1 and np.isfinite(value.ravel()[0])
+        if value.size == 1 and "." not in name and np.isfinite(value.ravel()[0])
     }
     return Extract(vectors, tuple(vectors), facts=facts)
+
+
+def _arrays(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]]:
+    """A variable's arrays of numbers; those of a struct by MATLAB's names, as ``out.signals.y``."""
+    if not isinstance(value, np.ndarray) or depth > _DEEPEST:
+        return
+    if value.dtype.names:
+        for place, struct in enumerate(value.ravel()[:_MOST_PLACES], 1):
+            which = f"{name}({place})" if value.size > 1 else name
+            for field in value.dtype.names:
+                yield from _arrays(f"{which}.{field}", struct[field], depth + 1)
+    elif value.dtype.kind in "biuf":
+        yield name, value

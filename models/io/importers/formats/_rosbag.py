@@ -7,24 +7,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Recording
+from servosight.models.core import InputError, Recording
 from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
 
 PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
+_ENDINGS = {b"\x89MCAP0\r\n": ".mcap", b"SQLite format 3\0": ".db3"}
+"""The bytes that begin a file of a bag, and its ending."""
+_HEADER_BYTES = 64
 _MOST_PLACES = 100
 _DEEPEST = 4
 
 
 def recognises(path: Path, start: bytes) -> bool:
     """A folder with a bag's metadata, or the bytes that begin an MCAP or an SQLite file."""
-    return start.startswith((b"\x89MCAP0\r\n", b"SQLite format 3\0")) or (
+    return start.startswith(tuple(_ENDINGS)) or (
         path.is_dir() and (path / "metadata.yaml").is_file()
     )
 
@@ -43,7 +47,11 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with (
+        TemporaryDirectory() as place,
+        AnyReader([_with_ending(path, Path(place))], default_typestore=store) as bag,
+    ):
         names = _names(bag)
         chosen = {*wanted, *power_columns(names)} if wanted else set()
         topics = {name: _topic(name, bag.topics) for name in chosen}
@@ -69,6 +77,34 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     columns = {name: np.array([row[2] for row in own]) for name, own in found.items()}
     clock = "header.stamp" if by_header else "time of recording"
     return Extract(columns, tuple(names), times_s, {"clock": clock})
+
+
+def _with_ending(path: Path, place: Path) -> Path:
+    """A bag; a file under a name in ``place`` with the ending by which rosbags knows its kind."""
+    if path.is_dir():
+        return path
+    with path.open("rb") as stream:
+        start = stream.read(_HEADER_BYTES)
+    ending = next(one for mark, one in _ENDINGS.items() if start.startswith(mark))
+    if ending == ".mcap":
+        _check_profile(start)
+    link = place / f"bag{ending}"
+    link.symlink_to(path.resolve())
+    return link
+
+
+def _check_profile(start: bytes) -> None:
+    """InputError for an MCAP file of messages that are none of ROS 2; mcap.dev/spec, Header."""
+    if len(start) < _HEADER_BYTES:
+        return
+    size = int.from_bytes(start[17:21], "little")
+    profile = start[21 : 21 + min(size, 40)].decode("utf-8", "replace")
+    if profile != "ros2":
+        kind = f"with the profile {profile!r}" if profile else "without a profile"
+        raise InputError(
+            f"is an MCAP file {kind}, expected the messages of ROS 2 (profile 'ros2'); export its "
+            f"command and angle as CSV files"
+        )
 
 
 def _topic(name: str, topics: Iterable[str]) -> str:
