@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, Signals, plain_name
+from servosight.models.core import Array, InputError, Recording, Side, Signals, plain_name
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
@@ -18,6 +19,8 @@ from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._stamps import in_order, one_a_stamp
 from servosight.models.io.importers._turns import continuous
 
+_OWN_READING = re.compile(r"present[\s_]?position|joint_?states?|observation\.state", re.IGNORECASE)
+"""In a column's name: the servo's own sensor measured it, as Dynamixel, ROS and LeRobot call it."""
 _OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
 
 
@@ -42,12 +45,14 @@ def assemble(
     request: Request,
     details: Mapping[str, Any],
     notes: Sequence[str] = (),
+    side: Side = "surface",
 ) -> Recording:
     """Convert, check and join the quantities of one log.
 
     ``raw`` by quantity: time, command, angle, where known sigma, and ``command_time`` where the
     command has rows of its own; whatever else is in it becomes a signal. ``notes`` are sentences
-    that the user should read; the recording keeps them.
+    that the user should read; the recording keeps them. ``side`` is what measured the angle, unless
+    the request says it.
     """
     table: dict[str, Any] = dict(details)
     foreign = {
@@ -80,19 +85,33 @@ def assemble(
         series.get("sigma"),
     )
     settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
-    recording = recording_of(plain_name(path.stem), streams, settings)
+    recording = replace(
+        recording_of(plain_name(path.stem), streams, settings), side=request.angle_of or side
+    )
     signals = {
         signal_name(name, raw[name].unit) if name in SIGNALS else name: one
         for name, one in series.items()
         if name not in _OF_ANGLE_AND_COMMAND
     }
-    every = (*notes, *dropped, *joined, *merged)
+    doubts = _side_doubts(path, raw["angle"], side) if request.angle_of is None else []
+    every = (*notes, *doubts, *dropped, *joined, *merged)
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():
         check_finite(one)
     kept = Signals(series["time"].values, {name: one.values for name, one in signals.items()})
     return replace(recording, notes=every, signals=kept)
+
+
+def _side_doubts(path: Path, angle: Raw, side: Side) -> list[str]:
+    """A sentence where an angle is taken as the surface's and named like a servo's own reading."""
+    if side == "sensor" or not _OWN_READING.search(angle.column):
+        return []
+    return [
+        f"{path}: {angle.column} is taken as the angle of the surface, and its name is that of a "
+        f"servo's own reading; if it is one, import it with --angle-of sensor, so that a diagnosis "
+        f"holds k at 1 and tries nothing behind the sensor; else with --angle-of surface"
+    ]
 
 
 def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from support.refusal import refused
 
+from servosight.app.main import main
 from servosight.models.core import Recording
 from servosight.models.io import load_recording, save_recording
 from servosight.models.io.importers import Request, import_recording, parse_map, recognised
@@ -175,7 +176,8 @@ def lerobot(folder: Path, episodes: int = 2, per_file: int = 2) -> Path:
     return folder
 
 
-JOINT = columns("command=action[elbow]:rad", "angle=observation.state[1]:rad")
+JOINT_WORDS = ("command=action[elbow]:rad", "angle=observation.state[1]:rad")
+JOINT = columns(*JOINT_WORDS)
 
 
 @pytest.mark.parametrize("per_file", [1, 2])
@@ -206,6 +208,26 @@ def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, kind: str) -> None:
     is_sound(import_recording(folder, replace(columns(*words), unit="rad")))
     silent = import_recording(folder, columns(*words))
     assert any("no unit is given for" in note for note in silent.notes)
+
+
+def test_what_measured_the_angle_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a note where a name is that of a servo's own reading, unless the user has said it."""
+    folder = bag(tmp_path / "bag", "MCAP")
+    words = ("command=/goal.position[elbow]:rad", "angle=/joint_states.position[elbow]:rad")
+    recording = import_recording(folder, columns(*words))
+    assert recording.side == "surface"
+    assert any("import it with --angle-of sensor" in note for note in recording.notes)
+    for side in ("surface", "sensor"):
+        said = read(folder, Options(dict(word.split("=") for word in words), angle_of=side))
+        assert said.side == side
+        assert not any("--angle-of" in note for note in said.notes)
+    maps = [part for word in JOINT_WORDS for part in ("--map", word)]
+    data = str(lerobot(tmp_path / "set"))
+    assert main(["import", data, *maps, "-o", str(tmp_path / "rec")]) == 0
+    assert "own sensor; if it was measured at the surface" in capsys.readouterr().out
+    assert load_recording(tmp_path / "rec").side == "sensor"
 
 
 def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:

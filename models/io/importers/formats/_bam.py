@@ -82,13 +82,11 @@ def read_bam(path: Path, request: Request) -> Recording:
         kept = raw["time"].rows
         source["kept_entries"] = [kept[0], kept[-1]]
     details = {"source": source, "setup": _setup(log)}
-    recording = assemble(path, raw, request, details, notes)
+    recording = assemble(path, raw, request, details, notes, "sensor")
     # The host writes the goal and reads the position at any time within one cycle, evenly spread.
     cycle_s = float(np.median(np.diff(recording.time_s)))
     sigma_s = float(f"{cycle_s / np.sqrt(12.0):.3g}")
-    return replace(
-        recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s, side="sensor"
-    )
+    return replace(recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s)
 
 
 def _setup(log: dict[str, Any]) -> dict[str, float]:

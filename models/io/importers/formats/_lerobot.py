@@ -68,8 +68,8 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     }
     notes = [f"{path}: episode {request.part} of {episodes}; {NOMINAL}", *more]
     details = {"source": source, "clock_note": NOMINAL}
-    recording = assemble(path, raw, request, details, notes)
-    return replace(recording, offset_sigma_s=math.inf, side="sensor")
+    recording = assemble(path, raw, request, details, notes, "sensor")
+    return replace(recording, offset_sigma_s=math.inf)
 
 
 def extract(path: Path, wanted: Sequence[str], episode: int = 0) -> Extract:
