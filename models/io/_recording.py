@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -253,7 +254,8 @@ def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Serie
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
-            f"bring the file in with `servosight import --map`"
+            f"bring the file in with `servosight import {shlex.quote(str(sheet.path))} -o REC "
+            f"--map {quantity}=COLUMN:{units[0]}`"
         )
     ((name, unit),) = found
     raw = sheet.columns([name])[:, 0]

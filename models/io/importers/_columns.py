@@ -167,11 +167,12 @@ def _unknown_columns(
     maps += [f"{name}={one}:{_EXAMPLES[name]}" for name, one in silent.items()]
     words = " ".join(f"--map {shlex.quote(one)}" for one in maps)
     words += f" --unit {shlex.quote(request.unit)}" if request.unit else ""
-    start = "" if request.command else f"servosight import {shlex.quote(str(path))} -o REC "
+    alone = request.command is None
+    start = f"run `servosight import {shlex.quote(str(path))} -o REC " if alone else "add `"
     columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
     return InputError(
         f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
-        f"the header or in the map; run `{start}{words}`, with other units where they count those"
+        f"the header or in the map; {start}{words}`, with other units where they count those"
     )
 
 
