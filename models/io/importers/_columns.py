@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Mask, plain_name
+from servosight.models.core import Array, InputError, Mask, did_you_mean, plain_name
 from servosight.models.io._header_units import Split, split_unit
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
@@ -180,8 +180,9 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     column = request.columns.get(quantity)
     found = _by_name(table, quantity, request) if column is None else _mapped(table, column)
     if found is None and column is not None:
+        near = did_you_mean(column.name, table.names)
         raise InputError(
-            f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; "
+            f"{table.place}: no column {column.name}{near}, expected one of {listed(table.names)}; "
             f"correct --map {quantity}={column.name}"
         )
     return Column(found.name, "s") if found is not None and found.name in table.dated else found

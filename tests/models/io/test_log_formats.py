@@ -194,6 +194,7 @@ def test_lerobot_data_sets(tmp_path: Path, per_file: int) -> None:
     np.testing.assert_allclose(again.angle_deg, 2.0 * recording.angle_deg, rtol=1e-6)
     refused(folder, JOINT.__class__(JOINT.columns, part=2), "no episode 2", "its 2")
     refused(folder, columns("command=action[wrist]:rad"), "action[wrist]", "action[pan]")
+    refused(folder, columns("command=action[elbo]:rad"), "did you mean action[elbow]?")
     refused(folder, columns("command=action[1]", "angle=observation.state[1]:rad"), "no unit")
 
 

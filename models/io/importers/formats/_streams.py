@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording
+from servosight.models.core import Array, InputError, Recording, did_you_mean
 from servosight.models.io._header_units import split_path
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column
@@ -45,9 +45,10 @@ def read_streams(
     units, assumed = units_of(path, request.columns, request, split_path)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
+            near = did_you_mean(column.name, found.names)
             raise InputError(
-                f"{path}: no column {column.name}, expected one of {listed(found.names)}; correct "
-                f"--map {quantity}={column.name}"
+                f"{path}: no column {column.name}{near}, expected one of {listed(found.names)}; "
+                f"correct --map {quantity}={column.name}"
             )
         values = found.columns[column.name]
         raw[quantity] = Raw(column.name, units[quantity], values, range(values.size), "message")
