@@ -6,7 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
-from servosight.models.base import InputError, check_path
+from servosight.models.base import InputError, check_path, check_tolerance
 
 
 def add_recordings(parser: argparse.ArgumentParser) -> None:
@@ -16,7 +16,7 @@ def add_recordings(parser: argparse.ArgumentParser) -> None:
         metavar="REC",
         nargs="+",
         type=any_path,
-        help="recording: a folder or a CSV file",
+        help="recording: a folder, a CSV file, or a log that servosight import reads",
     )
     add_pulse(parser)
 
@@ -139,17 +139,13 @@ def rank(text: str) -> int:
     return int(text)
 
 
-LARGEST_ERROR_DEG = 1e6
-"""No error of an angle comes near this."""
-
-
-def error_deg(text: str) -> float:
-    """An error of an angle [deg], from 0."""
+def tolerance(text: str) -> float:
+    """An error of an angle [deg] that no model need go below."""
     value = number(text)
-    if not 0.0 <= value <= LARGEST_ERROR_DEG:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is out of range, expected degrees from 0 to {LARGEST_ERROR_DEG:g}"
-        )
+    try:
+        check_tolerance(value)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
     return value
 
 

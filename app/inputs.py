@@ -31,16 +31,11 @@ def load(paths: Sequence[Path], args: argparse.Namespace) -> list[Recording]:
     return views(recordings)
 
 
-def is_fmu(path: Path) -> bool:
-    """True for the path of an FMU, by its name."""
-    return path.suffix.lower() == ".fmu"
-
-
-def fmu_interface(args: argparse.Namespace, path: Path) -> Interface:
+def fmu_interface(args: argparse.Namespace, path: Path | str) -> Interface:
     """An FMU with the names that the options give its input and output."""
     from servosight.identify.foreign import Interface
 
-    return Interface(path, args.fmu_input, args.fmu_output)
+    return Interface(Path(path), args.fmu_input, args.fmu_output)
 
 
 def is_command(path: Path) -> bool:

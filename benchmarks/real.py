@@ -38,14 +38,14 @@ def carried(
     effects: Sequence[str],
     values: Mapping[str, float],
     fitted: Sequence[OwnValues],
-    held: Sequence[Recording],
+    validation: Sequence[Recording],
 ) -> list[float]:
     """Errors [mrad] on other runs, each with the bias of the fitted run at its place.
 
     Nothing is fitted to the other run: it begins at its first angle, at rest.
     """
     errors = []
-    for recording, own in zip(held, fitted, strict=False):
+    for recording, own in zip(validation, fitted, strict=False):
         alone = Problem.of([recording], catalogue(), effects)
         physical = [
             coordinate.to_search(values[coordinate.name])
@@ -57,20 +57,20 @@ def carried(
     return errors
 
 
-def ladder(fitted: Sequence[Recording], held: Sequence[Recording]) -> RunResult:
-    """Select on ``fitted``, test on ``held``: each step's effects, errors [mrad] and parameters."""
+def ladder(fitted: Sequence[Recording], validation: Sequence[Recording]) -> RunResult:
+    """Fit ``fitted``, choose by ``validation``: each step's effects, errors [mrad], parameters."""
     began, used = time.perf_counter(), time.process_time()
-    found = diagnose(fitted, held, catalogue=catalogue(), auto=True)
+    found = diagnose(fitted, validation, catalogue=catalogue(), auto=True)
     seconds, cpu_s = time.perf_counter() - began, time.process_time() - used
     steps = []
     for place, step in enumerate(found.ladder):
         values = {n: one.value for n, one in step.parameters.items() if isinstance(one, Estimate)}
-        seen = predictions(found, [*fitted, *held], place)[: len(fitted)]
+        seen = predictions(found, [*fitted, *validation], place)[: len(fitted)]
         steps.append(
             {
                 "effects": step.effects,
                 "fit": [error_mrad(one.recording, one.predicted_deg) for one in seen],
-                "held": carried(step.effects, values, step.own, held),
+                "validation": carried(step.effects, values, step.own, validation),
                 "parameters": values,
             }
         )
@@ -92,7 +92,7 @@ def xl330(gains: Sequence[int]) -> RunResult:
 def given() -> RunResult:
     """All gains with one set, the effects chosen by hand and added one after the other."""
     fitted = [log("xl330", "sin_sin", gain) for gain in XL330_GAINS]
-    held = [log("xl330", "up_and_down", gain) for gain in XL330_GAINS]
+    validation = [log("xl330", "up_and_down", gain) for gain in XL330_GAINS]
     used, fit, steps = time.process_time(), None, []
     for count in range(len(CHOSEN) + 1):
         chosen = [name for name in catalogue() if name in CHOSEN[:count]]
@@ -104,7 +104,7 @@ def given() -> RunResult:
             {
                 "effects": chosen,
                 "fit": [error_mrad(r, y[0]) for r, y in zip(fitted, predicted, strict=True)],
-                "held": carried(fit.problem.effects, values, own, held),
+                "validation": carried(fit.problem.effects, values, own, validation),
                 "parameters": values,
             }
         )

@@ -4,7 +4,8 @@
 
 Trials of the hidden-effect benchmark whose facts a results file holds are diagnosed with the
 thresholds of docs/diagnosis.md, then with one of them changed at a time. What was fitted once is
-not fitted again: only decisions change. Prints a table; docs/measured/thresholds.md keeps one.
+not fitted again: only decisions change. Prints a table; docs/selection.md reports one that was
+measured with earlier rules, and says which.
 """
 
 from __future__ import annotations
@@ -45,8 +46,19 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
     "far": (1.5, 3.0),
     "most": (0.7, 0.98),
     "max_steps": (2, 10),
+    "learnt": (0.0, 0.05),
+    "effect_price": (0.03, 0.3),
+    "rare_price": (0.1, 0.6),
+    "parameter_price": (0.0, 0.03),
+    "hopeless": (10.0, 60.0),
+    "fewest": (100, 1000),
+    "together": (4, 8),
 }
-"""Values on either side of each threshold; ``tie`` and ``undecided`` decide no model."""
+"""Values on either side of each threshold of the policy.
+
+Left out are ``tie`` and ``undecided``, which decide what is said beside a model and not which model
+is selected, and ``ordinary``, which is a list of names.
+"""
 
 
 @dataclass(frozen=True)

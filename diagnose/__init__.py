@@ -16,5 +16,6 @@ from servosight.diagnose.result import Diagnosis as Diagnosis
 from servosight.diagnose.result import LadderStep as LadderStep
 from servosight.diagnose.result import RecordingUse as RecordingUse
 from servosight.diagnose.result import Verdict as Verdict
+from servosight.diagnose.result.wording import alternative_words as alternative_words
 from servosight.diagnose.result.wording import named_model as named_model
 from servosight.diagnose.selection import PriorKnowledge as PriorKnowledge

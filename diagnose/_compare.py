@@ -40,6 +40,8 @@ from servosight.models.core import (
     Recording,
     Result,
     Table,
+    fit_percent,
+    one_or_more,
     plot_prediction,
 )
 from servosight.models.effects import Effect
@@ -65,7 +67,8 @@ class Comparison(Result):
     """A model's error on recordings that it need not have been fitted on.
 
     ``explained``: the error is at most 1.10 times ``floor_deg``, the smallest error that counts.
-    ``sentences``: the error as a whole, then the findings, the largest first.
+    ``sentences``: the error as a whole, then the findings, the largest first. ``fit_percent``
+    compares the error with the motion (100 %: no error; None in results of earlier versions).
     """
 
     TYPE: ClassVar[str] = "comparison"
@@ -84,6 +87,7 @@ class Comparison(Result):
     findings: Table[Finding]
     sentences: tuple[str, ...]
     warnings: tuple[str, ...]
+    fit_percent: float | None = None
 
     @property
     def actuator(self) -> Actuator:
@@ -143,7 +147,8 @@ def compare(
     """Simulate ``actuator`` on each recording.
 
     The physical parameters are the model's. Bias, initial angle and initial speed belong to each
-    recording and are found on it.
+    recording and are found on it. InputError where there is no recording, or for a ``tolerance``
+    [deg] that is none.
     """
     judged = judge(actuator, recordings, catalogue=catalogue)
     return comparison_of(
@@ -162,7 +167,7 @@ def comparison_of(
 ) -> Comparison:
     """What predictions of the recordings say of the model that made them."""
     known = built_in() if catalogue is None else catalogue
-    seen, left_out = usable_views(recordings)
+    seen, left_out = usable_views(one_or_more(recordings))
     noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
     _, notes = thinned(seen)
@@ -195,6 +200,7 @@ def comparison_of(
         findings=Table(found),
         sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
         warnings=(*left_out, *unused_disturbances(seen, effects, known), *notes),
+        fit_percent=fit_percent(rmse, [one.recording.angle_deg for one in judged]),
     )
 
 
@@ -209,7 +215,7 @@ def judge(
     Of very long recordings every n-th sample is predicted.
     """
     effects = built_in() if catalogue is None else catalogue
-    scored, _ = thinned(usable_views(recordings)[0])
+    scored, _ = thinned(usable_views(one_or_more(recordings))[0])
     return tuple(_judge(actuator, recording, effects) for recording in scored)
 
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from servosight.diagnose._ladder import told_ladder
+from servosight.diagnose._ladder import ladder_steps
 from servosight.diagnose.discrepancy import reported_law
 from servosight.diagnose.evidence import (
     Evidence,
@@ -25,10 +25,17 @@ from servosight.diagnose.residuals import (
     worst_windows,
 )
 from servosight.diagnose.result import Candidate, Diagnosis, Verdict, recording_uses
-from servosight.diagnose.result.caveats import assumed, doubts, ended, measured_by_servo
-from servosight.diagnose.result.wording import Levels, next_experiment, told
+from servosight.diagnose.result.caveats import (
+    assumed,
+    compensating,
+    doubts,
+    ended,
+    measured_by_servo,
+)
+from servosight.diagnose.result.wording import Levels, headline_and_summary, next_experiment
 from servosight.diagnose.selection import (
     MOST_ROWS,
+    REMEDY,
     AcceptanceCriterion,
     ModelSelection,
     PriorKnowledge,
@@ -41,19 +48,19 @@ from servosight.diagnose.selection import (
     alternatives,
     confounded,
     cut,
+    own_latencies,
     stretches,
 )
-from servosight.identify.fit import floor_deg
+from servosight.identify.fit import floor_deg, tolerance_deg
 from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import (
-    TOLERANCE_SHARE,
     joint_noise_deg,
     offered,
     thinned,
     unused_disturbances,
     usable_views,
 )
-from servosight.models.core import Recording, StageProgress, Table, silent
+from servosight.models.core import Recording, StageProgress, Table, one_or_more, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.excitation import CommandLimits
@@ -84,20 +91,21 @@ def diagnose(
     ``limits`` bound the next experiment (default: what the recordings' commands have used).
     Recordings with more than ``most_rows`` rows of command and samples together are diagnosed on
     stretches of the long ones; a warning says so. ``prior`` is what is known before: the first step
-    is then a model with those effects.
+    is then a model with those effects. InputError where there is no recording to fit, or for a
+    tolerance that is none.
     """
     # Longer than others because it fills every field of the result, and does nothing else.
     began = time.perf_counter()
     if catalogue is None:
         catalogue = built_in()
-    usable, left_out = zip(*map(usable_views, (recordings, validate, test)), strict=True)
+    given = one_or_more(recordings), validate, test
+    usable, left_out = zip(*map(usable_views, given), strict=True)
     recordings, validate, test = usable
     prior = prior or PriorKnowledge()
     catalogue = offered(catalogue, recordings, prior.first)
     every = (*recordings, *validate, *test)
     noise = joint_noise_deg(every)
-    if tolerance is None:
-        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in every)
+    tolerance = tolerance_deg(every, tolerance)
     scatter, repeats = run_floor(every)
     floor = floor_deg(every, max(noise, scatter or 0.0), tolerance)
     criterion = AcceptanceCriterion(floor, tolerance, policy or SelectionPolicy())
@@ -107,7 +115,8 @@ def diagnose(
     fitted = sum(map(len, parts[: len(recordings)]))
     chosen = fitted + sum(map(len, parts[len(recordings) :][: len(validate)]))
     split = scored[:fitted], scored[fitted:chosen], scored[chosen:]
-    models = _models(*split, catalogue, criterion, prior)
+    runs = [run for run, own in enumerate(parts) for _ in own][:chosen]
+    models, latencies = _models(*split, catalogue, criterion, prior, runs)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.first_step() if not auto else selector.select(), Stability()
     searched = models.work.simulations
@@ -115,7 +124,7 @@ def diagnose(
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
     linear, last = selected.steps[0].trial, selected.steps[-1].trial
-    ladder = told_ladder(models, criterion, selected.steps)
+    ladder = ladder_steps(models, criterion, selected.steps)
     open_ = models.known.removable(ladder[-1].effects) if auto else ()
     unknown = undetermined(ladder[-1].parameters, open_, catalogue, ladder[-1].correlation)
     stable = replace(stable, undetermined=unknown)
@@ -137,7 +146,9 @@ def diagnose(
     left = findings(judged_last, floor, noise)
     known = gather(models, linear, last, judged_last, left, criterion)
     untried = models.known.without_effects
-    headline, summary = told(verdict, ladder, candidates, law, levels, known, stable, untried)
+    headline, summary = headline_and_summary(
+        verdict, ladder, candidates, law, levels, known, stable, untried
+    )
     return Diagnosis(
         noise_deg=noise,
         scatter_deg=scatter,
@@ -172,8 +183,10 @@ def diagnose(
             *notes,
             *thinning,
             *models.split.warnings,
+            *latencies,
             *assumed(last.fit.problem.held, models.held),
             *measured_by_servo(every, models.known.fixed),
+            *compensating(verdict, effects, known),
             *doubts(verdict, ladder[-1], levels),
             *ended(selected.cut_short, searched),
         ),
@@ -196,16 +209,27 @@ def _models(
     catalogue: Mapping[str, Effect],
     criterion: AcceptanceCriterion,
     known: PriorKnowledge,
-) -> ModelSelection:
-    """Where what is missing shows in the validation samples alone, another third is held out.
+    runs: Sequence[int],
+) -> tuple[ModelSelection, tuple[str, ...]]:
+    """The models of recordings with one latency, and sentences on those that had another.
 
-    No effect can be fitted to what the fit does not see.
+    Where what is missing shows in the validation samples alone, another third is held out: no
+    effect can be fitted to what the fit does not see. ``runs`` numbers the runs of the recordings
+    that fit and validate.
     """
     models = ModelSelection(Split.of(recordings, validate, test), catalogue, known)
+    late_s = (0.0,) * len(runs)
+    notes: tuple[str, ...] = ()
+    found = own_latencies(models, runs)
+    if found is not None:
+        late_s = tuple(found.late_s.tolist())
+        notes = found.sentences([one.name for one in (*recordings, *validate)], REMEDY)
+        models = models.with_split(models.split.earlier(late_s))
     score = models.first().score
     if criterion.settled(score) and not criterion.explained(score) and not validate:
-        return models.with_split(Split.of(recordings, validate, test, choice=1))
-    return models
+        anew = Split.of(recordings, validate, test, choice=1).earlier(late_s)
+        models = models.with_split(anew)
+    return models, notes
 
 
 def _verdict(models: ModelSelection, criterion: AcceptanceCriterion, last: Trial) -> Verdict:

@@ -1,4 +1,4 @@
-"""The ladder as it is told: each step's errors, parameters and what the model does."""
+"""The ladder as a diagnosis reports it: each step's errors, parameters and what the model does."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servosight.diagnose.evidence import taken
-from servosight.diagnose.residuals import EXPLAINED, held_out_rms
+from servosight.diagnose.residuals import EXPLAINED, held_out_fit_percent, held_out_rms
 from servosight.diagnose.result import LadderStep
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step
 from servosight.identify.fit import dynamics, parameter_table, step_size_deg
@@ -14,7 +14,7 @@ from servosight.identify.foreign import base_of
 from servosight.models.core import Actuator, Estimate, Table
 
 
-def told_ladder(
+def ladder_steps(
     models: ModelSelection, criterion: AcceptanceCriterion, steps: Sequence[Step]
 ) -> Table[LadderStep]:
     """The steps with the share of the first one's squared test error that each removes.
@@ -24,9 +24,9 @@ def told_ladder(
     sigmas are the Jacobian's.
     """
     ends = 0, len(steps) - 1
-    told = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
-    shares = taken([step.held_out_rmse_deg for step in told])
-    return Table(replace(step, taken=share) for step, share in zip(told, shares, strict=True))
+    reported = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
+    shares = taken([step.held_out_rmse_deg for step in reported])
+    return Table(replace(step, taken=share) for step, share in zip(reported, shares, strict=True))
 
 
 def _step(
@@ -34,7 +34,8 @@ def _step(
 ) -> LadderStep:
     fit, score = step.trial.fit, step.trial.score
     table, warnings = fit.uncertainty.shared_estimates(profiled)
-    held_out = held_out_rms(models.tested(step.trial))
+    judged = models.tested(step.trial)
+    held_out = held_out_rms(judged)
     covariance = fit.uncertainty.matrix(table)
     actuator = Actuator({**table, "bias": Estimate(0.0, None, "deg")}, step.trial.effects)
     size_deg = step_size_deg(models.recordings)
@@ -52,4 +53,5 @@ def _step(
         correlation=covariance.correlation,
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
         base=base_of(models.catalogue),
+        fit_percent=held_out_fit_percent(judged),
     )

@@ -70,7 +70,9 @@ def _simulated(
             f"diagnosis in their order: {', '.join(expected)}"
         )
     whole = zip(given, diagnosis.recordings, strict=True)
-    scored, _ = thinned([part for one, use in whole for part in cut(one, use.stretches_s)])
+    scored, _ = thinned(
+        [part.shifted(-use.latency_s) for one, use in whole for part in cut(one, use.stretches_s)]
+    )
     uses = [use for use in diagnosis.recordings for _ in use.parts]
     return tuple(
         _judged(recording, effects, parameters, values, use.uses(recording), catalogue)

@@ -8,7 +8,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from servosight.models.core import Camera, require
+from servosight.models.core import Camera, check_seed
 from servosight.models.effects import catalogue
 from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
 
@@ -139,7 +139,7 @@ def hidden(seed: int, *, video: bool = True) -> Scenario:
     >>> list(hidden(1).effects) == [effect_of(1)]
     True
     """
-    require(seed >= 0, "--seed", "seed", seed, "a whole number from 0")
+    check_seed(seed)
     return hidden_effects([effect_of(seed)], seed, video=video)
 
 

@@ -20,6 +20,7 @@ from servosight.models.core import (
 )
 from servosight.models.io import FILES, save_recording, table_text, write_angle
 from servosight.scenarios.camera_settings import filming_tables
+from servosight.scenarios.limits import check_scenario
 from servosight.scenarios.scenario import Scenario
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording, run
@@ -43,7 +44,11 @@ class SimulatedRecording(Recording):
 
 
 def simulated(scenario: Scenario) -> SimulatedRecording:
-    """Run ``scenario`` and measure its angle, without any file or video."""
+    """Run ``scenario`` and measure its angle, without any file or video.
+
+    Raises InputError for a value of the scenario that makes no sense.
+    """
+    check_scenario(scenario, "scenario")
     trajectory = run(scenario.servo.bench(), scenario.effects, scenario.excitation())
     noisy = angle_recording(
         trajectory, _camera(scenario), scenario.noise_deg, _stream(scenario, 0), name="simulated"

@@ -184,11 +184,11 @@ def with_effects(scenario: Scenario, ids: Sequence[str], settings: Mapping[str, 
             servo[name] = value
         else:
             raise InputError(
-                f"--set {name}: no such parameter, expected one of {', '.join(servo)} or "
-                f"EFFECT.PARAMETER; write for instance backlash.gap=2"
+                f"set {name}: no such parameter, expected one of {', '.join(servo)} or "
+                f"EFFECT.PARAMETER, such as backlash.gap; correct the name"
             )
     changed = replace(scenario, effects=effects, servo=LinearServo(**servo))
-    check_scenario(changed, "--set")
+    check_scenario(changed, "set")
     return changed
 
 

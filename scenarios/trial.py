@@ -13,7 +13,7 @@ from servosight.bench.camera import OpenCamera
 from servosight.bench.safety import Limits
 from servosight.bench.servo import SupervisedServo
 from servosight.bench.session import Light, Run, run
-from servosight.models.core import Array, InputError, Recording, StageProgress, silent
+from servosight.models.core import Array, InputError, Recording, StageProgress, check_seed, silent
 from servosight.models.excitation import CommandLimits, Excitation, slewed, standard, triangle
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def carry_out(
     progress: StageProgress = silent,
     force: bool = False,
 ) -> Trial:
-    """Zero, run, track and diagnose; where two effects cannot be told apart, ask for the next run.
+    """Zero, run, track and diagnose; ask for the next run where effects cannot be distinguished.
 
     The recordings are ``folder``/zero, then run1 and so on, at most three, diagnosed together: the
     slow one before them, left out where ``zero`` is known, shows that the surface follows, and
@@ -172,6 +172,7 @@ def carry_out(
     from servosight.models.effects import catalogue
     from servosight.sources import read
 
+    check_seed(seed)
     command = first_command(servo.limits, duration_s, seed)
     if zero is None:
         place = folder / "zero"

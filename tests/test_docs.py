@@ -12,7 +12,8 @@ import pytest
 
 from servosight.app.parser import parser
 from servosight.models.core import InputError
-from servosight.scenarios.draws import effect_of
+from servosight.models.effects import catalogue
+from servosight.scenarios.draws import SHOWN_ALONE, effect_of
 from servosight.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,6 +31,7 @@ FOLDERS = (
 )
 FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
 REFERENCE = re.compile(r"^(:{3,4}) (servosight[\w.]*)$", re.MULTILINE)
+COUNT = re.compile(r"\b([2-9]\d)\s+(?:further\s+)?effects\b(?!\s+of\s+then)(\s+is\s+hidden)?")
 MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -114,6 +116,15 @@ def test_scenarios_shown_are_read(page: Path, tmp_path: Path) -> None:
             path = tmp_path / "scenario.toml"
             path.write_text(body, encoding="utf-8")
             Scenario.load(path)
+
+
+@pages
+def test_counts_of_effects_are_those_of_the_catalogue(page: Path) -> None:
+    """What was measured with an earlier catalogue says "of then"."""
+    if page.name == "CHANGELOG.md" or page.parent.name == "measured":
+        return
+    for count, hidden in COUNT.findall(page.read_text(encoding="utf-8")):
+        assert int(count) == len(SHOWN_ALONE if hidden else catalogue()), f"{page.name}: {count}"
 
 
 def test_every_page_is_in_the_index() -> None:

@@ -17,6 +17,7 @@ from servosight.app.terminal._progress import set_amount as set_amount
 from servosight.app.terminal._results import show_change as show_change
 from servosight.app.terminal._results import show_diagnosis as show_diagnosis
 from servosight.app.terminal._results import show_findings as show_findings
+from servosight.app.terminal._results import show_fit as show_fit
 from servosight.app.terminal._results import show_identification as show_identification
 from servosight.app.terminal._results import show_parameters as show_parameters
 from servosight.app.terminal._results import show_where as show_where

@@ -24,6 +24,7 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
         f"rmse {_deg(result['rmse_deg'])} over {result['samples']} samples; noise "
         f"{_deg(result['noise_deg'])}, floor {_deg(result['floor_deg'])}"
     )
+    show_fit(out, result["fit_percent"])
     for one in result.get("transmissions", ()):
         out.print(f"{one['recording']}: {one['sentence']}")
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
@@ -32,12 +33,21 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     show_blind(out, result.get("detectable", ()))
 
 
+def show_fit(out: Console, fit_percent: float | None, what: str = "") -> None:
+    """How much of the motion a model reproduces; nothing where that is not known."""
+    from servosight.models.core import percent
+
+    if fit_percent is not None:
+        out.print(f"fit (NRMSE){what} {percent(fit_percent)} %".replace("−", "-"))
+
+
 def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     """The ladder, the verdict, the parameters, where it fails, what to try."""
     from servosight.diagnose import named_model
 
     first = named_model(result["ladder"][0]["effects"], result["ladder"][0]["base"])
     show_ladder(out, result["ladder"], result["floor_deg"])
+    show_fit(out, result["ladder"][-1]["fit_percent"], " of the last model on test data:")
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
     show_candidates(out, result["candidates"])
@@ -54,11 +64,12 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
 
 def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
     """The verdict in words, how far the error fell, and what is uncertain."""
+    from servosight.diagnose import alternative_words
+
     effects = result["effects"]
     out.print(f"{result['headline']}. {result['summary']}")
     if effects and result.get("alternatives"):
-        rivals = "; ".join(" + ".join(model) for model in result["alternatives"])
-        out.print(f"These recordings cannot distinguish {' + '.join(effects)} from {rivals}.")
+        out.print(alternative_words(effects, result["alternatives"]))
     for name in effects:
         out.print(f"What {name} is and how to confirm it: servosight effects {name}")
     for warning in result.get("warnings", ()):

@@ -150,7 +150,7 @@ class HttpCamera:
         return data
 
     def _until_end(self) -> bytes:
-        """A part whose length is not told: up to the end of its JPEG."""
+        """A part whose length is not given: up to the end of its JPEG."""
         data = bytearray()
         while not data.rstrip(b"\r\n").endswith(_END):
             line = self._stream().readline(2**20)

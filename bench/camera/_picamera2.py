@@ -58,16 +58,16 @@ class PicameraCamera:
         try:
             check_size(address, self._size)
             self._configure(settings)
-            first, told = self._first()
+            first, metadata = self._first()
         except BaseException:
             self.close()
             raise
-        self._frame_s = _US * float(told["FrameDuration"])
+        self._frame_s = _US * float(metadata["FrameDuration"])
         early_s = first.arrival_s - first.stamp_s
         controls = {
             "rate": 1.0 / self._frame_s,
-            "exposure": _US * float(told["ExposureTime"]),
-            "gain": float(told.get("AnalogueGain", settings.gain)),
+            "exposure": _US * float(metadata["ExposureTime"]),
+            "gain": float(metadata.get("AnalogueGain", settings.gain)),
         }
         self.stream = given.over(
             Stream(
@@ -161,22 +161,22 @@ class PicameraCamera:
             ) from None
         try:
             arrival_s = self._now()
-            told = request.get_metadata()
+            metadata = request.get_metadata()
             planes = request.make_array("main")
         finally:
             request.release()
-        lacking = {"SensorTimestamp", "ExposureTime", "FrameDuration"} - told.keys()
+        lacking = {"SensorTimestamp", "ExposureTime", "FrameDuration"} - metadata.keys()
         if lacking:
             raise InputError(
                 f"{self.name}: libcamera does not say {min(lacking)}; expected a camera of the "
                 f"Raspberry Pi, open a USB camera as v4l2:/dev/video0"
             )
         width, height = self._size
-        begun_s = _NS * int(told["SensorTimestamp"]) - _US * int(told["ExposureTime"])
+        begun_s = _NS * int(metadata["SensorTimestamp"]) - _US * int(metadata["ExposureTime"])
         # Planes of brightness and colour lie below each other; lines may be padded.
         data = np.ascontiguousarray(planes[:height, :width], dtype=np.uint8).tobytes()
         frame = CapturedFrame(number=0, stamp_s=begun_s, arrival_s=arrival_s, data=data)
-        return frame, told
+        return frame, metadata
 
     def _refused(self, error: Exception) -> InputError:
         words = str(error).splitlines()[0].rstrip(".") if str(error) else "no reason given"

@@ -349,7 +349,7 @@ static uint8_t packet[LONGEST + 5];
 static uint8_t count;
 
 /* One byte of the line: START, size, code, payload, CRC. */
-static void hear(uint8_t byte)
+static void receive(uint8_t byte)
 {
     if (count == 0 && byte != START)
         return;
@@ -378,7 +378,7 @@ int main(void)
     for (;;) {
         wdt_reset();
         if (UCSR0A & _BV(RXC0)) {
-            hear(UDR0);
+            receive(UDR0);
             idle = 0;
         } else if (++idle == GAP) {
             count = 0; /* what is missing was lost: the next byte begins a packet */

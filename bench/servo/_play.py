@@ -105,7 +105,7 @@ def _play_stored(
     """Let the device play, and note its samples by its clock as the host's clock sees that."""
     sample_s = np.arange(0.0, time_s[-1] - time_s[0] + 1e-9, device.period_s)
     row = np.searchsorted(time_s - time_s[0], sample_s + 1e-9, side="right") - 1
-    told = device.begin(angle_deg[row])
+    goals_deg = device.begin(angle_deg[row])
     played, plays = 0, True
     until = servo.clock.now() + _LONGER * (sample_s[-1] + device.period_s) + _SPARE_S
     try:
@@ -116,10 +116,12 @@ def _play_stored(
                 )
             plays, played = device.feed()
             if played:
-                servo.goal_deg = float(told[played - 1])
+                servo.goal_deg = float(goals_deg[played - 1])
             servo.clock.wait(servo.clock.now() + 0.5 * device.period_s)
     finally:
         start, rate = device.start_and_rate()
         at = start + rate * sample_s[:played]
         log.light_s = start if played else None
-        log.sent = [Sent(*one) for one in zip(at.tolist(), told[:played].tolist(), strict=True)]
+        log.sent = [
+            Sent(*one) for one in zip(at.tolist(), goals_deg[:played].tolist(), strict=True)
+        ]

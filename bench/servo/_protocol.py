@@ -18,7 +18,7 @@ class ServoFault(InputError):
 
 
 class WatchdogTripped(ServoFault):
-    """The servo has stopped by itself because it heard nothing; it can be enabled again."""
+    """The servo has stopped by itself because it received nothing; it can be enabled again."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """When goals take effect behind a device that sends a pulse at an even rate of its own.
 
-A hobby servo hears nothing between two pulses. A goal that reaches the device therefore waits for
-the next pulse, by up to a period (20 ms), and since the two clocks differ by some 1e-4 the wait
+A hobby servo receives nothing between two pulses. A goal that reaches the device therefore waits
+for the next pulse, by up to a period (20 ms), and since the two clocks differ by some 1e-4 the wait
 changes over a run. Asking the device which pulse it sends gives pairs of host times between which a
 pulse began; all pairs together leave little room for the train of pulses. Which goal a pulse had is
 a question of its own where goals come near a pulse, as they do for long where rows are as even as

@@ -33,9 +33,9 @@ class SupervisedServo(Servo):
 
     Whatever is sent, the servo receives no angle outside the range and no faster change than the
     rate: a goal that would be faster, because its sender was late, is approached at the rate, and
-    ``goal_deg`` says what the servo was told. A goal after the duration, or before ``arm``, is
-    refused. ``read`` raises ServoFault above the limits of temperature and current. The limit of
-    the acceleration holds for commands, which ``check_command`` refuses, and for ramps.
+    ``goal_deg`` is the last goal that the servo was given. A goal after the duration, or before
+    ``arm``, is refused. ``read`` raises ServoFault above the limits of temperature and current. The
+    limit of the acceleration holds for commands, which ``check_command`` refuses, and for ramps.
     """
 
     def __init__(self, driver: Driver, limits: Limits, clock: Clock) -> None:

@@ -78,14 +78,14 @@ class BoardStandIn(StandIn):
         if self._state == codec.RELEASING:
             if self._width == setup.neutral:
                 self._state, self._width = codec.IDLE, 0
-                self.tell(self._rise_s, self.goal_deg, False)
+                self.take_goal(self._rise_s, self.goal_deg, False)
                 return
             self._width = _towards(self._width, setup.neutral, setup.ramp)
         else:
             goal = min(max(self._goal, setup.low), setup.high)
             self._width = _towards(self._width, goal, setup.step)
         if (self._width, self._state) != before or not self.torque:
-            self.tell(self._rise_s, (0.5 * self._width - 1500.0) * 0.09, True)
+            self.take_goal(self._rise_s, (0.5 * self._width - 1500.0) * 0.09, True)
 
     def _next_sample(self) -> None:
         if not self._buffer:

@@ -53,7 +53,7 @@ class DynamixelStandIn(StandIn):
         if self.torque and 0 < allowed < 128 and now_s - self._heard_s > allowed * _TICK_S:
             # The manual: the servo stops, and goals are refused until the register is cleared.
             self.put(codec.BUS_WATCHDOG, 255)
-            self.tell(now_s, self.angle_deg, True)
+            self.take_goal(now_s, self.angle_deg, True)
         super().advance(now_s)
 
     def receive(self, data: bytes, now_s: float) -> list[bytes]:
@@ -110,7 +110,7 @@ class DynamixelStandIn(StandIn):
         goal_deg = (self.get(codec.GOAL_POSITION) - 2048) * 360.0 / 4096
         torque = bool(self.get(codec.TORQUE_ENABLE))
         if start <= at < end or torque != self.torque:
-            self.tell(now_s, goal_deg, torque)
+            self.take_goal(now_s, goal_deg, torque)
         return 0
 
     def _measure(self) -> None:

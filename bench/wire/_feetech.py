@@ -73,7 +73,7 @@ class FeetechStandIn(StandIn):
             steps = max(low, min(high, steps))
         goal, torque = (steps - 2048) * 360.0 / 4096, self.get(codec.TORQUE_ENABLE) == 1
         if start <= codec.GOAL_POSITION.address < end or torque != self.torque:
-            self.tell(now_s, goal, torque)
+            self.take_goal(now_s, goal, torque)
 
     def _measure(self) -> None:
         self.put(codec.PRESENT_POSITION, codec.unsigned(round(2048 + self.angle_deg * 4096 / 360)))

@@ -54,7 +54,9 @@ class MaestroStandIn(StandIn):
             if (pulse := self._next_pulse()) != self._pulse:
                 self._pulse = pulse
                 goal = (self._pulse / codec.QUARTERS - 1500.0) * 0.09 if self._pulse else 0.0
-                self.tell(self._pulse_s, goal if self._pulse else self.goal_deg, self._pulse > 0)
+                self.take_goal(
+                    self._pulse_s, goal if self._pulse else self.goal_deg, self._pulse > 0
+                )
         super().advance(now_s)
 
     def _next_pulse(self) -> int:

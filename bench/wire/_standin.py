@@ -14,8 +14,8 @@ _COLD_C = 25.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
-    """What the servo was told, at its own end of the wire: the measure of what a run does."""
+class ReceivedGoal:
+    """A goal that the servo received, at its own end of the wire: what a run really does."""
 
     time_s: float
     goal_deg: float
@@ -25,8 +25,8 @@ class Told:
 class StandIn:
     """A servo at the far end of a wire. A kind of servo overrides ``receive``.
 
-    ``told`` lists every change of goal or torque, ``lamp`` when its light was switched, and how.
-    The plant moves while the torque is on, and stands otherwise.
+    ``received`` lists every change of goal or torque, ``lamp`` when its light was switched, and
+    how. The plant moves while the torque is on, and stands otherwise.
     """
 
     baud: int
@@ -36,7 +36,7 @@ class StandIn:
     def __init__(self, plant: Plant) -> None:
         """Start at time zero, at 0 deg and without torque."""
         self.plant = plant
-        self.told: list[Told] = []
+        self.received: list[ReceivedGoal] = []
         self.lamp: list[tuple[float, bool]] = []
         self.angle_deg = 0.0
         self.goal_deg = 0.0
@@ -74,7 +74,7 @@ class StandIn:
             return 0.0
         return max(-2.0, min(2.0, 0.05 * (self.goal_deg - self.angle_deg)))
 
-    def tell(self, now_s: float, goal_deg: float, torque: bool) -> None:
+    def take_goal(self, now_s: float, goal_deg: float, torque: bool) -> None:
         """Take a goal and a state of the torque, and note them."""
         self.goal_deg, self.torque = goal_deg, torque
-        self.told.append(Told(time_s=now_s, goal_deg=goal_deg, torque=torque))
+        self.received.append(ReceivedGoal(time_s=now_s, goal_deg=goal_deg, torque=torque))

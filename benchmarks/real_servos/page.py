@@ -39,7 +39,7 @@ def page(results: Mapping[str, RunResult]) -> str:
             )
         ]
     details = [
-        f"| {name} | {_named(step)} | {_list(step['fit'])} | {_list(step['held'])} |"
+        f"| {name} | {_named(step)} | {_list(step['fit'])} | {_list(step['validation'])} |"
         for name, result in sorted(results.items())
         if "steps" in result
         for step in result["steps"]
@@ -58,13 +58,14 @@ what it looks like, stands in [real_servos.md](../real_servos.md).
 
 ## XL330 on a pendulum, four firmware gains
 
-Fitted on `sin_sin`, held out: `up_and_down`. Mean absolute error of a free run in mrad, mean over
-the four gains. On the held-out runs nothing is fitted: bias and all else come from the fitted run
-of the same gain, and the run begins at its first angle, at rest. The ladder sees the held-out runs
-when it chooses among effects (`diagnose --validate`), never when it fits. CPU seconds are over all
-cores. The lines of the peers were measured earlier on the same logs, and are quoted.
+Fitted on `sin_sin`, validated on `up_and_down`. Mean absolute error of a free run in mrad, mean
+over the four gains. On the validation runs nothing is fitted: bias and all else come from the
+fitted run of the same gain, and the run begins at its first angle, at rest. The ladder sees the
+validation runs when it chooses among effects (`diagnose --validate`), never when it fits: its
+errors there are no test errors. CPU seconds are over all cores. The lines of the peers were
+measured earlier on the same logs, and are quoted.
 
-| model | fit | held out | seconds |
+| model | fit | validation | seconds |
 | --- | --- | --- | --- |
 | linear, per gain (peer's figure) | 55.1 | 80.0 | |
 | `mujoco.sysid`, pendulum with frictionloss, per gain | 37.9 | 61.6 | 2 to 28 a gain |
@@ -77,7 +78,7 @@ cores. The lines of the peers were measured earlier on the same logs, and are qu
 
 Errors in mrad, one for each gain, lowest gain first.
 
-| run | model | fit | held out |
+| run | model | fit | validation |
 | --- | --- | --- | --- |
 {details}
 
@@ -122,8 +123,8 @@ def _singles(results: Mapping[str, RunResult]) -> list[RunResult]:
 
 def _means(results: Sequence[RunResult], step: int) -> tuple[float, float]:
     fit = [x for result in results for x in result["steps"][step]["fit"]]
-    held = [x for result in results for x in result["steps"][step]["held"]]
-    return float(np.mean(fit)), float(np.mean(held))
+    validation = [x for result in results for x in result["steps"][step]["validation"]]
+    return float(np.mean(fit)), float(np.mean(validation))
 
 
 def _cpu(results: Sequence[RunResult]) -> str:

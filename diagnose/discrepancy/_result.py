@@ -15,7 +15,7 @@ from servosight.diagnose.discrepancy.basis import BasisTerm
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import OwnValues
-from servosight.models.core import Array, Estimate
+from servosight.models.core import Array, Estimate, Frozen
 from servosight.models.effects import Effect
 
 MIN_TESTED = 0.25
@@ -34,7 +34,7 @@ class LawTerm:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MissingTorque:
+class MissingTorque(Frozen):
     """The torque [deg] that the model of one recording lacks along its motion, (instants,) each.
 
     ``time_s`` counts from the first sample; ``torque_deg`` is missing before the law, ``left_deg``
@@ -51,7 +51,7 @@ class MissingTorque:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Law:
+class Law(Frozen):
     """Terms that close most of the gap between a model's held-out error and the floor.
 
     ``added_to`` are the effects of the model without them, ``effects`` of that with them, whose

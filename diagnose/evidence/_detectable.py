@@ -16,7 +16,7 @@ from servosight.diagnose.selection import (
 )
 from servosight.identify.fit import Detectable, Fit, fitted_solution, size_shown
 from servosight.identify.problem import Problem, offered, thinned, usable_views
-from servosight.models.core import Array, Recording, Table
+from servosight.models.core import Array, Recording, Table, one_or_more
 from servosight.models.effects import Effect
 
 
@@ -44,8 +44,7 @@ def with_detectable(
 
     ``recordings`` are those that it was fitted to, ``catalogue`` the effects that are looked at.
     """
-    given = [recordings] if isinstance(recordings, Recording) else recordings
-    scored, _ = thinned(usable_views(given)[0])
+    scored, _ = thinned(usable_views(one_or_more(recordings))[0])
     base = fitted_solution(scored, catalogue, fit.effects, fit.parameters, fit.own, fit.fixed)
     tolerance = float(np.sqrt(max(fit.floor_deg**2 - fit.noise_deg**2, 0.0)))
     criterion = AcceptanceCriterion(fit.floor_deg, tolerance, SelectionPolicy())

@@ -20,7 +20,7 @@ SIGMAS = 2.0
 FEWEST_BLOCKS = 4
 """Fewer blocks have no scatter to compare with: then no models are said to be alike."""
 MOST = 4
-"""So many are told, the cheapest."""
+"""So many are reported, the cheapest."""
 
 
 def equivalents(

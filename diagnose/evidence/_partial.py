@@ -19,7 +19,7 @@ from servosight.diagnose.residuals import (
     shares,
     worst_windows,
 )
-from servosight.models.core import degrees, times
+from servosight.models.core import Frozen, degrees, times
 
 KINDS = {
     "angle": "angle",
@@ -91,7 +91,7 @@ REPEATS = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Unexplained:
+class Unexplained(Frozen):
     """What the last model leaves.
 
     ``share`` of the first model's squared error on test data is left above the floor.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection import SelectionPolicy
-from servosight.models.core import Array
+from servosight.models.core import Array, Frozen
 from servosight.models.excitation import CommandLimits, Design, Excitation
 
 DECIDES = SelectionPolicy().tie
@@ -32,7 +32,7 @@ class Separation:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Proposal:
+class Proposal(Frozen):
     """The best experiment that the limits allow, and what it would distinguish.
 
     ``command`` and ``limits`` are words, ``time_s`` and ``command_deg`` (rows,) the command itself.

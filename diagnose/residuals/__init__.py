@@ -11,6 +11,7 @@ from servosight.diagnose.residuals._judged import TEST as TEST
 from servosight.diagnose.residuals._judged import VALIDATION as VALIDATION
 from servosight.diagnose.residuals._judged import Judged as Judged
 from servosight.diagnose.residuals._judged import Uses as Uses
+from servosight.diagnose.residuals._judged import held_out_fit_percent as held_out_fit_percent
 from servosight.diagnose.residuals._judged import held_out_rms as held_out_rms
 from servosight.diagnose.residuals._judged import held_out_samples_of as held_out_samples_of
 from servosight.diagnose.residuals._judged import rms as rms

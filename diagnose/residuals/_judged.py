@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.identify.problem import LOST_DEG
-from servosight.models.core import Array, Mask, Recording
+from servosight.models.core import Array, Mask, Recording, fit_percent
 
 FIT, VALIDATION, TEST = 0, 1, 2
 """Uses of a sample: the parameters are fitted to it, the effects are chosen by it, or neither."""
@@ -61,22 +61,33 @@ class Judged:
         return np.asarray(self.error_deg[self.uses == use])
 
 
+def _held_out(judged: Sequence[Judged]) -> list[Mask]:
+    """Which samples report the error, (samples,) of each recording: those of the test.
+
+    Without a test those of the validation, without either all.
+    """
+    for use in (TEST, VALIDATION):
+        masks = [np.asarray(one.uses == use) for one in judged]
+        if any(mask.any() for mask in masks):
+            return masks
+    return [np.ones(one.uses.size, dtype=bool) for one in judged]
+
+
 def held_out_rms(judged: Sequence[Judged]) -> float:
     """Rms error [deg] of the test samples; of the validation samples where there is no test.
 
     Without either, of the fitted ones.
     """
-    for use in (TEST, VALIDATION):
-        errors = [one.errors_of(use) for one in judged]
-        if sum(part.size for part in errors):
-            return rms(errors)
-    return rms([one.error_deg for one in judged])
+    return rms([one.error_deg[mask] for one, mask in zip(judged, _held_out(judged), strict=True)])
+
+
+def held_out_fit_percent(judged: Sequence[Judged]) -> float:
+    """:func:`fit_percent` of the samples that :func:`held_out_rms` is over."""
+    masks = _held_out(judged)
+    angles = [one.recording.angle_deg[mask] for one, mask in zip(judged, masks, strict=True)]
+    return fit_percent(held_out_rms(judged), angles)
 
 
 def held_out_samples_of(judged: Sequence[Judged]) -> int:
     """How many samples :func:`held_out_rms` is over."""
-    for use in (TEST, VALIDATION):
-        count = sum(int(np.sum(one.uses == use)) for one in judged)
-        if count:
-            return count
-    return sum(one.uses.size for one in judged)
+    return sum(int(mask.sum()) for mask in _held_out(judged))

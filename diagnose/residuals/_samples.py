@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from servosight.diagnose.residuals._judged import Judged
+from servosight.diagnose.residuals._judged import TEST, Judged
 from servosight.diagnose.residuals._where import Motion, classify
 from servosight.models.core import Array, Mask
 
@@ -25,6 +25,9 @@ REACH_S = 0.5
 """Correlation in time is followed so far."""
 FEWEST = 8
 """Groups of fewer samples are not compared."""
+ENOUGH, A_LAG = 50, 4
+"""So many samples, and so many for each lag, are enough for a correlation (Box, Jenkins, Reinsel
+and Ljung, Time Series Analysis, 5th ed., 2015, section 2.1)."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +101,26 @@ class Samples:
 
 
 def held_out_samples(judged: Sequence[Judged]) -> list[Samples]:
-    """The recordings with something held out, and what that is; all where nothing is."""
+    """The test samples where these are enough, otherwise validation and test samples.
+
+    Recordings without any are left out. Where nothing is held out, all samples of all recordings.
+    """
     if all(one.fitted.all() for one in judged):
         return all_samples(judged)
-    found = [Samples(one, ~one.fitted) for one in judged]
-    return [one for one in found if one.scored.sum() >= 2]
+    tested = _with_some([Samples(one, np.asarray(one.uses == TEST)) for one in judged])
+    if _enough(tested):
+        return tested
+    return _with_some([Samples(one, ~one.fitted) for one in judged])
+
+
+def _with_some(samples: Sequence[Samples]) -> list[Samples]:
+    return [one for one in samples if one.scored.sum() >= 2]
+
+
+def _enough(samples: Sequence[Samples]) -> bool:
+    """True where the samples suffice for the correlation at every lag that is looked at."""
+    count = sum(int(one.scored.sum()) for one in samples)
+    return count >= max([ENOUGH, *(A_LAG * one.reach for one in samples)])
 
 
 def all_samples(judged: Sequence[Judged]) -> list[Samples]:

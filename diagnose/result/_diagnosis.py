@@ -21,7 +21,7 @@ from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Detectable, Dynamics, OwnValues
 from servosight.identify.foreign import LINEAR
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Estimate, InputError, Result, Table
+from servosight.models.core import Actuator, Estimate, Frozen, InputError, Result, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LadderStep:
+class LadderStep(Frozen):
     """One model of the ladder.
 
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
@@ -50,7 +50,8 @@ class LadderStep:
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
     is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
     ``taken`` is the share of the first step's squared held-out error that this step took away.
-    ``base`` names what the effects act on: the linear core, or an FMU.
+    ``base`` names what the effects act on: the linear core, or an FMU. ``fit_percent`` compares the
+    held-out error with the motion (100 %: no error; None in results of earlier versions).
     """
 
     added: str | None
@@ -67,6 +68,7 @@ class LadderStep:
     dynamics: Dynamics | None = None
     taken: float = 0.0
     base: str = LINEAR
+    fit_percent: float | None = None
 
     @property
     def change(self) -> str:

@@ -20,7 +20,9 @@ class RecordingUse:
     ``role`` is "fit", "validation" or "test" where all samples are for that, else "split";
     ``validation_s`` and ``test_s`` list first and last sample of each stretch. ``stretches_s``
     lists the stretches of a long recording that alone were simulated, each with a bias and an
-    initial state of its own; it is empty where the recording was used whole.
+    initial state of its own; it is empty where the recording was used whole. ``latency_s`` is by
+    how much its angles were taken as earlier than their stamps, since they lag those of the others:
+    the times of its held-out samples are those.
     """
 
     name: str
@@ -29,6 +31,7 @@ class RecordingUse:
     validation_s: tuple[tuple[float, float], ...]
     test_s: tuple[tuple[float, float], ...]
     stretches_s: Spans = ()
+    latency_s: float = 0.0
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -51,21 +54,23 @@ def recording_uses(split: Split, spans: Sequence[Spans]) -> Table[RecordingUse]:
     tested = [np.full(one.time_s.size, TEST, dtype=np.int8) for one in split.tested]
     recordings = (*split.recordings, *split.carried, *split.tested)
     uses = (*split.uses, *split.carried_uses, *tested)
-    parts = iter(zip(recordings, uses, strict=True))
+    late_s = (*split.late_s, *(0.0 for _ in split.tested))
+    parts = iter(zip(recordings, uses, late_s, strict=True))
     return Table(_use([next(parts) for _ in own or [()]], own) for own in spans)
 
 
-def _use(parts: Sequence[tuple[Recording, Uses]], spans: Spans) -> RecordingUse:
+def _use(parts: Sequence[tuple[Recording, Uses, float]], spans: Spans) -> RecordingUse:
     roles = {FIT: "fit", VALIDATION: "validation", TEST: "test"}
-    single = np.unique(np.concatenate([uses for _, uses in parts]))
-    first = parts[0][0]
+    single = np.unique(np.concatenate([uses for _, uses, _ in parts]))
+    first, _, late_s = parts[0]
     return RecordingUse(
         name=first.name,
         role=roles[int(single[0])] if single.size == 1 else "split",
         path=first.path,
-        validation_s=tuple(x for one, uses in parts for x in _times(one, uses == VALIDATION)),
-        test_s=tuple(x for one, uses in parts for x in _times(one, uses == TEST)),
+        validation_s=tuple(x for one, uses, _ in parts for x in _times(one, uses == VALIDATION)),
+        test_s=tuple(x for one, uses, _ in parts for x in _times(one, uses == TEST)),
         stretches_s=spans,
+        latency_s=late_s,
     )
 
 

@@ -46,8 +46,8 @@ def equivalent_words(effects: Sequence[str], others: Sequence[Sequence[str]]) ->
 
     >>> equivalent_words(["backlash"], [])
     ''
-    >>> told = equivalent_words(["gravity_load", "coulomb_friction"], [["gravity_load"]])
-    >>> told.endswith("so another run may name another. All have gravity load.")
+    >>> words = equivalent_words(["gravity_load", "coulomb_friction"], [["gravity_load"]])
+    >>> words.endswith("so another run may name another. All have gravity load.")
     True
     """
     if not others:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from servosight.diagnose.evidence import Evidence
+from servosight.diagnose.residuals import listed
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
 from servosight.models.core import Recording, read_by_servo
@@ -50,6 +52,21 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     return [
         f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
         f"chance allows; record longer to be sure"
+    ]
+
+
+def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> list[str]:
+    """A warning where fitted values stand for something else that the model lacks.
+
+    None where most of the error is beyond the fitted data, or where parameters within their sigma
+    may be all of it: then nothing need be missing.
+    """
+    lacking = known.leading is None and not known.by_chance
+    if verdict is not Verdict.UNEXPLAINED or not effects or not lacking:
+        return []
+    return [
+        f"the fitted values of the model with {listed(effects)} compensate for an effect that is "
+        f"not in the catalogue; they are not physical: do not use them"
     ]
 
 

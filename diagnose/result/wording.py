@@ -77,7 +77,7 @@ def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
     return f"model with {listed(effects)}" if effects else f"{base} model"
 
 
-def told(
+def headline_and_summary(
     verdict: Verdict,
     ladder: Sequence[LadderStep],
     candidates: Sequence[Candidate],
@@ -230,6 +230,20 @@ def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple
         "The model holds" if explained else "The model misses something",
         f"On these recordings the rms error of the model is {degrees(error_deg)}, "
         f"{levels.words(error_deg)}.",
+    )
+
+
+def alternative_words(effects: Sequence[str], alternatives: Sequence[Sequence[str]]) -> str:
+    """That other models predict the same as the one with ``effects``, and what follows.
+
+    >>> alternative_words(["dead_time"], [["flexible_shaft"], ["backlash", "cogging"]])[:87]
+    'These recordings cannot distinguish dead time from flexible shaft; or from backlash and'
+    """
+    others = "; or from ".join(listed(other) for other in alternatives)
+    return (
+        f"These recordings cannot distinguish {listed(effects)} from {others}: their predictions "
+        f"differ by less than the noise. Do not rely on the name until another experiment has "
+        f"decided."
     )
 
 

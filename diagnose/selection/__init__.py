@@ -4,6 +4,8 @@ from servosight.diagnose.selection._confounding import Resolution as Resolution
 from servosight.diagnose.selection._confounding import alternatives as alternatives
 from servosight.diagnose.selection._confounding import confounded as confounded
 from servosight.diagnose.selection._known import PriorKnowledge as PriorKnowledge
+from servosight.diagnose.selection._own_latency import REMEDY as REMEDY
+from servosight.diagnose.selection._own_latency import own_latencies as own_latencies
 from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._policy import SelectionPolicy as SelectionPolicy
 from servosight.diagnose.selection._score import Score as Score

@@ -9,12 +9,12 @@ import numpy as np
 
 from servosight.identify.fit import Solution, fit_effects, polish
 from servosight.identify.problem import Problem, checked_held
-from servosight.models.core import Actuator, Array, Estimate, InputError
+from servosight.models.core import Actuator, Array, Estimate, Frozen, InputError, either
 from servosight.models.effects import Effect, select
 
 
 @dataclass(frozen=True, kw_only=True)
-class PriorKnowledge:
+class PriorKnowledge(Frozen):
     """Prior knowledge, which the selection takes as given.
 
     ``start`` are parameters by name of the model to start from, ``start_effects`` its effects: they
@@ -45,22 +45,24 @@ class PriorKnowledge:
         for name in kept:
             if name in gone:
                 raise InputError(
-                    f"{name} is both required and ruled out, expected one of the two: leave out "
-                    f"--with {name} or --without {name}"
+                    f"{name} is both required and ruled out, expected one of the two; take it out "
+                    f"of {either('with_effects or without_effects', '--with or --without')}"
                 )
         for name in begun:
             if name in gone:
                 raise InputError(
-                    f"{name} is ruled out, and the model to start from has it: leave out "
-                    f"--without {name}, or start from a model that lacks it"
+                    f"{name} is ruled out, and the model to start from has it, expected one that "
+                    f"lacks it; start from such a model, or take {name} out of "
+                    f"{either('without_effects', '--without')}"
                 )
         first = (*begun, *(name for name in kept if name not in begun))
         for name in first:
             for other in catalogue[name].contains:
                 if other in first:
                     raise InputError(
-                        f"{name} contains {other}, expected one of the two in a model: leave out "
-                        f"--with {other if other in kept else name}"
+                        f"{name} contains {other}, expected one of the two in a model; take "
+                        f"{other if other in kept else name} out of "
+                        f"{either('with_effects', '--with')}"
                     )
         return cls(
             start={} if start is None else _shared(start.parameters),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,9 @@ class Split:
     """Recordings and the uses of their samples, fitted recordings first.
 
     ``recordings`` have samples to fit on, ``carried`` samples to validate on and none to fit on,
-    ``tested`` are for the test alone. ``uses`` and ``carried_uses`` (samples,) each.
+    ``tested`` are for the test alone. ``uses`` and ``carried_uses`` (samples,) each. ``late_s`` is
+    by how much the angles of the fitted recordings, then of the carried ones, were taken as earlier
+    than their stamps.
     """
 
     recordings: tuple[Recording, ...]
@@ -31,6 +33,7 @@ class Split:
     carried_uses: tuple[Uses, ...] = ()
     tested: tuple[Recording, ...] = ()
     warnings: tuple[str, ...] = ()
+    late_s: tuple[float, ...] = ()
 
     @classmethod
     def of(
@@ -62,6 +65,17 @@ class Split:
             tuple(carried),
             tuple(test),
             tuple(_too_short(name) for name in short),
+            (0.0,) * (len(recordings) + len(validate)),
+        )
+
+    def earlier(self, late_s: Sequence[float]) -> Split:
+        """The same samples with the angles of ``late_s`` earlier, and with other uses of none."""
+        count = len(self.recordings)
+        return replace(
+            self,
+            recordings=_earlier(self.recordings, late_s[:count]),
+            carried=_earlier(self.carried, late_s[count:]),
+            late_s=tuple(a + b for a, b in zip(self.late_s, late_s, strict=True)),
         )
 
     @property
@@ -73,6 +87,10 @@ class Split:
     def untested(self) -> tuple[Mask, ...]:
         """For each fitted recording, the samples that are not for the test."""
         return tuple(np.asarray(use != TEST) for use in self.uses)
+
+
+def _earlier(recordings: Sequence[Recording], late_s: Sequence[float]) -> tuple[Recording, ...]:
+    return tuple(one.shifted(-late) for one, late in zip(recordings, late_s, strict=True))
 
 
 def _too_short(name: str) -> str:

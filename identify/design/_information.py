@@ -21,7 +21,7 @@ from servosight.identify.problem import (
     difference_quotient,
     projected_out,
 )
-from servosight.models.core import Array, plain
+from servosight.models.core import Array, Frozen, plain
 
 ENOUGH = 0.05
 """A parameter counts as determined where its predicted sigma is at most this share of it."""
@@ -36,7 +36,7 @@ _SMALLEST_DEG = 1e-9
 
 
 @dataclass(frozen=True)
-class Direction:
+class Direction(Frozen):
     """A joint relative change of parameters, and the rms change of the angle that is left of it.
 
     What each recording's own numbers can take up is not counted.
@@ -66,7 +66,7 @@ class Direction:
 
 
 @dataclass(frozen=True)
-class WorstDirection:
+class WorstDirection(Frozen):
     """Joint relative change of parameters, and the rms change of the angle that it makes [deg]."""
 
     relative_change: Mapping[str, float]
@@ -74,7 +74,7 @@ class WorstDirection:
 
 
 @dataclass(frozen=True, eq=False)
-class InformationSummary:
+class InformationSummary(Frozen):
     """Whether a command determines the parameters, as plain values: the keys of its JSON.
 
     ``per_second`` (parameters, parameters) is the Fisher information for relative changes.

@@ -13,12 +13,15 @@ from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects
 from servosight.identify.fit._effects import sketch_effects as sketch_effects
 from servosight.identify.fit._fitted import FittedParameters as FittedParameters
+from servosight.identify.fit._floor import floor_deg as floor_deg
+from servosight.identify.fit._floor import tolerance_deg as tolerance_deg
 from servosight.identify.fit._horizon import over_horizons as over_horizons
 from servosight.identify.fit._identify import METHODS as METHODS
 from servosight.identify.fit._identify import check_method as check_method
-from servosight.identify.fit._identify import floor_deg as floor_deg
 from servosight.identify.fit._identify import identify as identify
 from servosight.identify.fit._identify import with_information as with_information
+from servosight.identify.fit._latencies import OwnLatencies as OwnLatencies
+from servosight.identify.fit._latencies import clear_latencies as clear_latencies
 from servosight.identify.fit._nested import contains as contains
 from servosight.identify.fit._nested import no_worse as no_worse
 from servosight.identify.fit._own import OwnValues as OwnValues

@@ -56,7 +56,7 @@ def size_shown(
         for j, coordinate in enumerate(problem.coordinates)
         if coordinate.name.partition(".")[0] == name and coordinate.parameter.neutral is not None
     ]
-    # Of several sizes those move that the guess moves, and the first of them is told.
+    # Of several sizes those move that the guess moves, and the first of them is reported.
     away = np.zeros(guess.size)
     away[sized] = (guess - start)[sized]
     measured = np.array([not c.parameter.free_unit for c in problem.coordinates])

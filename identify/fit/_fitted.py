@@ -17,9 +17,10 @@ class FittedParameters(Result):
     ``parameters`` by name; one that each recording has of its own is one estimate or, for several
     recordings, one for each. ``fixed`` names those that were held, whose sigma is 0. ``covariance``
     is that of the shared parameters in their own units. ``rmse_deg`` is the error over the
-    ``samples`` that were scored, ``noise_deg`` the measurement's, and ``floor_deg`` noise and
-    tolerance together. ``paths`` says where each recording was read from. ``stopped`` says why the
-    search ended, and ``evaluations`` counts its simulations.
+    ``samples`` that were scored, and ``fit_percent`` compares it with the motion (100 %: no error;
+    None in results of earlier versions). ``noise_deg`` is the measurement's, and ``floor_deg``
+    noise and tolerance together. ``paths`` says where each recording was read from. ``stopped``
+    says why the search ended, and ``evaluations`` counts its simulations.
     """
 
     parameters: Mapping[str, Estimate | tuple[Estimate, ...]]
@@ -36,6 +37,7 @@ class FittedParameters(Result):
     recordings: tuple[str, ...] = ()
     paths: tuple[Path | None, ...] = ()
     evaluations: int = 0
+    fit_percent: float | None = None
 
     @property
     def correlation(self) -> Matrix:

@@ -11,6 +11,7 @@ import numpy as np
 from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._floor import floor_deg
 from servosight.identify.fit._horizon import over_horizons
 from servosight.identify.fit._latencies import latency_notes
 from servosight.identify.fit._nested import contains, no_worse
@@ -19,7 +20,6 @@ from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, jumpy, polish
 from servosight.identify.fit._together import fit_together
 from servosight.identify.problem import (
-    TOLERANCE_SHARE,
     BaseModel,
     Problem,
     checked_held,
@@ -35,7 +35,16 @@ from servosight.identify.problem import (
 )
 from servosight.identify.search import ESTIMATORS, SearchSpace, drive
 from servosight.identify.transmission import transmissions
-from servosight.models.core import Actuator, Array, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Actuator,
+    Array,
+    InputError,
+    Recording,
+    check_seed,
+    did_you_mean,
+    fit_percent,
+    one_or_more,
+)
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.plant import Linear, to_difference
@@ -73,14 +82,15 @@ def identify(
     0.05 % of the moved range). ``fix`` holds parameters, such as ``{"k": 1.0}``: they get a sigma
     of 0 and are not fitted. Every method ends with Levenberg-Marquardt descents, with effects over
     growing horizons too where an error above the floor is left. InputError for an
-    unknown effect or method, and for a parameter that cannot be held. :class:`Fit` has an example.
+    unknown effect or method, for a parameter that cannot be held, for a seed or a tolerance that is
+    none, and where no recording is given. :class:`Fit` has an example.
     """
     began = time.perf_counter()
     check_method(method)
+    check_seed(seed)
     known = built_in() if catalogue is None else catalogue
     chosen = tuple(select(known, effects))
-    given = [recordings] if isinstance(recordings, Recording) else recordings
-    whole, left_out = usable_views(given)
+    whole, left_out = usable_views(one_or_more(recordings))
     offered(known, whole, chosen)
     scored, notes = thinned(whole)
     held = checked_held(fix or {}, chosen, known)
@@ -120,6 +130,10 @@ def identify(
         own=own_values(problem, solution.outcome.point),
         evaluations=solution.outcome.evaluations,
         history=history,
+        fit_percent=fit_percent(
+            solution.rmse_deg,
+            [one.angle_deg[mask] for one, mask in zip(scored, problem.masks, strict=True)],
+        ),
         discrete=to_difference(linear, sample_time_s),
         dynamics=dynamics(model, covariance, step_size_deg(whole), known),
         transmissions=transmissions(whole),
@@ -138,8 +152,7 @@ def with_information(
     """
     if set(fit.covariance.names) <= set(fit.fixed):
         return fit
-    given = [recordings] if isinstance(recordings, Recording) else recordings
-    whole, _ = usable_views(given)
+    whole, _ = usable_views(one_or_more(recordings))
     actuator, biases = fit.actuator, [bias.value for bias in fit.biases]
     known = assess(actuator, whole, fit.noise_deg, catalogue=catalogue, biases_deg=biases)
     warnings = list(fit.warnings)
@@ -149,13 +162,6 @@ def with_information(
         if better is not None:
             warnings.append(better.sentence(known))
     return replace(fit, information=known.summary(), warnings=tuple(warnings))
-
-
-def floor_deg(recordings: Sequence[Recording], noise: float, tolerance: float | None) -> float:
-    """hypot(noise, tolerance) [deg]; the tolerance is 0.05 % of the moved range by default."""
-    if tolerance is None:
-        tolerance = TOLERANCE_SHARE * max(recording.moved_range_deg for recording in recordings)
-    return float(np.hypot(noise, tolerance))
 
 
 def _beside(solution: Solution, floor: float) -> Solution:

@@ -7,7 +7,8 @@ clock: by Gauss and Newton's step on the fit's own linearization, repeated on sh
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,40 +24,69 @@ GAIN = 0.05
 ROUNDS = 3
 
 
-def latency_notes(fit: Solution) -> tuple[str, ...]:
-    """A sentence for each recording of a joint fit whose angle clearly lags those of others.
+@dataclass(frozen=True)
+class OwnLatencies:
+    """Latencies that the recordings of a fit clearly do not share.
 
-    Latencies count from the recording that lags least: what all have in common is dead time.
+    ``late_s`` and ``sigma_s`` (recordings,): by how much each angle lags behind that of the
+    recording that lags least, since what all have in common is dead time. ``rmse_deg`` is the error
+    of the fit to recordings that are shifted by as much, ``shared_rmse_deg`` that without it.
     """
+
+    late_s: Array
+    sigma_s: Array
+    rmse_deg: float
+    shared_rmse_deg: float
+
+    def sentences(self, names: Sequence[str], remedy: str) -> tuple[str, ...]:
+        """One for each recording that lags; ``remedy`` says what is done, with {late_s} in it."""
+        found = []
+        for name, late, sigma in zip(names, self.late_s, self.sigma_s, strict=True):
+            if late > CLEAR * sigma:
+                shown = " +- ".join(uncertain(1e3 * late, 1e3 * sigma))
+                found.append(
+                    f"{name}: its angle comes {shown} ms later after the command than that of "
+                    f"other recordings (with latencies of their own the rmse is "
+                    f"{self.rmse_deg:.3g} deg instead of {self.shared_rmse_deg:.3g}); "
+                    f"{remedy.format(late_s=f'{late:.4g}')}"
+                )
+        return tuple(found)
+
+
+def latency_notes(fit: Solution) -> tuple[str, ...]:
+    """A sentence for each recording of a joint fit whose angle clearly lags those of others."""
+    found = clear_latencies(fit)
     names = [one.name for one in fit.problem.recordings]
-    if len({one.side for one in fit.problem.recordings}) > 1 or len(names) < 2:
-        return ()
-    late_s, sigma_s, left = own_latencies(fit)
+    remedy = "the fit takes them for the same: give latency_s = {late_s} in its recording.toml"
+    return () if found is None else found.sentences(names, remedy)
+
+
+def clear_latencies(fit: Solution, runs: Sequence[int] | None = None) -> OwnLatencies | None:
+    """The latencies of a joint fit's recordings where they clearly differ, else None.
+
+    ``runs`` (recordings,) numbers the run that each is a part of, and parts of one run share their
+    latency; by default each is a run.
+    """
+    recordings = fit.problem.recordings
+    runs = range(len(recordings)) if runs is None else runs
+    if len({one.side for one in recordings}) > 1 or len(set(runs)) < 2:
+        return None
+    late_s, sigma_s, left = _own_latencies(fit, runs)
     worth = (1.0 - GAIN) * fit.rmse_deg
     if not np.any(late_s - late_s.min() > CLEAR * sigma_s) or left * fit.rmse_deg > worth:
-        return ()
+        return None
     total_s, moved = late_s, fit
     for _ in range(ROUNDS):
         moved = _shifted(fit, total_s)
-        late_s, sigma_s, _ = own_latencies(moved)
+        late_s, sigma_s, _ = _own_latencies(moved, runs)
         total_s = total_s + late_s
     total_s = total_s - total_s.min()
-    if moved.rmse_deg > worth:
-        return ()
-    notes = []
-    for name, late, sigma in zip(names, total_s, sigma_s, strict=True):
-        if late > CLEAR * sigma:
-            shown = " +- ".join(uncertain(1e3 * late, 1e3 * sigma))
-            notes.append(
-                f"{name}: its angle comes {shown} ms later after the command than that of other "
-                f"recordings, which the fit takes for the same (with latencies of their own the "
-                f"rmse is {moved.rmse_deg:.3g} deg instead of {fit.rmse_deg:.3g}); give latency_s "
-                f"= {late:.4g} in its recording.toml"
-            )
-    return tuple(notes)
+    if moved.rmse_deg > worth or not np.any(total_s > CLEAR * sigma_s):
+        return None
+    return OwnLatencies(total_s, sigma_s, moved.rmse_deg, fit.rmse_deg)
 
 
-def own_latencies(fit: Solution) -> tuple[Array, Array, float]:
+def _own_latencies(fit: Solution, runs: Sequence[int]) -> tuple[Array, Array, float]:
     """By how much each recording's angle lags behind the mean of all, (recordings,) [s].
 
     Also sigma of the difference to any other, (recordings,) [s], and the share of the rms error
@@ -66,7 +96,7 @@ def own_latencies(fit: Solution) -> tuple[Array, Array, float]:
     problem, point = fit.problem, fit.outcome.point
     count = len(problem.recordings)
     slopes = np.stack([clock_slope(problem, point, r) for r in range(count)], axis=1)
-    from_mean = np.eye(count)[:, 1:] - 1.0 / count
+    from_mean = _from_mean(runs)
     columns = projected_out(slopes @ from_mean, fit.jacobian)
     inverse = np.linalg.pinv(columns.T @ columns)
     found = inverse @ (columns.T @ fit.residual)
@@ -78,6 +108,13 @@ def own_latencies(fit: Solution) -> tuple[Array, Array, float]:
     gone = float(found @ (columns.T @ fit.residual))
     left = np.sqrt(max(1.0 - gone / max(square, 1e-300), 0.0))
     return from_mean @ found, sigma_s, float(left)
+
+
+def _from_mean(runs: Sequence[int]) -> Array:
+    """What free numbers make of the latencies, (recordings, runs - 1); their mean is 0."""
+    numbers = sorted(set(runs))
+    own = np.eye(len(numbers))[:, 1:] - 1.0 / len(numbers)
+    return np.asarray(own[[numbers.index(one) for one in runs]])
 
 
 def _shifted(fit: Solution, late_s: Array) -> Solution:

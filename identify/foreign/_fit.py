@@ -23,7 +23,16 @@ from servosight.identify.uncertainty import (
     determined_inverse,
     weighted_normal,
 )
-from servosight.models.core import Array, Estimate, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Array,
+    Estimate,
+    InputError,
+    Recording,
+    did_you_mean,
+    either,
+    fit_percent,
+    one_or_more,
+)
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
 from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
@@ -61,8 +70,10 @@ def identify_fmu(
     """
     trusted(path, trust)
     began = time.perf_counter()
-    whole, left_out = usable_views(recordings)
+    whole, left_out = usable_views(one_or_more(recordings))
     scored, notes = thinned(whole)
+    noise = joint_noise_deg(tuple(whole))
+    floor = floor_deg(whole, noise, tolerance)
     known = built_in() if catalogue is None else catalogue
     chosen = select(known, effects)
     interface = Interface(path, command, angle, limits)
@@ -75,17 +86,17 @@ def identify_fmu(
             held=held,
         )
         end = _descent(search)
-    noise = joint_noise_deg(tuple(whole))
     covariance = _covariance(search, end)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
+    rmse_deg = float(np.sqrt(np.mean(end.residuals**2)))
     return FmuFit(
         model=str(path),
         parameters=estimates,
         covariance=Matrix(shared, covariance[: len(shared), : len(shared)]),
-        rmse_deg=float(np.sqrt(np.mean(end.residuals**2))),
+        rmse_deg=rmse_deg,
         noise_deg=noise,
-        floor_deg=floor_deg(whole, noise, tolerance),
+        floor_deg=floor,
         samples=end.residuals.size,
         method=METHOD,
         seconds=time.perf_counter() - began,
@@ -95,6 +106,7 @@ def identify_fmu(
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),
         evaluations=end.evaluations,
+        fit_percent=fit_percent(rmse_deg, [one.angle_deg for one in scored]),
     )
 
 
@@ -229,8 +241,8 @@ def _chosen(
     chosen = tuple(there[name] for name in dict.fromkeys(wanted) if name not in held)
     if not chosen and not model.own:
         raise InputError(
-            f"{model.fmu.path}: has no tunable parameter, expected one to fit; name others behind "
-            f"--parameters, or use servosight compare"
+            f"{model.fmu.path}: has no tunable parameter, expected one to fit; name others by "
+            f"{either('parameters', '--parameters')}, or compare it instead"
         )
     return chosen
 

@@ -19,7 +19,7 @@ from servosight.identify.foreign._surroundings import (
     surrounded,
 )
 from servosight.identify.problem import BaseModel, Problem
-from servosight.models.core import OWN, Array, InputError, Parameter, Recording
+from servosight.models.core import OWN, Array, InputError, Parameter, Recording, either
 from servosight.models.effects import Effect
 from servosight.models.fmu import Fmu, FmuModel, FmuRun, FmuVariable
 from servosight.models.plant import Stimulus
@@ -149,5 +149,5 @@ def _check_names(model: Surrounded, found: EffectsAround) -> None:
         if name in own:
             raise InputError(
                 f"{found.fmu.path}: has a parameter {name} itself, expected effects that it lacks; "
-                f"fit that one by --parameters"
+                f"fit that one by {either('parameters', '--parameters')}"
             )

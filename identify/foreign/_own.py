@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording
+from servosight.models.core import Array, InputError, Recording, either
 from servosight.models.fmu import FmuRun, FmuVariable
 
 
@@ -36,8 +36,8 @@ def trusted(path: Path, trust: bool) -> None:
     """Raise InputError unless the user has said that the FMU's native code may run."""
     if not trust:
         raise InputError(
-            f"{path}: an FMU runs native code with your rights, expected --trust; give it once you "
-            f"trust where the file is from"
+            f"{path}: an FMU runs native code with your rights, expected "
+            f"{either('trust=True', '--trust')}; give it once you trust where the file is from"
         )
 
 

@@ -16,7 +16,14 @@ from servosight.identify.fit import polish
 from servosight.identify.foreign._own import trusted
 from servosight.identify.foreign._runs import Interface, Runs
 from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import Actuator, Estimate, InputError, Recording, did_you_mean
+from servosight.models.core import (
+    Actuator,
+    Estimate,
+    InputError,
+    Recording,
+    did_you_mean,
+    one_or_more,
+)
 from servosight.models.effects import Effect, Place
 from servosight.models.fmu import Fmu, FmuModel
 from servosight.models.plant import Plant, Stimulus
@@ -86,6 +93,7 @@ def surrounded(
     ``recordings``. Behind the context, the FMU is started again for whatever asks for a run.
     """
     trusted(interface.path, trust)
+    first, *_ = one_or_more(recordings)
     around = Surroundings(catalogue, interface)
     with around.runs.opened() as model:
         given = dict(fix or {})
@@ -94,8 +102,8 @@ def surrounded(
         values = {name: value for name, value in given.items() if name not in outside}
         _check_values(model, values)
         around.runs.values.update(values)
-        around.actuator, (k, bias) = _described(around, model, recordings[0])
-        rest_deg = k * float(recordings[0].command_deg[0]) + bias
+        around.actuator, (k, bias) = _described(around, model, first)
+        rest_deg = k * float(first.command_deg[0]) + bias
         kept = {name: given[name] for name in outside}
         yield Surrounded(around, around.actuator, model, kept, rest_deg)
 

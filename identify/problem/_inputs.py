@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from servosight.models.core import InputError, Recording, rounded
+from servosight.models.core import InputError, Recording, column_map, rounded
 from servosight.models.effects import Effect, Place
 from servosight.models.plant import Plant
 
@@ -79,7 +79,7 @@ def offered(
             raise InputError(
                 f"effect {name} acts by a known disturbance, and none of the recordings has one, "
                 f"expected a column disturbance_UNIT in signals.csv; import one with "
-                f"--map disturbance=COLUMN:UNIT, or leave the effect out"
+                f"{column_map('disturbance', 'COLUMN:UNIT')}, or leave the effect out"
             )
     return catalogue if len(found) == len(catalogue) else found
 

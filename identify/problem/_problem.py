@@ -91,7 +91,7 @@ class Problem:
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
     so that a cost stays in degrees. ``ranges`` are narrower bounds by name of a parameter of the
     linear core, or of ``bias``. ``held`` parameters stay at their values: their bounds are these.
-    Those of effects that are not fitted are ignored. ``work`` is told of every simulation, where it
+    Those of effects that are not fitted are ignored. ``work`` counts every simulation, where it
     is given. ``horizon_s``: the model predicts so far at a time, beginning anew from the measured
     motion; the whole recording if None.
     """

@@ -21,6 +21,7 @@ from servosight.identify.transmission._play import driven
 from servosight.models.core import (
     Array,
     Estimate,
+    Frozen,
     InputError,
     Mask,
     Recording,
@@ -49,11 +50,11 @@ _PLACES = 9
 _REACH = 2
 """Motion is judged over so many samples to either side."""
 _INNER = (0.02, 0.98)
-"""The ratio is told between these quantiles of the horn's angle: beyond, it is extrapolated."""
+"""The ratio is given between these quantiles of the horn's angle: beyond, it is extrapolated."""
 
 
 @dataclass(frozen=True)
-class Transmission:
+class Transmission(Frozen):
     """What lies between horn and surface.
 
     ``horn_deg`` (places,) are angles of the horn over its range, ``ratio`` and ``ratio_sigma``

@@ -69,16 +69,16 @@ def of_clocks(table: Mapping[str, Estimate], shares: Array, sigmas_s: Array) -> 
     ``shares`` of each parameter's variance that come from the offsets, whose sigmas are
     ``sigmas_s`` [s], infinite where unknown.
     """
-    told = [
+    uncertain = [
         f"{name} (by {100.0 * one.sigma / abs(one.value):.2g} %)"
         for (name, one), share in zip(table.items(), shares, strict=False)
         if share > _MOSTLY and one.sigma and one.sigma > _VISIBLE * abs(one.value)
     ]
-    if not told:
+    if not uncertain:
         return []
     offset_ms = 1e3 * float(np.max(sigmas_s[np.isfinite(sigmas_s)]))
     return [
-        f"the clocks leave {', '.join(told)} uncertain: the offset between the time stamps of "
+        f"the clocks leave {', '.join(uncertain)} uncertain: the offset between the time stamps of "
         f"command and angle is known to {offset_ms:.2g} ms, which more samples do not improve; "
         f"film a light that the command switches more often, or log both by one clock"
     ]

@@ -3,26 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, Frozen, html_table
 
 _FLAT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Matrix:
+class Matrix(Frozen):
     """``values`` (names, names), NaN where a parameter is undetermined.
 
     >>> import numpy as np
     >>> Matrix(("k", "T"), np.array([[4.0, 1.0], [1.0, 1.0]])).correlation.values.tolist()
     [[1.0, 0.5], [0.5, 1.0]]
+    >>> np.asarray(Matrix(("k",), np.array([[4.0]]))).shape
+    (1, 1)
     """
 
     names: tuple[str, ...]
     values: Array
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Its ``values``, for numpy."""
+        return np.array(self.values, dtype=dtype, copy=copy)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            {"": name, **dict(zip(self.names, map(float, row), strict=True))}
+            for name, row in zip(self.names, self.values, strict=True)
+        ]
+        return html_table(rows)
 
     @property
     def correlation(self) -> Matrix:

@@ -25,6 +25,10 @@ from servosight.models.base._mark import Kind as Kind
 from servosight.models.base._mark import kind_of as kind_of
 from servosight.models.base._mark import marked_png as marked_png
 from servosight.models.base._mark import marked_toml as marked_toml
+from servosight.models.base._models import is_fmu as is_fmu
+from servosight.models.base._models import is_model_file as is_model_file
+from servosight.models.base._numbers import check_seed as check_seed
+from servosight.models.base._numbers import check_tolerance as check_tolerance
 from servosight.models.base._progress import FrameProgress as FrameProgress
 from servosight.models.base._progress import StageProgress as StageProgress
 from servosight.models.base._progress import silent as silent
@@ -32,3 +36,5 @@ from servosight.models.base._temporary import discard_all as discard_all
 from servosight.models.base._temporary import sweep as sweep
 from servosight.models.base._temporary import temporary_file as temporary_file
 from servosight.models.base._temporary import temporary_folder as temporary_folder
+from servosight.models.base._wording import column_map as column_map
+from servosight.models.base._wording import either as either

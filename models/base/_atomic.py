@@ -10,6 +10,7 @@ from pathlib import Path
 from servosight.models.base._errors import InputError
 from servosight.models.base._files import check_path
 from servosight.models.base._temporary import discard, temporary_file, temporary_folder
+from servosight.models.base._wording import either
 
 
 def write_text(path: Path, text: str) -> None:
@@ -125,7 +126,8 @@ def check_folder(
         lost = "would be replaced" if sign is None else f"came from elsewhere (there is no {sign})"
         raise InputError(
             f"{folder}: the folder holds {min(names)!r}, which {lost}; expected a new or empty "
-            f"folder, so choose another name or replace it with --force"
+            f"folder, so choose another name or replace it with "
+            f"{either('force=True', '--force')}"
         )
 
 

@@ -9,7 +9,12 @@ from servosight.models.base import Kind as Kind
 from servosight.models.base import StageProgress as StageProgress
 from servosight.models.base import check_folder as check_folder
 from servosight.models.base import check_path as check_path
+from servosight.models.base import check_seed as check_seed
+from servosight.models.base import check_tolerance as check_tolerance
+from servosight.models.base import column_map as column_map
 from servosight.models.base import did_you_mean as did_you_mean
+from servosight.models.base import either as either
+from servosight.models.base import is_model_file as is_model_file
 from servosight.models.base import json_text as json_text
 from servosight.models.base import kind_of as kind_of
 from servosight.models.base import make_folder as make_folder
@@ -36,7 +41,10 @@ from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._display import Rows as Rows
 from servosight.models.core._display import frame as frame
+from servosight.models.core._display import html_table as html_table
+from servosight.models.core._frozen import Frozen as Frozen
 from servosight.models.core._light import lit_share as lit_share
+from servosight.models.core._nrmse import fit_percent as fit_percent
 from servosight.models.core._parameter import CORE as CORE
 from servosight.models.core._parameter import FIXED as FIXED
 from servosight.models.core._parameter import OWN as OWN
@@ -53,6 +61,7 @@ from servosight.models.core._recording import Side as Side
 from servosight.models.core._recording import Signals as Signals
 from servosight.models.core._recording import Stream as Stream
 from servosight.models.core._recording import command_at as command_at
+from servosight.models.core._result import SCHEMA as SCHEMA
 from servosight.models.core._result import Result as Result
 from servosight.models.core._result import Table as Table
 from servosight.models.core._rounding import chance as chance
@@ -62,6 +71,7 @@ from servosight.models.core._rounding import rounded as rounded
 from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
+from servosight.models.core._views import one_or_more as one_or_more
 from servosight.models.core._views import read_by_servo as read_by_servo
 from servosight.models.core._views import views as views
 from servosight.models.schema import APART as APART

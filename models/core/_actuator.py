@@ -12,9 +12,10 @@ import tomli_w
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from servosight.models.base import InputError, Kind, marked_toml, read_settings, write_text
+from servosight.models.base import InputError, Kind, either, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import frame, html_table, parameter_rows
+from servosight.models.core._frozen import Frozen
 from servosight.models.core._parameter import CORE, OWN, Parameter
 from servosight.models.core._plots import plot_gain
 from servosight.models.core._recording import Recording
@@ -44,7 +45,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class Actuator:
+class Actuator(Frozen):
     """G(s) = k / (T^2 s^2 + 2 xi T s + 1) plus effects.
 
     ``parameters`` holds k, T, xi, bias and ``effect.parameter`` for each of ``effects``.
@@ -111,7 +112,7 @@ class Actuator:
 
         For a recording (or its path) at its times, from its start; or for a command that holds
         between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
-        effects of a plugin.
+        effects of a plugin. InputError where the times do not rise or a number is not finite.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -120,21 +121,16 @@ class Actuator:
         5.0
         """
         from servosight.models.effects import catalogue as built_in  # what is above core, on use
-        from servosight.models.io import load_recording
+        from servosight.models.io import command_from_arrays, load_recording
         from servosight.models.plant import predict, predict_command
 
         known = built_in() if catalogue is None else catalogue
         if recording is None:
             if time_s is None or command_deg is None:
                 raise InputError(
-                    "predict: no command, expected a recording or time_s and command_deg"
+                    "predict: no command, expected a recording, or time_s and command_deg; give one"
                 )
-            times, command = (np.array(x, dtype=np.float64) for x in (time_s, command_deg))
-            if times.ndim != 1 or times.shape != command.shape or times.size < 2:
-                raise InputError(
-                    f"predict: time_s has the shape {times.shape} and command_deg "
-                    f"{command.shape}, expected two 1-D arrays of one length"
-                )
+            times, command = command_from_arrays("predict", time_s, command_deg)
             return predict_command(self, times, command, known)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)
@@ -270,7 +266,7 @@ def _read(path: Path, table: dict[str, Any], effects: Mapping[str, Effect]) -> A
         if name not in effects:
             raise InputError(
                 f"{path}: key effects names {name!r}, expected one of {', '.join(effects)}; "
-                f"bring your own with --plugin FILE.py"
+                f"bring your own with {either('plugins=[FILE.py]', '--plugin FILE.py')}"
             )
     wanted = {parameter.name: parameter for parameter in (*CORE, OWN[0])}
     for name in card.effects:

@@ -11,6 +11,7 @@ import numpy as np
 
 from servosight.models.core._arrays import Array
 from servosight.models.core._display import frame, html_table
+from servosight.models.core._frozen import Frozen
 from servosight.models.core._plots import plot_recording
 from servosight.models.core._rounding import rounded
 
@@ -28,7 +29,7 @@ SAME_TIME_S = 1e-9
 
 
 @dataclass(frozen=True)
-class Stream:
+class Stream(Frozen):
     """A second angle of the same run: ``time_s`` mid-exposure, ``angle_deg``, its ``sigma_deg``.
 
     All (samples,); the angle from a zero of its own.
@@ -40,7 +41,7 @@ class Stream:
 
 
 @dataclass(frozen=True)
-class Signals:
+class Signals(Frozen):
     """What else was logged of a run: ``time_s`` (rows,), ``values`` (rows,) by name and unit."""
 
     time_s: Array
@@ -48,7 +49,7 @@ class Signals:
 
 
 @dataclass(frozen=True, repr=False)
-class Recording:
+class Recording(Frozen):
     """Command and angle of one run.
 
     >>> time_s = np.arange(0.0, 2.0, 0.01)
@@ -83,7 +84,7 @@ class Recording:
     relative_load: float = 1.0
     path: Path | None = None
     video: Path | None = None
-    details: dict[str, Any] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)
     horn: Stream | None = None
     side: Side = "surface"
     shared_deg: Array | None = None
@@ -136,7 +137,7 @@ class Recording:
         time_unit: str | None = None,
         name: str = "frame",
     ) -> Recording:
-        """A recording from columns of a pandas or Polars data frame.
+        """A recording from columns of a pandas or Polars data frame, or of a mapping.
 
         ``unit`` (deg, rad or rev) is that of angle, command and sigma where their names have none:
         ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us or
@@ -207,11 +208,15 @@ class Recording:
         every = () if self.signals is None else self.signals.values.items()
         return [(name, v) for name, v in every if name.startswith(DISTURBANCE) and np.any(v)]
 
-    def save(self, folder: Path | str) -> None:
-        """Write a recording's folder, completely or not at all; InputError if it is not empty."""
+    def save(self, folder: Path | str, *, force: bool = False) -> None:
+        """Write a recording's folder, completely or not at all.
+
+        A folder that is not empty is replaced only with ``force``, and only if it holds nothing but
+        a recording's files; else InputError.
+        """
         from servosight.models.io import save_recording
 
-        save_recording(self, Path(folder))
+        save_recording(self, Path(folder), force=force)
 
     def to_dict(self) -> dict[str, Any]:
         """Name, hold, and the rows of command and angle, as plain values."""

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
 
 from servosight.models.base import InputError, json_text, plain, read_json, write_text
 from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
+from servosight.models.core._frozen import Frozen
 from servosight.models.core._recording import Recording
 from servosight.models.core._rounding import rounded
 from servosight.models.schema import typed
@@ -59,7 +60,7 @@ class Table(tuple[T, ...]):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Result:
+class Result(Frozen):
     """Base of what a verb returns.
 
     A subclass is ``@dataclass(frozen=True, kw_only=True, repr=False, eq=False)`` and has a

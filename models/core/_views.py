@@ -1,11 +1,28 @@
-"""What recordings are of: either side of the linkage, or what the servo's own sensor read."""
+"""Recordings as they are given, and what they are of: a side of the linkage, or a reading."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from servosight.models.base import InputError
 from servosight.models.core._recording import Recording
+
+
+def one_or_more(recordings: Recording | Sequence[Recording]) -> Sequence[Recording]:
+    """The recordings, also where one is given by itself; InputError where there is none.
+
+    >>> one_or_more([])
+    Traceback (most recent call last):
+    servosight.models.base._errors.InputError: recordings: none is given, expected at least one; ...
+    """
+    several = [recordings] if isinstance(recordings, Recording) else recordings
+    if len(several) == 0:
+        raise InputError(
+            "recordings: none is given, expected at least one; check the list or the folder that "
+            "it was made from"
+        )
+    return several
 
 
 def views(recordings: Sequence[Recording]) -> list[Recording]:

@@ -4,6 +4,7 @@ from servosight.models.effects._check import parsed as parsed
 from servosight.models.effects._contract import Effect as Effect
 from servosight.models.effects._contract import GuessFeatures as GuessFeatures
 from servosight.models.effects._info import EffectInfo as EffectInfo
+from servosight.models.effects._info import EffectTable as EffectTable
 from servosight.models.effects._info import effect_info as effect_info
 from servosight.models.effects._initial_guess import ResidualFeatures as ResidualFeatures
 from servosight.models.effects._place import MOTION as MOTION

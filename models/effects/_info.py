@@ -1,12 +1,22 @@
-"""All about an effect, as plain values."""
+"""All about an effect, and a table of several, as plain values."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
-from servosight.models.core import Result, Rows, Table
+from servosight.models.core import (
+    SCHEMA,
+    Result,
+    Rows,
+    Table,
+    json_text,
+    read_typed,
+    write_text,
+)
 from servosight.models.effects._contract import Effect
 
 
@@ -49,6 +59,39 @@ class EffectInfo(Result):
         return {"about": about, "parameters": self.parameters.to_list()}
 
 
+class EffectTable(Table[EffectInfo]):
+    """Effects as a table, which is saved and read back as a result is.
+
+    >>> from servosight.models.effects import catalogue
+    >>> table = EffectTable(map(effect_info, catalogue().values()))
+    >>> table.save("effects.json")
+    >>> EffectTable.load("effects.json") == table
+    True
+    """
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of ``servosight effects``, as plain values."""
+        return {"schema": SCHEMA, "type": "effects", "effects": self.to_list()}
+
+    def save(self, path: Path | str) -> None:
+        """Write JSON, completely or not at all; ``servosight.load`` reads it back."""
+        write_text(Path(path), json_text(self.to_dict()))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """Read what ``save`` wrote; InputError names the file and the key that is wrong."""
+        return cls(read_typed(path, _Saved).effects)
+
+
+@dataclass(frozen=True)
+class _Saved:
+    """What is read of an effect table's JSON."""
+
+    effects: Table[EffectInfo]
+
+
 def effect_info(effect: Effect) -> EffectInfo:
     """An effect's words and numbers."""
     parameters = Table(
@@ -57,8 +100,8 @@ def effect_info(effect: Effect) -> EffectInfo:
             q.unit,
             q.meaning,
             q.low,
-            None if q.reciprocal else q.high,
-            None if q.reciprocal else q.neutral,
+            _finite(q.high),
+            _finite(q.neutral),
             q.reciprocal,
         )
         for q in effect.parameters
@@ -75,3 +118,7 @@ def effect_info(effect: Effect) -> EffectInfo:
         contains=tuple(effect.contains),
         parameters=parameters,
     )
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

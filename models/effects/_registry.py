@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from servosight.models.core import InputError, check_path, did_you_mean
+from servosight.models.core import InputError, check_path, did_you_mean, either
 from servosight.models.effects._contract import TYPICAL, Effect
 
 CATALOGUE: tuple[str, ...] = (
@@ -40,7 +40,7 @@ CATALOGUE: tuple[str, ...] = (
     "sensor_nonlinearity",
     "feedback_backlash",
 )
-"""Files in ``models/effects``; effects in one place act in this order (PHYSICS catalogue)."""
+"""Files in ``models/effects/builtin``; effects in one place act in this order (docs/physics.md)."""
 
 
 def catalogue(plugins: Sequence[Path] = ()) -> dict[str, Effect]:
@@ -83,7 +83,8 @@ def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
         if name not in effects:
             raise InputError(
                 f"unknown effect {name!r}{did_you_mean(name, effects)}; expected one of "
-                f"{', '.join(effects)}: choose from these or bring your own with --plugin FILE.py"
+                f"{', '.join(effects)}: choose from these or bring your own with "
+                f"{either('plugins=[FILE.py]', '--plugin FILE.py')}"
             )
     wanted = set(ids)
     return [name for name in effects if name in wanted]

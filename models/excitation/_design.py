@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, did_you_mean
+from servosight.models.core import Array, InputError, check_seed, did_you_mean
 from servosight.models.excitation import _shapes as waves
 from servosight.models.excitation._limits import CommandLimits
 from servosight.models.excitation._multisine import multisine_period, random_grid
@@ -47,13 +47,15 @@ class Design:
 def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: int = 0) -> Design:
     """The ``shape`` (a key of :data:`SHAPES`) within ``limits``.
 
-    Raises InputError where the shape is unknown, or cannot be had within the limits.
+    Raises InputError where the shape is unknown or cannot be had within the limits, and for a seed
+    that is none.
     """
     if shape not in SHAPES:
         raise InputError(
             f"shape {shape!r}{did_you_mean(shape, [*SHAPES, 'optimal'])}: expected one of "
             f"{', '.join(SHAPES)} or optimal; choose one of these"
         )
+    check_seed(seed)
     wanted = form or Form()
     for name in ("frequency_hz", "low_hz", "high_hz", "dwell_s"):
         value = getattr(wanted, name)

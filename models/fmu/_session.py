@@ -188,11 +188,11 @@ def _steps(fmu: Any, old: bool, given: int, wanted: int) -> Callable[[float, flo
     it = fmu.component
     ended = [ctypes.c_bool(), ctypes.c_bool(), ctypes.c_bool()]
     reached = ctypes.c_double()
-    told = [*map(ctypes.byref, ended), ctypes.byref(reached)]
+    flags = [*map(ctypes.byref, ended), ctypes.byref(reached)]
     names = ("SetReal", "DoStep", "GetReal") if old else ("SetFloat64", "DoStep", "GetFloat64")
     prefix = "fmi2" if old else "fmi3"
     write, advance, read = (getattr(fmu.dll, f"{prefix}{name}") for name in names)
-    count, more = (() if old else (1,)), (() if old else told)
+    count, more = (() if old else (1,)), (() if old else flags)
 
     def step(value: float, time_s: float, length_s: float) -> float:
         number[0] = value

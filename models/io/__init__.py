@@ -6,6 +6,7 @@ from servosight.models.io._csv import table_text as table_text
 from servosight.models.io._ffv1 import TICK as TICK
 from servosight.models.io._ffv1 import Ffv1Encoder as Ffv1Encoder
 from servosight.models.io._ffv1 import codec_context as codec_context
+from servosight.models.io._in_memory import command_from_arrays as command_from_arrays
 from servosight.models.io._in_memory import recording_from_arrays as recording_from_arrays
 from servosight.models.io._in_memory import recording_from_frame as recording_from_frame
 from servosight.models.io._matroska import TICK_S as TICK_S

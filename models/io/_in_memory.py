@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import Series
+from servosight.models.io._series import Series, check_angle, check_finite, check_time
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io.importers import Column, Raw, Request, assemble, units_of
 
@@ -41,6 +41,24 @@ def recording_from_arrays(
     return recording_of(name, streams, RecordingSettings(hold=hold, exposure_s=float(exposure_s)))
 
 
+def command_from_arrays(name: str, time_s: Any, command_deg: Any) -> tuple[Array, Array]:
+    """Times [s] and values [deg] of a command's rows, (rows,) each.
+
+    Raises InputError where they are no numbers, differ in length or the time does not rise.
+    """
+    time, command = _series(name, "time_s", time_s), _series(name, "command_deg", command_deg)
+    if time.raw.size != command.raw.size or time.raw.size < 2:
+        raise InputError(
+            f"{name}: time_s has {time.raw.size} values and command_deg {command.raw.size}, "
+            f"expected as many of both, and two or more; give one value for each time"
+        )
+    for column in (time, command):
+        check_finite(column)
+    check_time(time)
+    check_angle(command)
+    return time.values, command.values
+
+
 def recording_from_frame(
     name: str,
     frame: Any,
@@ -50,16 +68,17 @@ def recording_from_frame(
 ) -> Recording:
     """What :meth:`servosight.Recording.from_frame` does; ``columns`` by quantity."""
     request = Request(unit=unit)
+    known = _column_names(name, frame)
     chosen = {
         quantity: Column(column, time_unit if quantity == "time" else None)
         for quantity, column in columns.items()
         if column is not None
     }
     for quantity, column in chosen.items():
-        if column.name not in list(frame.columns):
+        if column.name not in known:
             raise InputError(
                 f"{name}: no column {column.name!r}, expected one of "
-                f"{', '.join(map(str, frame.columns))}; name the {quantity}'s column"
+                f"{', '.join(map(str, known))}; name the {quantity}'s column"
             )
     units, notes = units_of(name, chosen, request)
     raw = {}
@@ -67,6 +86,18 @@ def recording_from_frame(
         series = _series(name, column.name, frame[column.name])
         raw[quantity] = Raw(column.name, units[quantity], series.raw, series.rows, "row")
     return assemble(Path(name), raw, request, {}, notes)
+
+
+def _column_names(name: str, frame: Any) -> list[Any]:
+    """Those of a data frame, or the keys of a mapping; InputError where it is neither."""
+    if isinstance(frame, Mapping):
+        return list(frame)
+    if not hasattr(frame, "columns"):
+        raise InputError(
+            f"{name}: is a {type(frame).__name__}, expected a pandas or Polars data frame or a "
+            f"mapping of columns; for arrays there is Recording.from_arrays"
+        )
+    return list(frame.columns)
 
 
 def _series(name: str, label: str, values: Any) -> Series:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +14,8 @@ from servosight.models.core import (
     Signals,
     Stream,
     check_path,
+    column_map,
+    either,
     plain_name,
 )
 from servosight.models.io import _series as check
@@ -254,8 +255,7 @@ def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Serie
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
-            f"bring the file in with `servosight import {shlex.quote(str(sheet.path))} -o REC "
-            f"--map {quantity}=COLUMN:{units[0]}`"
+            f"name it by {column_map(quantity, f'COLUMN:{units[0]}')}, there of `servosight import`"
         )
     ((name, unit),) = found
     raw = sheet.columns([name])[:, 0]
@@ -288,7 +288,10 @@ def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None
     if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
         raise InputError(
             f"{sheet.path}: column {raw.name} is a pulse width, expected the servo's scale; give "
-            f"--deg-per-us and --neutral-us, such as --deg-per-us 0.09 --neutral-us 1500"
+            + either(
+                "deg_per_us and neutral_us, such as 0.09 and 1500",
+                "--deg-per-us 0.09 --neutral-us 1500",
+            )
         )
     with np.errstate(over="ignore", invalid="ignore"):
         return replace(raw, values=(raw.raw - neutral_us) * deg_per_us)

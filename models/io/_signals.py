@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from servosight.models.core import Signals
+from servosight.models.core import Signals, column_map
 from servosight.models.io._csv import Sheet
 from servosight.models.io._header_units import Split, signal_unit, split_unit
 from servosight.models.io._listed import listed
@@ -79,5 +78,5 @@ def overlooked(
     first = found[0] if signal_unit(found[0], split) else f"{found[0]}:UNIT"
     return (
         f"{path}: {columns} {listed(found)} {are} not used; if {found[0]} is a force or torque "
-        f"that acts on the servo, import it with --map {shlex.quote(f'disturbance={first}')}",
+        f"that acts on the servo, import it with {column_map('disturbance', first)}",
     )

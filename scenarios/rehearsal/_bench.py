@@ -24,7 +24,7 @@ from servosight.bench.wire import (
     Wire,
     serving,
 )
-from servosight.models.core import Camera
+from servosight.models.core import Camera, check_seed
 from servosight.scenarios.draws import DRAWS
 from servosight.scenarios.rehearsal._camera import (
     BoardLight,
@@ -67,7 +67,11 @@ class Rehearsal:
 
     @classmethod
     def drawn(cls, seed: int, kind: Kind = "dynamixel") -> Rehearsal:
-        """A servo with one hidden effect, and a camera's clock, as ``seed`` draws them."""
+        """A servo with one hidden effect, and a camera's clock, as ``seed`` draws them.
+
+        Raises InputError for a seed that is no whole number from 0.
+        """
+        check_seed(seed)
         rng = np.random.default_rng([seed, 19])
         effect = HIDDEN[int(rng.integers(len(HIDDEN)))]
         ranges = DRAWS[effect]

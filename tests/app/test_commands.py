@@ -80,11 +80,13 @@ def test_identify_then_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str
     for name, truth in (("k", 1.0), ("T", T), ("xi", XI)):
         assert values["parameters"][name]["value"] == pytest.approx(truth, rel=5e-3)
     assert values["schema"] == 1
+    assert 98.0 < values["fit_percent"] < 100.0
     assert Actuator.load(card, catalogue()).value("k") == values["parameters"]["k"]["value"]
 
     assert main(["compare", str(card), str(rec), "--json", "-"]) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["rmse_deg"] < 0.05
+    assert "fit (NRMSE) 9" in captured.err
     assert "Next:" in captured.err
 
 
@@ -189,6 +191,7 @@ def values_of(auto: bool) -> dict[str, Any]:
                 "held_out_rmse_deg": error,
                 "explained": explained,
                 "parameters": parameters,
+                "fit_percent": 100.0 - 10.0 * error,
             }
             for added, error, explained in rungs
         ],
@@ -232,6 +235,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             **values_of(True),
             "parameters": {},
             "rmse_deg": 0.1,
+            "fit_percent": 98.7,
             "samples": 300,
             "method": "gradient",
             "seconds": 0.1,
@@ -269,6 +273,7 @@ def test_diagnose_tells_the_story(
         "linear",
         "+ backlash",
         "0.032 deg",
+        "fit (NRMSE) of the last model on test data: 99.68 %",
         "█",
         "What was missing: backlash. Its error falls.",
         "high frequency",

@@ -67,6 +67,19 @@ def section(page: str, name: str) -> str:
     return " ".join(re.sub(r"<[^>]+>", " ", body).split())
 
 
+def test_residuals_name_the_samples_that_are_tested(
+    page: str, recording: Recording, found: Diagnosis, tmp_path: Path
+) -> None:
+    """A test of 1 s is too short for 0.5 s of lags; a comparison fits nothing and tests all."""
+    assert "Validation and test samples. The bands" in section(page, "residuals")
+    path = tmp_path / "report.html"
+    write_report(path, ss.compare(found.actuator, recording), [recording])
+    assert "All samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
+    whole = ss.diagnose(recording, test=recording, with_effects=KNOWN[:1], auto=False)
+    write_report(path, whole, [recording, recording])
+    assert "Test samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
+
+
 def test_dynamics_carry_a_sigma(page: str, found: Diagnosis) -> None:
     """Bode figures and step metrics of the last model, as saved, and as they really are."""
     assert found.effects == ("backlash",)

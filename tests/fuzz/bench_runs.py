@@ -3,7 +3,7 @@
 Run as a script, it makes ``--count`` runs and prints a table; the tests make some. The session's
 own code runs against a servo on a pseudo-terminal and a camera on the loopback interface, under a
 clock that passes only while somebody waits. A run is faulty if it takes too long, if the virtual
-servo was told a goal outside its limits, if it was not left at neutral without torque although the
+servo received a goal outside its limits, if it was not left at neutral without torque although the
 link allowed it, or if what is kept is not whole: a recording that does not say why it ended, or
 whose video, frames.csv and command.csv do not fit each other.
 """
@@ -153,9 +153,9 @@ def attempt(trouble: Trouble, folder: Path) -> Outcome:
 
 
 def _at_the_servo(trouble: Trouble, on: FilmedWire) -> Iterator[str]:
-    """What the virtual servo was told that it should not have been."""
+    """What the virtual servo received that it should not have."""
     spare = 2.0 * STEP_DEG[trouble.kind]
-    goals = [told.goal_deg for told in on.far.told if told.torque]
+    goals = [goal.goal_deg for goal in on.far.received if goal.torque]
     least, most = min(goals, default=0.0), max(goals, default=0.0)
     if least < LIMITS.low_deg - spare or most > LIMITS.high_deg + spare:
         yield f"goals from {least:.2f} to {most:.2f} deg"
@@ -171,9 +171,9 @@ def _at_the_servo(trouble: Trouble, on: FilmedWire) -> Iterator[str]:
 
 def _kept(done: Run, folder: Path) -> Iterator[str]:
     """What does not fit in a recording that was kept."""
-    told = tomllib.loads((folder / "recording.toml").read_text(encoding="utf-8"))
-    if told.get("ended") != done.fault:
-        yield f"ended = {told.get('ended')!r}, and the fault is {done.fault!r}"
+    written = tomllib.loads((folder / "recording.toml").read_text(encoding="utf-8"))
+    if written.get("ended") != done.fault:
+        yield f"ended = {written.get('ended')!r}, and the fault is {done.fault!r}"
     if done.fault is not None and (". " in done.fault or "\n" in done.fault):
         yield f"not one sentence: {done.fault}"
     rows = len(read_sheet(folder / "command.csv").columns(["time_s"]))

@@ -135,7 +135,7 @@ def test_effects_and_settings_of_the_command_line() -> None:
         (["gap"], "--set gap"),
         (["backlash.gap=wide"], "expected a finite number"),
         (["backlash.gap=inf"], "expected a finite number"),
-        (["gap=2"], "write for instance backlash.gap=2"),
+        (["gap=2"], "set gap: no such parameter"),
         (["backlash.gap=-1"], "expected 0 to 45 deg"),
         (["rate_limit.rate=0"], "rate_limit.rate is 0.0"),
         (["slack.gap=1"], "no effect 'slack'"),

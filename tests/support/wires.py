@@ -63,11 +63,11 @@ def rig(
 
 
 def too_fast_deg(far: StandIn, rate_deg_s: float) -> float:
-    """By how much the goals that a servo was told change more than a rate allows, at most.
+    """By how much the goals that a servo received change more than a rate allows, at most.
 
-    Of goals that it was told at the same moment, from one piece of the stream, the last counts.
+    Of goals that it received at the same moment, from one piece of the stream, the last counts.
     """
-    last = {told.time_s: told for told in far.told}
+    last = {goal.time_s: goal for goal in far.received}
     excess = 0.0
     for one, other in itertools.pairwise(last.values()):
         if one.torque and other.torque:

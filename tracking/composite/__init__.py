@@ -9,7 +9,7 @@ from servosight.tracking.composite._search import FoundPart as FoundPart
 from servosight.tracking.composite._search import find_parts as find_parts
 from servosight.tracking.composite._search import found_about as found_about
 from servosight.tracking.composite._search import parts_otherwise as parts_otherwise
-from servosight.tracking.composite._steady import SteadySample as SteadySample
+from servosight.tracking.composite._stabilised import StabilisedSample as StabilisedSample
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
 from servosight.tracking.composite._trust import uncertain as uncertain

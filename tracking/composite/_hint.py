@@ -1,4 +1,4 @@
-"""What the user points at, in the pixels of the steady sample."""
+"""What the user points at, in the pixels of the stabilised sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._camera import aligned, refined
 from servosight.tracking.composite._part import Change, Reference, references_of
-from servosight.tracking.composite._steady import SteadySample, evenly
+from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.core import Box, median_of
 
 _GROWN_PX = 2
@@ -31,25 +31,25 @@ class Hint:
 
     @classmethod
     def of(
-        cls, steady: SteadySample, frame: Single, index: int,
+        cls, stabilised: StabilisedSample, frame: Single, index: int,
         pivot_px: tuple[float, float] | None, box: Box | None,
     ) -> Hint:  # fmt: skip
         """From the frame number ``index``, small, and what is pointed at in the video's pixels."""
-        row = int(np.argmin(np.abs(steady.every - index)))
-        onto = steady.onto[row]
-        if steady.moves or not np.isin(index, steady.index):
+        row = int(np.argmin(np.abs(stabilised.every - index)))
+        onto = stabilised.onto[row]
+        if stabilised.moves or not np.isin(index, stabilised.index):
             grey: Image = np.clip(np.round(frame), 0, 255).astype(np.uint8)
-            onto = refined(steady.reference, grey, onto)
+            onto = refined(stabilised.reference, grey, onto)
         picture, _ = aligned(frame, onto)
-        usual = median_of(steady.pictures)
+        usual = median_of(stabilised.pictures)
         turn, shift = np.linalg.inv(onto[:, :2]), onto[:, 2]
         pivot = region = None
         if pivot_px is not None:
-            pivot = turn @ (_small(np.array(pivot_px), steady.scale) - shift)
+            pivot = turn @ (_small(np.array(pivot_px), stabilised.scale) - shift)
         if box is not None:
             x, y, width, height = box
             corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-            place = (_small(corners - 0.5, steady.scale) - shift) @ turn.T
+            place = (_small(corners - 0.5, stabilised.scale) - shift) @ turn.T
             filled = np.zeros(frame.shape, np.uint8)
             cv2.fillPoly(filled, [np.round(place).astype(np.int32)], 1)
             region = filled > 0

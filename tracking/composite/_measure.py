@@ -21,7 +21,7 @@ from servosight.tracking.composite._model import (
 from servosight.tracking.composite._part import Gains, TurningPart
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
-from servosight.tracking.composite._steady import SteadySample, as_bright, evenly, light_of
+from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.core import median_of
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
@@ -37,14 +37,14 @@ _PIECE = 0.2  # of the largest piece's area; smaller ones are noise
 
 @dataclass(frozen=True)
 class PartMeter:
-    """Measures a found part in frame after frame; pixels are those of the steady sample.
+    """Measures a found part in frame after frame; pixels are those of the stabilised sample.
 
     ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
     columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot. ``features`` (height,
     width) is not 0, and ``background`` lies, where the part never passes.
     """
 
-    steady: SteadySample
+    stabilised: StabilisedSample
     model: CompositeModel
     view: PolarView
     shape: Single
@@ -55,17 +55,17 @@ class PartMeter:
     doubt_px: float
 
     @classmethod
-    def of(cls, steady: SteadySample, found: FoundPart) -> PartMeter:
+    def of(cls, stabilised: StabilisedSample, found: FoundPart) -> PartMeter:
         """Learn the part on all sampled pictures, its pivot with it."""
         rough = found.part
         rough_scale = found.scale
         pivot = np.array(found.pivot_px)
-        pictures = steady.pictures
+        pictures = stabilised.pictures
         angles = np.array([_searched(rough, rough_scale, p)[0] for p in pictures])
         good = np.ones(len(angles), bool)
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
-        still = cover_in(first, rough_shape > 0.5, 0.0, steady.content.shape).astype(np.float32)
+        still = cover_in(first, rough_shape > 0.5, 0.0, stabilised.content.shape).astype(np.float32)
         usual = median_of(pictures)
         kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
         most = 0
@@ -75,7 +75,7 @@ class PartMeter:
             shape = (np.nan_to_num(view.of(still)) > 0.5).astype(np.float32)
             place = (float(pivot[0]), float(pivot[1]))
             model = CompositeModel.of(
-                pictures[good], angles[good], place, shape, view, usual, steady.channel.grain
+                pictures[good], angles[good], place, shape, view, usual, stabilised.channel.grain
             )
             fit = _refitted(model, pictures, angles)
             angles, good = fit.angle_rad, fit.good
@@ -88,24 +88,28 @@ class PartMeter:
             pivot = pivot + fit.step_px
         model, view, shape, fit = kept[-1]
         angles, good, doubt_px = fit.angle_rad, fit.good, fit.doubt_px
-        swept = np.zeros(steady.content.shape, np.uint8)
+        swept = np.zeros(stabilised.content.shape, np.uint8)
         some = angles[good][:: max(1, int(good.sum()) // 24)].tolist()
         for cover in covers_in(view, shape > 0.5, some, swept.shape):
             swept |= cover.astype(np.uint8)
-        clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & steady.content
+        clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & stabilised.content
         features = np.asarray(255 * clear, np.uint8)
-        behind = model.behind if steady.channel.luma else steady.guide
-        background = Background.of(behind, clear) if steady.moves else None
-        return cls(steady, model, view, shape, rough, rough_scale, features, background, doubt_px)
+        behind = model.behind if stabilised.channel.luma else stabilised.guide
+        background = Background.of(behind, clear) if stabilised.moves else None
+        return cls(
+            stabilised, model, view, shape, rough, rough_scale, features, background, doubt_px
+        )
 
     @property
     def pivot_px(self) -> Array:
-        """In the pixels of the steady sample (2,)."""
+        """In the pixels of the stabilised sample (2,)."""
         return np.array(self.model.pivot_px)
 
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
-        return _contour(cover_in(self.view, self.shape > 0.5, angle_rad, self.steady.content.shape))
+        return _contour(
+            cover_in(self.view, self.shape > 0.5, angle_rad, self.stabilised.content.shape)
+        )
 
     @property
     def radius_px(self) -> float:
@@ -116,7 +120,7 @@ class PartMeter:
         """The rms [rad] by which angles (frames,) change, beyond chance, where the part may also
         shift: as with a pivot that is off. From the sampled frames."""
         pairs = []
-        for picture, index in zip(self.steady.pictures, self.steady.index, strict=True):
+        for picture, index in zip(self.stabilised.pictures, self.stabilised.index, strict=True):
             fit = fits[index] if index < len(fits) else None
             free = fit and self.model.fit(picture, fit.angle_rad, shifted=True)
             if fit and free and free.explained > _LEAST_EXPLAINED and free.kept > _LEAST_KEPT:
@@ -140,22 +144,22 @@ class PartMeter:
             yield frame, fit
 
     def _fit(self, frame: Frame, near: tuple[float, float] | None) -> PoseFit | None:
-        picture = small(frame.image, self.steady.scale)
+        picture = small(frame.image, self.stabilised.scale)
         onto = np.eye(2, 3)
-        if self.steady.moves:
+        if self.stabilised.moves:
             grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
-            motion = motion_between(self.steady.reference, grey, self.features)
+            motion = motion_between(self.stabilised.reference, grey, self.features)
             if motion is None:
                 return None
             onto = motion
             if self.background is not None:
                 onto = self.background.onto(picture, motion)
         still, _ = aligned(picture, onto)
-        if self.steady.channel.luma:
+        if self.stabilised.channel.luma:
             still = evenly(still, self.model.behind)
         else:
-            light = light_of(still, self.steady.guide)
-            colour = small(frame.seen_in(self.steady.channel), self.steady.scale)
+            light = light_of(still, self.stabilised.guide)
+            colour = small(frame.seen_in(self.stabilised.channel), self.stabilised.scale)
             still = as_bright(aligned(colour, onto)[0], light)
         angle, sure = _searched(self.rough, self.rough_scale, still, near)
         fit = self.model.fit(still, angle) if sure else None
@@ -164,11 +168,11 @@ class PartMeter:
         return fit
 
 
-def outline_of(found: FoundPart, steady: SteadySample) -> Array:
+def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
     """The contour (points, 2) of a part that was found, where the reference picture shows it."""
     part, scale = found.part, found.scale
-    angle, _ = _searched(part, scale, steady.shown)
-    height, width = (max(1, round(scale * side)) for side in steady.content.shape)
+    angle, _ = _searched(part, scale, stabilised.shown)
+    height, width = (max(1, round(scale * side)) for side in stabilised.content.shape)
     cover = cover_in(part.view, part.cover > 0.5, angle, (height, width))
     if not cover.any():
         return np.empty((0, 2))

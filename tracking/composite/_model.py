@@ -123,7 +123,7 @@ class CompositeModel:
             )  # fmt: skip
             scale = 1.4826 * float(np.partition(np.abs(left), left.size // 2)[left.size // 2]) + 0.3
             weight, normal, side = normal_equation(left, rows, area, scale, unknowns)
-            # Of a ball at the end of a rod, turn and shift are hardly told apart.
+            # Of a ball at the end of a rod, turn and shift can hardly be distinguished.
             held = np.zeros(unknowns)
             correlated = _CORRELATED_PX2 * self.grain**2
             held[1:] = correlated * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2

@@ -39,10 +39,10 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
     """The track of the part that explains most of the change in the channel of the footage."""
-    steady, hint, number = footage.steady, footage.hint, footage.options.pick
-    parts = find_parts(steady.pictures, hint, steady.content)
+    stabilised, hint, number = footage.stabilised, footage.hint, footage.options.pick
+    parts = find_parts(stabilised.pictures, hint, stabilised.content)
     if number > len(parts):
-        parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
+        parts += parts_otherwise(stabilised.pictures, parts, hint, stabilised.content)
     try:
         track, inside = footage.measured(footage.chosen(parts), progress)
     except TrackRefused as refused:
@@ -50,10 +50,10 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
         if number > 1 or not parts or (refused.measured and parts[0].inside):
             raise
         # In grey these were tried: what stands out in colour no better is someone at the side.
-        if not steady.channel.luma:
+        if not stabilised.channel.luma:
             raise
         tried = len(parts) if refused.measured else 1
-        parts += parts_otherwise(steady.pictures, parts, hint, steady.content)
+        parts += parts_otherwise(stabilised.pictures, parts, hint, stabilised.content)
         track, inside, number = footage.instead(parts, tried, refused, progress)
     candidates: tuple[Candidate, ...] = ()
     if track.channel.luma:  # in which --pick counts

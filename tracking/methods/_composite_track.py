@@ -51,7 +51,7 @@ def track_of(
     covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
     flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
     flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
-    scale = meter.steady.scale
+    scale = meter.stabilised.scale
     outline = in_video(meter.outline(first_rad(fits)), scale)
     x, y = in_video(meter.pivot_px, scale)
     return Track(
@@ -67,7 +67,7 @@ def track_of(
         plane=PICTURE,
         notes=tuple(film.notes(stamps_s.tolist())),
         shutters=film.shutters,
-        channel=meter.steady.channel,
+        channel=meter.stabilised.channel,
     )
 
 

@@ -17,7 +17,7 @@ from servosight.tracking.composite import (
     Hint,
     PartMeter,
     PoseFit,
-    SteadySample,
+    StabilisedSample,
     distrust,
     entering,
     found_about,
@@ -53,7 +53,7 @@ class Footage:
     film: Film
     options: TrackOptions
     sample: FrameSample
-    steady: SteadySample
+    stabilised: StabilisedSample
     stamps_s: Array
     hint: Hint | None
 
@@ -62,14 +62,16 @@ class Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
         sample = FrameSample(_as_it_is)
         stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
-        steady = SteadySample.of(sample)
-        if len(steady.pictures) < _LEAST_FRAMES:
+        stabilised = StabilisedSample.of(sample)
+        if len(stabilised.pictures) < _LEAST_FRAMES:
             raise TrackRefused(
                 f"{film.path}: the camera rests for too short a time; expected half a second at "
                 "least in which it stays in place, cut the video or mount the camera.",
                 refusal_picture(film.images),
             )
-        return cls(film, options, sample, steady, stamps_s, _hint(film, options, steady, stamps_s))
+        return cls(
+            film, options, sample, stabilised, stamps_s, _hint(film, options, stabilised, stamps_s)
+        )
 
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
@@ -79,8 +81,8 @@ class Footage:
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
                 sample.add(replace(frame, image=image))
-        steady = self.steady.in_colour(cb, cr)
-        return None if steady is None else replace(self, steady=steady)
+        stabilised = self.stabilised.in_colour(cb, cr)
+        return None if stabilised is None else replace(self, stabilised=stabilised)
 
     @property
     def least_explained(self) -> float:
@@ -119,7 +121,7 @@ class Footage:
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
         """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where
         the frames do not confirm it."""
-        settled, meter = _settled(self.steady, part, self.hint)
+        settled, meter = _settled(self.stabilised, part, self.hint)
         share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
             seen = SeenPart(self.candidate(settled).pivot_px, self._outline(settled))
@@ -129,7 +131,7 @@ class Footage:
                 f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
                 self._drawn([seen]),
             )
-        first, last = int(self.steady.index[0]), int(self.steady.index[-1])
+        first, last = int(self.stabilised.index[0]), int(self.stabilised.index[-1])
         if last + 2 * self.sample.stride > self.film.header.count:  # its stride ends before
             last = self.film.header.count
         fits = []
@@ -147,17 +149,17 @@ class Footage:
         part: FoundPart,
     ) -> Track:  # fmt: skip
         """The track with the sigma of its pivot, where the frames confirm it."""
-        pictures = list(self.steady.pictures)
+        pictures = list(self.stabilised.pictures)
         seen = replace(
-            self.sample, index=self.steady.index.tolist(), pictures=pictures,
-            roll_rad=self.steady.roll_rad.tolist(),
+            self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
+            roll_rad=self.stabilised.roll_rad.tolist(),
         )  # fmt: skip
-        line = in_video(meter.outline(first_rad(fits)), self.steady.scale)
-        shown = outline_at(track, float(track.angle_deg[self.steady.reference_index]))
+        line = in_video(meter.outline(first_rad(fits)), self.stabilised.scale)
+        shown = outline_at(track, float(track.angle_deg[self.stabilised.reference_index]))
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
         verify(
             self.film, self.options, track, np.array(track.pivot_px), line,
-            seen, inside, draw, partial(_left_out, part, self.steady.content),
+            seen, inside, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
@@ -169,7 +171,7 @@ class Footage:
         return track
 
     def _frames(self) -> Iterator[Frame]:
-        return frames(self.film.path, coloured=not self.steady.channel.luma)
+        return frames(self.film.path, coloured=not self.stabilised.channel.luma)
 
     def nothing(self, parts: Sequence[FoundPart]) -> TrackRefused:
         """That the part is not there, with the parts that were found drawn."""
@@ -194,11 +196,11 @@ class Footage:
 
     def candidate(self, part: FoundPart) -> Candidate:
         """A part that was found, in the video's own pixels."""
-        x, y = in_video(np.array(part.pivot_px), self.steady.scale)
+        x, y = in_video(np.array(part.pivot_px), self.stabilised.scale)
         return Candidate(pivot_px=(float(x), float(y)), explained=round(part.explained, 3))
 
     def _outline(self, part: FoundPart) -> Array:
-        return in_video(outline_of(part, self.steady), self.steady.scale)
+        return in_video(outline_of(part, self.stabilised), self.stabilised.scale)
 
     def _drawn(self, parts: Sequence[SeenPart]) -> Image:
         """Parts on the picture that all frames were aligned with."""
@@ -207,13 +209,17 @@ class Footage:
         def large(picture: Image) -> Image:
             return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR))
 
-        steady = self.steady
-        others = np.clip(np.round(steady.pictures[:: 1 + len(steady.pictures) // 24]), 0, 255)
-        images = [large(steady.reference), *(large(one.astype(np.uint8)) for one in others)]
-        return refusal_picture(images, parts, float(self.stamps_s[steady.reference_index]))
+        stabilised = self.stabilised
+        others = np.clip(
+            np.round(stabilised.pictures[:: 1 + len(stabilised.pictures) // 24]), 0, 255
+        )
+        images = [large(stabilised.reference), *(large(one.astype(np.uint8)) for one in others)]
+        return refusal_picture(images, parts, float(self.stamps_s[stabilised.reference_index]))
 
 
-def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Array) -> Hint | None:
+def _hint(
+    film: Film, options: TrackOptions, stabilised: StabilisedSample, stamps_s: Array
+) -> Hint | None:
     """What the user points at, if anything."""
     box = pointed_box(options, film.images[0].shape)
     if options.pivot is None and box is None:
@@ -222,24 +228,24 @@ def _hint(film: Film, options: TrackOptions, steady: SteadySample, stamps_s: Arr
     if options.at_s is not None:
         frame = frame_at(film.path, options.at_s).image
     index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
-    return Hint.of(steady, small(frame, steady.scale), index, options.pivot, box)
+    return Hint.of(stabilised, small(frame, stabilised.scale), index, options.pivot, box)
 
 
 def _settled(
-    steady: SteadySample, part: FoundPart, hint: Hint | None
+    stabilised: StabilisedSample, part: FoundPart, hint: Hint | None
 ) -> tuple[FoundPart, PartMeter]:
     """The part and its meter, learnt anew where its pivot turns out to be elsewhere."""
-    meter = PartMeter.of(steady, part)
+    meter = PartMeter.of(stabilised, part)
     for _ in range(_ANEW):
         # A pixel of the pictures in which the part was found.
         if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
             break
         better = found_about(
-            steady.pictures, meter.pivot_px, hint, steady.content, part.inside, part.beside
+            stabilised.pictures, meter.pivot_px, hint, stabilised.content, part.inside, part.beside
         )
         if better is None:
             break
-        part, meter = better, PartMeter.of(steady, better)
+        part, meter = better, PartMeter.of(stabilised, better)
     return part, meter
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_force, add_json, add_plugins
 from servosight.app.completion import with_effects
@@ -29,12 +29,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print each effect's equation, parameters, look, cause and how to confirm it."""
-    from servosight.models.effects import catalogue, select
+    from servosight.models.effects import EffectTable, catalogue, effect_info, select
 
     check_outputs(args)
     effects = catalogue(args.plugin)
     names = list(effects) if args.effect is None else select(effects, [args.effect])
-    write_json(args.json, {"schema": 1, "effects": [_described(effects[name]) for name in names]})
+    write_json(args.json, EffectTable(effect_info(effects[name]) for name in names).to_dict())
     out = console(args)
     for name in names:
         if args.list:
@@ -43,29 +43,6 @@ def run(args: argparse.Namespace) -> None:
             _show(out, effects[name])
     if args.effect is None:
         _suggest(out, effects)
-
-
-def _described(effect: Effect) -> dict[str, Any]:
-    """An effect as JSON; null where a bound or a neutral value is infinite or there is none."""
-    words = ("equation", "looks_like", "cause", "confirm", "remedy", "source")
-    return {
-        "id": effect.id,
-        "place": effect.place.value,
-        **{word: getattr(effect, word) for word in words},
-        "contains": list(effect.contains),
-        "parameters": [
-            {
-                "name": q.name,
-                "unit": q.unit,
-                "meaning": q.meaning,
-                "low": q.low,
-                "high": q.high,
-                "neutral": q.neutral,
-                "neutral_is_infinite": q.reciprocal,
-            }
-            for q in effect.parameters
-        ],
-    }
 
 
 def _show(out: Console, effect: Effect) -> None:

@@ -25,9 +25,11 @@ from servosight.app.terminal import (
     progress,
     show_change,
     show_findings,
+    show_fit,
     show_where,
     write_json,
 )
+from servosight.models.base import is_fmu, is_model_file
 
 if TYPE_CHECKING:
     from servosight.models.effects import Effect
@@ -59,14 +61,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
-    from servosight.app.inputs import fmu_interface, is_fmu, load
+    from servosight.app.inputs import fmu_interface, load
     from servosight.diagnose import compare, compare_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
 
     check_outputs(args)
-    other = args.recordings[0]
-    if args.model.is_dir() or args.model.suffix == ".csv" or other.suffix == ".toml":
+    if not is_model_file(args.model) or is_model_file(args.recordings[0]):
         _change(args)
         return
     effects: Mapping[str, Effect] = catalogue(args.plugin)
@@ -83,6 +84,7 @@ def run(args: argparse.Namespace) -> None:
     values = result.to_dict()
     out = console(args)
     out.print(f"{result.headline}. {result.summary}")
+    show_fit(out, result.fit_percent)
     show_findings(out, values["findings"], values["sentences"][0])
     if not result.explained:
         show_where(out, values["where"], "where the model fails")

@@ -18,8 +18,8 @@ from servosight.app.arguments import (
     add_report,
     add_seed,
     any_path,
-    error_deg,
     limit_pair,
+    tolerance,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -31,7 +31,7 @@ from servosight.app.terminal import (
     show_diagnosis,
     write_json,
 )
-from servosight.models.base import InputError
+from servosight.models.base import InputError, is_fmu
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -73,7 +73,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="DEG",
-        type=error_deg,
+        type=tolerance,
         help="an error this small needs no further effect (default: 0.05 %% of the moved range)",
     )
     parser.add_argument(
@@ -128,11 +128,11 @@ def _add_known(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Diagnose, print, write the card, the JSON and the report."""
-    from servosight.app.inputs import is_fmu, load
+    from servosight.app.inputs import load
     from servosight.models.effects import catalogue
 
     check_outputs(args)
-    foreign = args.start is not None and is_fmu(args.start)
+    foreign = is_fmu(args.start)
     if foreign and args.output is not None:
         raise InputError(
             f"{args.start}: -o writes a model card, which cannot hold an FMU, expected --json or "
@@ -254,8 +254,6 @@ def _limits(args: argparse.Namespace, recordings: list[Recording]) -> CommandLim
 
 def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     """The next command: select effects, view the report, save the model, try another run."""
-    from servosight.app.inputs import is_fmu
-
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
     again += [word for path in args.validate for word in ("--validate", path)]
     again += [word for path in args.test for word in ("--test", path)]
@@ -269,7 +267,7 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
         return again
     if args.report is None:
         return [*again, "--report", "report.html"]
-    if args.start is not None and is_fmu(args.start):
+    if is_fmu(args.start):
         return _next_of_fmu(args, values)
     if args.output is None:
         return [*again, "-o", "model.toml"]

@@ -22,6 +22,7 @@ from servosight.app.terminal import (
     console,
     next_command,
     progress,
+    show_fit,
     show_identification,
     show_parameters,
     write_json,
@@ -134,6 +135,7 @@ def _run_fmu(args: argparse.Namespace) -> None:
         f"rmse {result.rmse_deg:.4g} deg over {result.samples} samples; noise "
         f"{result.noise_deg:.4g} deg, floor {result.floor_deg:.4g} deg"
     )
+    show_fit(out, result.fit_percent)
     out.print(f"{result.method}, {result.seconds:.1f} s, stopped: {result.stopped}")
     for warning in result.warnings:
         out.print(f"note: {warning}")

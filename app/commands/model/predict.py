@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path
 from servosight.app.terminal import check_outputs, console
-from servosight.models.base import Kind
+from servosight.models.base import Kind, is_fmu
 
 if TYPE_CHECKING:
     from servosight.models.core import Array, Recording
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> None:
 
 def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: bool) -> Array:
     """By the card or the FMU; from the recording's first samples, unless from rest."""
-    from servosight.app.inputs import fmu_interface, is_fmu
+    from servosight.app.inputs import fmu_interface
     from servosight.identify.foreign import predict_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue

@@ -83,9 +83,9 @@ class GenicamCamera:
                 one = self._next(acquirer)
                 with one as buffer:
                     arrival_s = self._now()
-                    told = self._features.told(buffer, "module", "frame_id")
-                    number += _step(last, told)
-                    last = told
+                    reported = self._features.optional(buffer, "module", "frame_id")
+                    number += _step(last, reported)
+                    last = reported
                     stamp_s = self._features.stamp_s(buffer)
                     data = _gray(buffer.payload.components[0], self.name)
                 if stamp_s is None:
@@ -177,13 +177,15 @@ class GenicamCamera:
         )
 
 
-def _step(last: int | None, told: int | None) -> int:
+def _step(last: int | None, reported: int | None) -> int:
     """By how much a frame's number grows; a number that falls begins to count anew."""
-    if last is None or told is None:
+    if last is None or reported is None:
         return 1
-    if told > last:
-        return told - last
-    return told - last + _LAST_ID if last >= _NEAR_LAST and told < _LAST_ID - _NEAR_LAST else 1
+    if reported > last:
+        return reported - last
+    return (
+        reported - last + _LAST_ID if last >= _NEAR_LAST and reported < _LAST_ID - _NEAR_LAST else 1
+    )
 
 
 def _gray(component: Any, name: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -209,10 +211,10 @@ def list_genicam() -> Iterator[FoundCamera]:
         with suppress(*faults):
             harvester.update()
             for one in harvester.device_info_list:
-                told = one.property_dict
+                reported = one.property_dict
                 yield FoundCamera(
-                    device=f"genicam:{file}?serial={told['serial_number']}",
-                    name=str(told["display_name"]),
+                    device=f"genicam:{file}?serial={reported['serial_number']}",
+                    name=str(reported["display_name"]),
                 )
         with suppress(*faults):
             harvester.reset()

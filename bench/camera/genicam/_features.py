@@ -66,7 +66,7 @@ class Features:
             if value is not None:
                 self._set(features, value / unit, f"{name} {value:g}")
             node = self._node(features)
-            read = self.told(node, "value")
+            read = self.optional(node, "value")
             if read is not None:
                 found.append((name, round(unit * float(read), 9)))
         return tuple(found)
@@ -89,15 +89,15 @@ class Features:
 
     def stamp_s(self, buffer: Any) -> float | None:
         """A picture's stamp by the camera's clock [s]; None where there is none."""
-        nanoseconds = self.told(buffer, "module", "timestamp_ns")
+        nanoseconds = self.optional(buffer, "module", "timestamp_ns")
         if nanoseconds:
             return 1e-9 * float(nanoseconds)
-        ticks = self.told(buffer, "module", "timestamp")
-        hertz = self.told(buffer, "module", "parent", "parent", "timestamp_frequency")
+        ticks = self.optional(buffer, "module", "timestamp")
+        hertz = self.optional(buffer, "module", "parent", "parent", "timestamp_frequency")
         return ticks / (hertz or self._tick_hz()) if ticks else None
 
-    def told(self, what: Any, *names: str) -> Any:
-        """An attribute of an attribute; None where producer or camera do not tell it."""
+    def optional(self, what: Any, *names: str) -> Any:
+        """An attribute of an attribute; None where producer or camera do not have it."""
         with suppress(*self._faults, AttributeError):
             for name in names:
                 what = getattr(what, name)
@@ -106,7 +106,7 @@ class Features:
 
     def _tick_hz(self) -> float:
         """Ticks of the camera's clock a second; nanoseconds where nothing says otherwise."""
-        return float(self.told(self._nodes, "GevTimestampTickFrequency", "value") or 1e9)
+        return float(self.optional(self._nodes, "GevTimestampTickFrequency", "value") or 1e9)
 
     def _node(self, names: tuple[str, ...]) -> Any:
         """The first feature that the camera has; None without one."""

@@ -26,7 +26,6 @@ BUFFER = 512
 """Samples that the board stores ahead of the pulses."""
 
 IDLE, ARMED, PLAYING, RELEASING = 0, 1, 2, 3
-STATES = ("idle", "armed", "playing", "releasing")
 
 STARVED, LINK_LOST, REFUSED = 1, 2, 4
 """Bits of ``Status.flags``: the buffer ran empty; no packet for too long; SETUP out of range."""

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 HEADER = b"\xff\xff"
 BROADCAST = 0xFE
-PING, READ, WRITE, REG_WRITE, ACTION = 0x01, 0x02, 0x03, 0x04, 0x05
+PING, READ, WRITE = 0x01, 0x02, 0x03
 SIGN = 0x8000
 
 ERRORS = {0: "voltage", 1: "encoder", 2: "temperature", 3: "current", 5: "overload"}
@@ -34,18 +34,12 @@ class Register(NamedTuple):
     size: int
 
 
-MODEL = Register(3, 2)
 ID = Register(5, 1)
-BAUD_RATE = Register(6, 1)
 MIN_ANGLE_LIMIT = Register(9, 2)
 MAX_ANGLE_LIMIT = Register(11, 2)
-OFFSET = Register(31, 2)
 MODE = Register(33, 1)
 TORQUE_ENABLE = Register(40, 1)
-ACCELERATION = Register(41, 1)
 GOAL_POSITION = Register(42, 2)
-GOAL_TIME = Register(44, 2)
-GOAL_SPEED = Register(46, 2)
 LOCK = Register(55, 1)
 PRESENT_POSITION = Register(56, 2)
 PRESENT_VOLTAGE = Register(62, 1)

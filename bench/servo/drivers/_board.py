@@ -38,7 +38,7 @@ class Board:
     """A servo on pin 9 of a board, and the coded light on pin 11.
 
     The board holds the limits itself, plays a command by its own clock, and brings the servo to
-    neutral when it is told to stop and when it hears nothing any more.
+    neutral at the request to stop, and when it receives nothing any more.
     """
 
     def __init__(self, path: str, settings: BoardSettings, clock: Clock) -> None:
@@ -210,7 +210,7 @@ class Board:
     def _check(self, status: codec.Status) -> None:
         if status.flags & codec.LINK_LOST:
             raise ServoFault(
-                f"{self.name}: the board heard nothing for {SILENCE_S:g} s and has released the "
+                f"{self.name}: the board received nothing for {SILENCE_S:g} s and has released the "
                 f"servo; start again, and end other programs that keep the computer busy"
             )
         if status.flags & codec.REFUSED:

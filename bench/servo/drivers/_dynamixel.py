@@ -146,8 +146,8 @@ class Dynamixel:
         """Why the servo has refused: its watchdog, or something in its control table."""
         if self._peek(codec.BUS_WATCHDOG) == 255:
             return WatchdogTripped(
-                f"{self.name}: the servo heard nothing for {20e-3 * WATCHDOG:g} s and has stopped; "
-                f"start again, and end other programs that keep the computer busy"
+                f"{self.name}: the servo received nothing for {20e-3 * WATCHDOG:g} s and has "
+                f"stopped; start again, and end other programs that keep the computer busy"
             )
         return ServoFault(f"{self.name}: the servo refuses ({what}); check its control table")
 

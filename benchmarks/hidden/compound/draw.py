@@ -59,7 +59,28 @@ STRIBECK = Mechanism(
     {"friction": (0.6, 2.0), "excess": (1.0, 3.0), "stribeck_speed": (8.0, 40.0)},
     0.45,
 )
-LOAD = Mechanism("load_dependent_friction", {"motor_ratio": (0.12, 0.35)}, 0.6)
+LOAD = Mechanism("load_dependent_friction", {"motor_ratio": (0.12, 0.35)}, 0.35)
+DIRECTIONAL = Mechanism(
+    "directional_friction", {"motor_ratio": (0.05, 0.2), "load_ratio": (0.1, 0.3)}, 0.25
+)
+
+
+def _limited(limit: Span, chance: float) -> tuple[Mechanism, ...]:
+    """The duty ends at the supply's voltage, or the current is limited."""
+    return (
+        Mechanism("torque_saturation", {"voltage": limit}, 0.6 * chance),
+        Mechanism("current_limit", {"current": limit}, 0.4 * chance),
+    )
+
+
+def _profile(top_speed: Span, chance: float) -> tuple[Mechanism, ...]:
+    """The firmware's reference moves no faster than this; half of them limit acceleration, too."""
+    limits = {"top_speed": top_speed, "acceleration": (8.0 * top_speed[0], 8.0 * top_speed[1])}
+    return (
+        Mechanism("rate_limit", {"top_speed": top_speed}, 0.5 * chance),
+        Mechanism("motion_profile", limits, 0.5 * chance),
+    )
+
 
 FAMILIES: Mapping[str, ServoFamily] = {
     # As XL330, MX-64: a pendulum on a weak loop, gravity of tens of degrees.
@@ -71,10 +92,10 @@ FAMILIES: Mapping[str, ServoFamily] = {
         (0.8, 2.0),
         (
             (_gravity((15.0, 70.0)),),
-            (LOAD,),
+            (LOAD, DIRECTIONAL),
             (COULOMB, STRIBECK),
-            (Mechanism("torque_saturation", {"voltage": (20.0, 60.0)}, 0.6),),
-            (Mechanism("rate_limit", {"top_speed": (120.0, 300.0)}, 0.25),),
+            _limited((20.0, 60.0), 0.6),
+            _profile((120.0, 300.0), 0.3),
         ),
     ),
     # As STS3215: a stiff loop with a slew limit and a dead band in its firmware.
@@ -85,12 +106,12 @@ FAMILIES: Mapping[str, ServoFamily] = {
         (30.0, 60.0),
         (1.0, 3.0),
         (
-            (Mechanism("rate_limit", {"top_speed": (100.0, 350.0)}, 0.6),),
+            _profile((100.0, 350.0), 0.6),
             (Mechanism("dead_band", {"dead_band": (1.0, 2.49)}, 0.6),),
             (_gravity((10.0, 40.0)),),
-            (LOAD,),
+            (LOAD, DIRECTIONAL),
             (COULOMB, STRIBECK),
-            (Mechanism("torque_saturation", {"voltage": (8.0, 25.0)}, 0.6),),
+            _limited((8.0, 25.0), 0.6),
         ),
     ),
     # As hobby servos: a potentiometer on gears with play.
@@ -155,12 +176,19 @@ class CompoundSetup:
             "rate_limit.rate": p.top_speed,
             # Whole steps of goal and angle differ by more than the band from half a step on.
             "dead_band.half_width": (max(p.dead_band, 0.0) + 0.5) * ENCODER_DEG / 1.125,
+            "motion_profile.rate": p.top_speed,
+            "motion_profile.acceleration": p.acceleration,
             "torque_saturation.limit": p.voltage,
+            "current_limit.limit": p.current,
+            "current_limit.back_emf": p.back_emf,
             "coulomb_friction.level": p.friction,
             "stribeck_friction.level": p.friction,
             "stribeck_friction.excess": p.excess,
             "stribeck_friction.speed": p.stribeck_speed,
             "load_dependent_friction.ratio": p.motor_ratio,
+            "directional_friction.motor": p.motor_ratio,
+            "directional_friction.outer": p.load_ratio,
+            "directional_friction.back_emf": p.back_emf,
             "gravity_load.sine": p.sine,
             "gravity_load.cosine": p.cosine,
             "feedback_backlash.gap": p.play,

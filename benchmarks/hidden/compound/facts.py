@@ -31,6 +31,9 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "stribeck_friction": ("coulomb_friction", "presliding"),
     "coulomb_friction": ("presliding",),
     "torque_saturation": ("speed_limit",),
+    "current_limit": ("torque_saturation",),
+    "motion_profile": ("rate_limit",),
+    "directional_friction": ("load_dependent_friction",),
     "feedback_backlash": ("backlash",),
     "dead_band": ("dead_zone",),
 }

@@ -32,7 +32,8 @@ class Case:
     """An error under test, and what it is held to.
 
     ``samples`` are all samples of the recordings with something held out: a fit can hide what an
-    error depends on, not make it up. ``held_out`` are those that the fit has not seen.
+    error depends on, not make it up. ``held_out`` are the test samples, and the validation
+    samples too where those are too few.
     """
 
     samples: tuple[Samples, ...]

@@ -35,8 +35,9 @@ GENERAL = ("linearity", "whiteness")
 def findings(judged: Sequence[Judged], floor_deg: float, noise_deg: float) -> tuple[Finding, ...]:
     """What the tests find in the error of a model, largest first; empty where they find nothing.
 
-    Whiteness and independence are tested on held-out samples, what the error depends on with all
-    samples of these recordings; recordings that were only fitted do not count beside others.
+    Whiteness and independence are tested on the test samples, and on those of the validation too
+    where they are too few; what the error depends on, with all samples of these recordings.
+    Recordings that were only fitted do not count beside others.
     """
     case = Case.of(judged, floor_deg, noise_deg)
     if not case.held_out or case.rms_deg <= MATTERS * floor_deg:

@@ -1,7 +1,7 @@
 """Samples that repeat an old value: a bus that returns it once more, a sensor slower than the log.
 
 Either way the value is that of the sample before, exactly, while the servo moves. A servo that
-sticks repeats its angle, too; how the two are told apart is in :class:`ReadErrorLimits`.
+sticks repeats its angle, too; how the two are distinguished is in :class:`ReadErrorLimits`.
 """
 
 from __future__ import annotations

@@ -10,7 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, Side, Signals, plain_name
+from servosight.models.core import (
+    Array,
+    InputError,
+    Recording,
+    Side,
+    Signals,
+    column_map,
+    either,
+    plain_name,
+)
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
@@ -109,8 +118,9 @@ def _side_doubts(path: Path, angle: Raw, side: Side) -> list[str]:
         return []
     return [
         f"{path}: {angle.column} is taken as the angle of the surface, and its name is that of a "
-        f"servo's own reading; if it is one, import it with --angle-of sensor, so that a diagnosis "
-        f"holds k at 1 and tries nothing behind the sensor; else with --angle-of surface"
+        f"servo's own reading; if it is one, give "
+        f"{either('angle_of=sensor', '--angle-of sensor')}, so that a diagnosis holds k at 1 and "
+        f"tries nothing behind the sensor; else the same with surface"
     ]
 
 
@@ -138,7 +148,7 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
             if request.deg_per_us is None or request.neutral_us is None:
                 raise InputError(
                     f"{path}: column {raw.column} is a pulse width, expected the servo's scale; "
-                    f"give --deg-per-us and --neutral-us"
+                    f"give {either('deg_per_us and neutral_us', '--deg-per-us and --neutral-us')}"
                 )
             return (raw.values - request.neutral_us) * request.deg_per_us
         if raw.unit in DEGREES:
@@ -152,11 +162,11 @@ def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
 def _unknown(path: Path, quantity: str, raw: Raw, known: tuple[str, ...]) -> InputError:
     message = (
         f"{path}: column {raw.column} has the unit {raw.unit!r}, expected {', '.join(known)}; "
-        f"write --map {quantity}={raw.column}:{known[0]}"
+        f"write {column_map(quantity, f'{raw.column}:{known[0]}')}"
     )
     if quantity.endswith("time"):
         return InputError(f"{message}, or whichever of them it is")
     return InputError(
-        f"{message} if it is that, or for an output that is no angle give --unit-scale, the "
-        f"degrees that show one {raw.unit}"
+        f"{message} if it is that, or for an output that is no angle give "
+        f"{either('unit_scale', '--unit-scale')}, the degrees that show one {raw.unit}"
     )

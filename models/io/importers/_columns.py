@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Mask, did_you_mean, plain_name
+from servosight.models.core import (
+    Array,
+    InputError,
+    Mask,
+    column_map,
+    did_you_mean,
+    either,
+    plain_name,
+)
 from servosight.models.io._header_units import Split, split_unit
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
@@ -159,20 +167,23 @@ def _unknown_columns(
     }
     if missing[0] not in silent:
         return InputError(
-            f"{table.place}: no column is known to be the {missing[0]}; expected --map "
-            f"{missing[0]}=COLUMN with one of {listed(table.names)}"
+            f"{table.place}: no column is known to be the {missing[0]}; expected "
+            f"{column_map(missing[0], 'COLUMN')} with one of {listed(table.names)}"
         )
-    maps = [f"{name}={one.name}:{one.unit}" for name, one in request.columns.items() if one.unit]
-    maps += [f"{name}={one.name}" for name, one in request.columns.items() if not one.unit]
-    maps += [f"{name}={one}:{_EXAMPLES[name]}" for name, one in silent.items()]
-    words = " ".join(f"--map {shlex.quote(one)}" for one in maps)
-    words += f" --unit {shlex.quote(request.unit)}" if request.unit else ""
-    alone = request.command is None
-    start = f"run `servosight import {shlex.quote(str(path))} -o REC " if alone else "add `"
+    given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
+    maps = {name: one.removesuffix(":") for name, one in given.items()}
+    maps |= {name: f"{one}:{_EXAMPLES[name]}" for name, one in silent.items()}
+    words = [f"--map {shlex.quote(f'{name}={one}')}" for name, one in maps.items()]
+    if request.unit:
+        words.append(f"--unit {shlex.quote(request.unit)}")
+    if request.command is None:
+        words.insert(0, f"servosight import {shlex.quote(str(path))} -o REC")
+    option = " ".join(words)
     columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
     return InputError(
         f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
-        f"the header or in the map; {start}{words}`, with other units where they count those"
+        f"the header or in the map; write {either(f'columns={maps}', f'`{option}`')}, "
+        f"with other units where they count those"
     )
 
 
@@ -183,7 +194,7 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
         near = did_you_mean(column.name, table.names)
         raise InputError(
             f"{table.place}: no column {column.name}{near}, expected one of {listed(table.names)}; "
-            f"correct --map {quantity}={column.name}"
+            f"correct {column_map(quantity, column.name)}"
         )
     return Column(found.name, "s") if found is not None and found.name in table.dated else found
 

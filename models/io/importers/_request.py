@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from servosight.models.core import InputError, Side
+from servosight.models.core import InputError, Side, column_map
 from servosight.models.io._series import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
@@ -53,11 +53,11 @@ def parse_map(words: Sequence[str]) -> dict[str, Column]:
             name, unit = place, ""
         if not equals or not name or quantity not in (*QUANTITIES, *SIGNALS):
             raise InputError(
-                f"--map {word}: expected one of {', '.join((*QUANTITIES, *SIGNALS))}, = and "
-                f"a column, with its unit where its header has none; write it like --map "
-                f"angle=pos:rad"
+                f"columns: {word} maps none, expected one of "
+                f"{', '.join((*QUANTITIES, *SIGNALS))} and a column, with its unit where its "
+                f"header has none; write it like {column_map('angle', 'pos:rad')}"
             )
         if quantity in columns:
-            raise InputError(f"--map {word}: {quantity} is mapped twice, expected once; remove one")
+            raise InputError(f"columns: {quantity} is mapped twice, expected once; remove {word}")
         columns[quantity] = Column(name, unit or None)
     return columns

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from servosight.models.core import InputError
+from servosight.models.core import InputError, column_map, either
 from servosight.models.io._header_units import Split, signal_unit, spelled, split_unit
 from servosight.models.io._series import DEGREES, SIGNALS
 from servosight.models.io.importers._request import Column, Request
@@ -40,10 +40,14 @@ def units_of(
         raise InputError(
             f"{path}: column {name} for the {silent[0]} has no unit while others have one, "
             f"expected one of {', '.join(DEGREES)}; write it behind the column, as in "
-            f"{silent[0]}={name}:rad, or give one for all columns, as in --unit rad"
+            f"{column_map(silent[0], f'{name}:rad')}, or give one for all columns, as in "
+            f"{either('unit=rad', '--unit rad')}"
         )
     names = " and ".join(dict.fromkeys(columns[name].name for name in silent))
-    note = f"{path}: no unit is given for {names}, read in degrees; --unit names another"
+    note = (
+        f"{path}: no unit is given for {names}, read in degrees; {either('unit', '--unit')} names "
+        f"another"
+    )
     return {name: unit or "deg" for name, unit in units.items()}, (note,) if silent else ()
 
 

@@ -11,19 +11,16 @@ from servosight._verbs._given import catalogue_of
 from servosight._verbs._recordings import read
 
 if TYPE_CHECKING:
-    from servosight.models.core import Table
-    from servosight.models.effects import EffectInfo
+    from servosight.models.effects import EffectInfo, EffectTable
 
 
 @overload
 def effects(identifier: str, *, plugins: Sequence[Path | str] = ()) -> EffectInfo: ...
 @overload
-def effects(
-    identifier: None = None, *, plugins: Sequence[Path | str] = ()
-) -> Table[EffectInfo]: ...
+def effects(identifier: None = None, *, plugins: Sequence[Path | str] = ()) -> EffectTable: ...
 def effects(
     identifier: str | None = None, *, plugins: Sequence[Path | str] = ()
-) -> Table[EffectInfo] | EffectInfo:
+) -> EffectTable | EffectInfo:
     """The catalogue of effects as a table, or all about one of them.
 
     >>> import servosight as ss
@@ -32,18 +29,17 @@ def effects(
     >>> len(ss.effects()) >= 20
     True
     """
-    from servosight.models.core import Table
-    from servosight.models.effects import effect_info, select
+    from servosight.models.effects import EffectTable, effect_info, select
 
     known = catalogue_of(plugins)
     if identifier is None:
-        return Table(effect_info(effect) for effect in known.values())
+        return EffectTable(effect_info(effect) for effect in known.values())
     (name,) = select(known, [identifier])
     return effect_info(known[name])
 
 
 def load(path: Path | str) -> Any:
-    """Read back what ``save`` wrote: a fit, comparison, diagnosis or track, an actuator's card.
+    """Read back what ``save`` wrote: a fit, diagnosis or other result, an actuator's card.
 
     A folder or a CSV file is read as a recording.
 
@@ -52,10 +48,10 @@ def load(path: Path | str) -> Any:
     >>> type(ss.load("fit.json")).__name__
     'Fit'
     """
-    from servosight.models.core import Actuator, InputError, read_json
+    from servosight.models.core import Actuator, InputError, is_model_file, read_json
 
     place = Path(path)
-    if place.suffix == ".toml":
+    if is_model_file(place):
         return Actuator.load(place, catalogue_of(()))
     if place.is_dir() or place.suffix != ".json":
         return read(place)
@@ -74,6 +70,8 @@ _RESULTS = {
     "fmu_fit": ("servosight.identify.foreign", "FmuFit"),
     "comparison": ("servosight.diagnose", "Comparison"),
     "diagnosis": ("servosight.diagnose", "Diagnosis"),
+    "effect": ("servosight.models.effects", "EffectInfo"),
+    "effects": ("servosight.models.effects", "EffectTable"),
     "track": ("servosight.tracking.core", "Track"),
     "export": ("servosight.export.core", "ExportResult"),
     "change": ("servosight.diagnose.change", "ServoChange"),

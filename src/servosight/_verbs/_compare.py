@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Literal, cast, overload
 from servosight._verbs._given import (
     actuator_of,
     catalogue_of,
-    is_fmu,
     is_model,
     models_change,
-    silent,
+    names_of,
 )
+from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Model, ModelValue, Recordings, Sources
@@ -107,7 +107,7 @@ def compare(
     if not is_model(model):
         both = cast("tuple[Sources, Sources]", (model, recordings))
         first, second = (read_all(recordings_in(one)) for one in both)
-        chosen = None if effects is None else select(known, effects)
+        chosen = None if effects is None else select(known, names_of(effects))
         return change_in_recordings(
             first, second, catalogue=known, effects=chosen, progress=progress or silent
         )

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
+from servosight.models.base import is_model_file
+
 if TYPE_CHECKING:
     from servosight.diagnose import Comparison, Diagnosis
     from servosight.diagnose.change import ServoChange
@@ -23,14 +25,21 @@ if TYPE_CHECKING:
     Model: TypeAlias = ModelValue | Path | str
 
 
-def silent(stage: str, done: int, total: int | None = None) -> None:
-    """Nobody asked for progress."""
+def names_of(given: str | Sequence[str]) -> Sequence[str]:
+    """Names, such as those of effects; a text is one of them.
+
+    >>> names_of("backlash")
+    ('backlash',)
+    """
+    return (given,) if isinstance(given, str) else given
 
 
-def catalogue_of(plugins: Sequence[Path | str]) -> Mapping[str, Effect]:
+def catalogue_of(plugins: Path | str | Sequence[Path | str]) -> Mapping[str, Effect]:
+    """The catalogue with the effects of these files; a path is one of them."""
     from servosight.models.effects import catalogue
 
-    return catalogue([Path(plugin) for plugin in plugins])
+    several = [plugins] if isinstance(plugins, Path | str) else plugins
+    return catalogue([Path(plugin) for plugin in several])
 
 
 def actuator_of(model: Model, known: Mapping[str, Effect]) -> Actuator:
@@ -43,16 +52,10 @@ def actuator_of(model: Model, known: Mapping[str, Effect]) -> Actuator:
 
 
 def is_model(given: Any) -> TypeGuard[Model]:
-    """True for what has an actuator, or is the path of a card: not for recordings."""
+    """True for what has an actuator, or is the path of a model: not for recordings."""
     if isinstance(given, Path | str):
-        place = Path(given)
-        return not place.is_dir() and place.suffix != ".csv"
+        return is_model_file(given)
     return hasattr(given, "actuator") or hasattr(given, "to_control")
-
-
-def is_fmu(given: Any) -> TypeGuard[Path | str]:
-    """True for the path of an FMU, by its name."""
-    return isinstance(given, Path | str) and Path(given).suffix.lower() == ".fmu"
 
 
 def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChange:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, overload
 from servosight._verbs._given import (
     actuator_of,
     catalogue_of,
-    is_fmu,
-    silent,
+    names_of,
 )
+from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Model, Source, Sources
@@ -66,7 +66,7 @@ def identify(
     ``plugins`` are files with effects of your own, which are run. With the path of an FMU as
     ``model`` its ``parameters`` (default: all tunable ones) are fitted instead, with ``effects``
     around it, to an ``FmuFit``: it runs native code, so it takes ``trust``. Raises InputError for a
-    recording, an effect, a method or a parameter that is none.
+    recording, an effect, a method, a seed, a tolerance or a parameter that is none.
 
     >>> import servosight as ss
     >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
@@ -78,20 +78,20 @@ def identify(
     from servosight.identify.foreign import identify_fmu
     from servosight.sources import read_all
 
-    known, given = catalogue_of(plugins), read_all(recordings)
+    known, given, chosen = catalogue_of(plugins), read_all(recordings), names_of(effects)
     if model is not None:
         return identify_fmu(
             Path(model),
             given,
-            parameters,
-            effects,
+            names_of(parameters),
+            chosen,
             catalogue=known,
             trust=trust,
             fix=fix,
             tolerance=tolerance,
         )
     fit = identify(
-        given, effects, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
+        given, chosen, catalogue=known, method=method, seed=seed, tolerance=tolerance, fix=fix
     )
     found = with_detectable(with_information(fit, given, known), given, known)
     return found.remember(given, known)
@@ -175,8 +175,8 @@ def diagnose(
             testing,
             trust=trust,
             catalogue=known,
-            with_effects=with_effects,
-            without_effects=without_effects,
+            with_effects=names_of(with_effects),
+            without_effects=names_of(without_effects),
             fix=fix,
             auto=auto,
             tolerance=tolerance,
@@ -185,8 +185,8 @@ def diagnose(
     prior = PriorKnowledge.of(
         known,
         start=None if start is None else actuator_of(start, known),
-        with_effects=with_effects,
-        without_effects=without_effects,
+        with_effects=names_of(with_effects),
+        without_effects=names_of(without_effects),
         fix=fix,
     )
     found = diagnose(

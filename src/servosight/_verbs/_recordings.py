@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from servosight._verbs._given import silent
+from servosight._verbs._given import names_of
+from servosight.models.base import silent
 
 if TYPE_CHECKING:
     from servosight._verbs._given import Source
@@ -182,9 +183,6 @@ def simulate(
         scenario = Scenario()
     elif not isinstance(scenario, Scenario):
         scenario = Scenario.load(Path(scenario))
-    if seed is not None:
-        scenario = replace(scenario, seed=seed)
-    hidden = [effect] if isinstance(effect, str) else list(effect)
-    if hidden or set:
-        scenario = with_effects(scenario, hidden, set or {})
-    return simulated(scenario)
+    if effect or set:
+        scenario = with_effects(scenario, names_of(effect), set or {})
+    return simulated(scenario if seed is None else replace(scenario, seed=seed))

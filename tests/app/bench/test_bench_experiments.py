@@ -43,7 +43,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[VirtualBench]:
         yield bench
         assert not bench.stand_in.torque
         assert abs(bench.stand_in.goal_deg) < 0.1
-        assert max(abs(told.goal_deg) for told in bench.stand_in.told) < 10.05
+        assert max(abs(goal.goal_deg) for goal in bench.stand_in.received) < 10.05
 
 
 def devices(bench: VirtualBench) -> list[str]:
@@ -57,7 +57,7 @@ def test_a_check_that_may_move_looks_for_the_surface(
 ) -> None:
     assert main(["bench", "check", *devices(bench)]) == 0
     assert "surface: not looked for" in capsys.readouterr().out
-    assert not bench.stand_in.told
+    assert not bench.stand_in.received
     assert main(["bench", "check", "--arm", *devices(bench)]) == 0
     said = capsys.readouterr().out
     assert "NO" not in said

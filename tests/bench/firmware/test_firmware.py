@@ -92,7 +92,7 @@ def test_the_board_releases_the_servo_when_its_host_is_gone(folder: Path) -> Non
         assert np.abs(np.diff(widths[~still])).max() <= 120.0 * 0.02 / 0.09 + 0.6
         assert widths[-1] == pytest.approx(1500.0, abs=0.1)
         assert rise[-1] < silent + 0.5 + 20.0 / 120.0 + 0.1
-        with pytest.raises(InputError, match="heard nothing for"):
+        with pytest.raises(InputError, match="received nothing for"):
             servo.read()
 
 

@@ -37,7 +37,7 @@ def test_nothing_moves_before_it_is_armed(kind: str) -> None:
         with pytest.raises(InputError, match="not armed"):
             on.servo.send(5.0)
         on.servo.close()
-        assert not on.far.told
+        assert not on.far.received
 
 
 @kinds
@@ -50,11 +50,11 @@ def test_a_command_reaches_the_servo_row_by_row(kind: str) -> None:
         times = np.array([time_s for time_s, _ in log.sent])
         assert np.abs(sent - SINE).max() <= 0.5 * STEP_DEG[kind] + 1e-9
         assert np.abs(np.diff(times) - 0.02).max() < 1e-5
-        goals = [told.goal_deg for told in on.far.told]
+        goals = [goal.goal_deg for goal in on.far.received]
         assert all(np.abs(np.array(goals) - angle).min() <= STEP_DEG[kind] for angle in SINE)
         on.clock.wait(on.clock.now() + 0.02)  # the Maestro's next pulse
         assert not on.far.torque
-        assert on.far.told[-2].goal_deg == pytest.approx(0.0, abs=STEP_DEG[kind])
+        assert on.far.received[-2].goal_deg == pytest.approx(0.0, abs=STEP_DEG[kind])
 
 
 @kinds
@@ -64,8 +64,8 @@ def test_the_log_is_what_the_servo_was_told_and_when(kind: str) -> None:
         log = CommandLog()
         with released(on.servo):
             play(on.servo, TIME, SINE, log)
-        told = {round(one.time_s, 9): one.goal_deg for one in on.far.told}
-    at, goal = np.array(list(told)), np.array(list(told.values()))
+        received = {round(one.time_s, 9): one.goal_deg for one in on.far.received}
+    at, goal = np.array(list(received)), np.array(list(received.values()))
     # The board's start is read off exchanges with it; the Maestro's pulses off what it answers.
     slack_s = {"board": 3e-4, "maestro": 2.0 * log.sigma_s}.get(kind, 1e-6)
     assert log.sigma_s < 2e-4
@@ -86,7 +86,9 @@ def test_rows_as_even_as_pulses_get_the_pulse_that_had_them(shift_s: float) -> N
             on.servo.move_to(float(SINE[0]))
             on.clock.wait(on.clock.now() + shift_s)
             play(on.servo, TIME, SINE, log)
-    at, goal = (np.array([getattr(one, key) for one in far.told]) for key in ("time_s", "goal_deg"))
+    at, goal = (
+        np.array([getattr(one, key) for one in far.received]) for key in ("time_s", "goal_deg")
+    )
     error_s = []
     for before, one in itertools.pairwise(log.sent):
         if one.angle_deg != before.angle_deg:
@@ -109,7 +111,7 @@ def test_the_last_row_gets_the_pulse_that_had_it(shift_s: float) -> None:
             on.clock.wait(on.clock.now() + shift_s)
             play(on.servo, time_s, command, log)
     last = log.sent[-1]
-    told_s = [one.time_s for one in far.told if abs(one.goal_deg - last.angle_deg) < 1e-6]
+    told_s = [one.time_s for one in far.received if abs(one.goal_deg - last.angle_deg) < 1e-6]
     assert abs(last.time_s - told_s[0]) < 5e-4  # a wrong pulse is 20 ms
 
 
@@ -264,7 +266,7 @@ def test_heat_and_current_end_a_run(limits: Limits, said: str) -> None:
             play(on.servo, TIME, command, log)
         on.servo.release()
         assert not on.far.torque
-        assert on.far.told[-2].goal_deg == pytest.approx(0.0, abs=0.1)
+        assert on.far.received[-2].goal_deg == pytest.approx(0.0, abs=0.1)
         assert log.sent
 
 
@@ -272,12 +274,12 @@ def test_the_bus_watchdog_stops_a_dynamixel_whose_host_is_gone() -> None:
     with rig("dynamixel") as on:
         on.servo.arm()
         on.servo.move_to(30.0)
-        goals = len(on.far.told)
+        goals = len(on.far.received)
         on.clock.wait(on.clock.now() + 0.45)
-        assert len(on.far.told) == goals
+        assert len(on.far.received) == goals
         on.clock.wait(on.clock.now() + 0.1)
-        assert on.far.told[-1].goal_deg == pytest.approx(on.far.angle_deg)
-        with pytest.raises(ServoFault, match="heard nothing"):
+        assert on.far.received[-1].goal_deg == pytest.approx(on.far.angle_deg)
+        with pytest.raises(ServoFault, match="received nothing"):
             on.servo.send(0.0)
 
 

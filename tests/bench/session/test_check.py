@@ -99,7 +99,7 @@ def test_a_damaged_picture_is_refused() -> None:
 def test_a_servo_is_checked_without_moving() -> None:
     with rig("dynamixel") as on:
         assert bad(check_servo(on.servo)) == []
-        assert not on.far.told
+        assert not on.far.received
         on.far.angle_deg = 80.0
         assert bad(check_servo(on.servo)) == ["position"]
         on.wire.close()

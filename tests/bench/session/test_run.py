@@ -135,7 +135,7 @@ def test_a_command_beyond_the_limits_moves_nothing(tmp_path: Path) -> None:
     with filmed_wire("dynamixel") as on:
         with pytest.raises(InputError, match="row"):
             run(on.servo, on.camera, TIME, 4.0 * SINE, tmp_path / "rec", light=on.light)
-        assert not on.far.told
+        assert not on.far.received
     assert list(tmp_path.iterdir()) == []
 
 

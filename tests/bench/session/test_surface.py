@@ -55,4 +55,4 @@ def test_a_camera_that_looks_elsewhere_is_found_out_and_the_servo_released() -> 
         assert (line.what, line.good) == ("surface", False)
         assert "point the camera at the surface" in line.words
         assert not on.far.torque
-        assert max(abs(told.goal_deg) for told in on.far.told) == pytest.approx(5.0, abs=0.05)
+        assert max(abs(goal.goal_deg) for goal in on.far.received) == pytest.approx(5.0, abs=0.05)

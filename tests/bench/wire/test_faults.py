@@ -75,7 +75,7 @@ def test_a_hundred_faulty_wires(kind: str) -> None:
             continue  # the fault was there before the servo was
         case = f"seed {seed}: {faults}, late {late_s}: {said}"
         assert took < LONGEST_S, case
-        goals = [told.goal_deg for told in far.told if told.torque]
+        goals = [goal.goal_deg for goal in far.received if goal.torque]
         spare = 2.0 * STEP_DEG[kind]
         assert all(abs(goal) <= 25.0 + spare for goal in goals), case
         assert too_fast_deg(far, 250.0) <= spare, case
@@ -113,6 +113,6 @@ def test_an_interrupted_run_ends_at_neutral(kind: str, interrupt: type[BaseExcep
             play(on.servo, TIME, COMMAND, log)
         wait(on.clock.now() + 0.1)
         assert not on.far.torque
-        assert on.far.told[-2].goal_deg == pytest.approx(0.0, abs=2.0 * STEP_DEG[kind])
+        assert on.far.received[-2].goal_deg == pytest.approx(0.0, abs=2.0 * STEP_DEG[kind])
         assert too_fast_deg(on.far, 250.0) <= 2.0 * STEP_DEG[kind]
         assert log.sent

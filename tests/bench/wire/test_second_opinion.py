@@ -75,7 +75,7 @@ def test_dynamixels_own_sdk_moves_the_stand_in() -> None:
         ask("write2ByteTxRx", 0, 5, says=(0, 7))
         ask("write1ByteTxRx", 11, 4, says=(0, 7))
         port.closePort()
-    assert far.told[-1].goal_deg == 45.0
+    assert far.received[-1].goal_deg == 45.0
     wire.close()
 
 
@@ -112,7 +112,7 @@ def test_rustypot_moves_the_feetech_stand_in() -> None:
         )
         assert answered(lambda: bus.read_present_temperature(1)[0]) == 25
         bus.close()
-    assert far.told[-1].goal_deg == pytest.approx(30.0, abs=0.088)
+    assert far.received[-1].goal_deg == pytest.approx(30.0, abs=0.088)
     wire.close()
 
 
@@ -135,6 +135,6 @@ def test_the_drivers_keep_real_time_too() -> None:
             wire.close()
         assert len(log.sent) > 5  # rows that a busy computer is late for are left out
         assert not far.torque
-        assert far.told[-2].goal_deg == pytest.approx(0.0, abs=0.088)
+        assert far.received[-2].goal_deg == pytest.approx(0.0, abs=0.088)
         return
     pytest.skip("this computer is too busy for real time")

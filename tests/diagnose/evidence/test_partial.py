@@ -10,7 +10,7 @@ import pytest
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.evidence import Evidence, Repeated, Stability, partial, taken
 from servosight.diagnose.residuals import TEST, Finding, Judged
-from servosight.diagnose.result.wording import Levels, next_experiment, told
+from servosight.diagnose.result.wording import Levels, headline_and_summary, next_experiment
 from servosight.models.core import Recording
 
 TIME_S = np.arange(0.0, 5.0, 0.01)
@@ -120,5 +120,7 @@ def test_effects_that_were_ruled_out_are_named_as_not_tried() -> None:
     levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
     known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
     for verdict, said in ((Verdict.UNEXPLAINED, True), (Verdict.NO_EFFECT_MISSING, False)):
-        _, summary = told(verdict, [step], [], None, levels, known, Stability(), ("cogging",))
+        _, summary = headline_and_summary(
+            verdict, [step], [], None, levels, known, Stability(), ("cogging",)
+        )
         assert summary.endswith("Not tried, as ruled out beforehand: cogging.") == said

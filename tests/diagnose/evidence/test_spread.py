@@ -11,7 +11,8 @@ from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.evidence import Evidence, Stability, partial
 from servosight.diagnose.evidence._spread import BY_CHANCE, FARTHER, Spread, spread_of
 from servosight.diagnose.residuals import TEST, Judged
-from servosight.diagnose.result.wording import Levels, told
+from servosight.diagnose.result.caveats import compensating
+from servosight.diagnose.result.wording import Levels, headline_and_summary
 from servosight.diagnose.selection import ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
 from servosight.models.core import Recording
@@ -95,5 +96,8 @@ def test_nothing_is_called_missing_on_account_of_chance(spread: float, chance: b
     last = replace(first, added="backlash", effects=("backlash",), held_out_rmse_deg=1.0)
     levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
     known = Evidence(regimes=(), repeated=None, unexplained=left, detectable=())
-    _, summary = told(Verdict.UNEXPLAINED, [first, last], [], None, levels, known, Stability(), ())
+    _, summary = headline_and_summary(
+        Verdict.UNEXPLAINED, [first, last], [], None, levels, known, Stability(), ()
+    )
     assert ("something remains" in summary) is not chance
+    assert bool(compensating(Verdict.UNEXPLAINED, last.effects, known)) is not chance

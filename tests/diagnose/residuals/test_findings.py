@@ -13,8 +13,10 @@ from scipy.signal import freqz, lfilter
 from servosight.diagnose.residuals import (
     FIT,
     TEST,
+    VALIDATION,
     Finding,
     Judged,
+    all_samples,
     findings,
     held_out_samples,
     independence,
@@ -265,7 +267,7 @@ def test_reversals_are_picked_out() -> None:
         return out
 
     judged = case(late, excitation=rows)
-    found = turns(held_out_samples([judged]))
+    found = turns(all_samples([judged]))
     assert found is not None
     assert found.after_deg == pytest.approx(-0.4, abs=4.0 * NOISE_DEG)
     said = found_in(judged)
@@ -358,13 +360,25 @@ def test_only_held_out_samples_are_judged() -> None:
     spoilt = judged.recording.angle_deg + 5.0 * judged.fitted
     recording = replace(judged.recording, angle_deg=spoilt)
     (one,) = held_out_samples([replace(judged, recording=recording)])
-    assert np.array_equal(one.scored, ~judged.fitted)
-    assert linear_share([one]) < 0.05
+    assert np.array_equal(one.scored, judged.uses == TEST)
+    # A filter of 24 taps removes about 24 of the samples' squares by chance.
+    assert linear_share([one]) < 2.0 * 24 / one.scored.sum()
     assert whiteness([one]).p > 1e-3
     # A recording that was fitted as a whole does not count beside one that was not.
     seen = replace(judged, uses=np.full_like(judged.uses, FIT))
     fresh = replace(judged, uses=np.full_like(judged.uses, TEST))
     assert len(held_out_samples([seen, fresh])) == 1
+
+
+def test_the_test_alone_is_judged_where_it_has_four_samples_for_each_lag() -> None:
+    """0.5 s of lags at 120 Hz are 60 samples: 240 are needed, otherwise validation counts too."""
+    judged = case()
+    for count, alone in ((240, True), (239, False)):
+        uses = np.full_like(judged.uses, FIT)
+        uses[:500] = VALIDATION
+        uses[500 : 500 + count] = TEST
+        (one,) = held_out_samples([replace(judged, uses=uses)])
+        assert int(one.scored.sum()) == (count if alone else 500 + count)
 
 
 def test_it_takes_no_time() -> None:

@@ -6,7 +6,8 @@ import pytest
 
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
-from servosight.diagnose.result.caveats import ended
+from servosight.diagnose.evidence import Evidence
+from servosight.diagnose.result.caveats import compensating, ended
 from servosight.diagnose.result.wording import Levels, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -69,3 +70,12 @@ def test_a_search_that_ended_early_is_said() -> None:
     (warning,) = ended(True, 60_012)
     assert "after 60,012 simulations" in warning
     assert ended(False, 60_012) == []
+
+
+def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known)
+    assert "the model with dead time and backlash" in warning
+    assert warning.endswith("they are not physical: do not use them")
+    assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
+    assert compensating(Verdict.UNEXPLAINED, (), known) == []

@@ -134,7 +134,7 @@ def test_the_commands_take_an_fmu(
     save_recording(seen, tmp_path / "rec")
     rec, given = str(tmp_path / "rec"), ["--from", str(fmu)]
     for words, said in (
-        (given, "expected --trust"),
+        (given, "expected trust=True (--trust on the command line)"),
         ([*given, "--trust", "-o", str(tmp_path / "m.toml")], "cannot hold an FMU"),
         ([*given, "--trust", "--with", "presliding"], "acts inside the position loop"),
         ([*given, "--trust", "--fix", "q=3"], "has no parameter q"),
@@ -171,5 +171,5 @@ def test_the_verbs_take_an_fmu(fmu: Path) -> None:
         lambda: ss.identify(seen, model=fmu),
         lambda: ss.diagnose(seen, start=fmu),
     ):
-        with pytest.raises(InputError, match="expected --trust"):
+        with pytest.raises(InputError, match="expected trust=True"):
             verb()

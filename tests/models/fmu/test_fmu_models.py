@@ -223,7 +223,10 @@ def test_compare_takes_an_fmu_that_is_trusted(
     good: Path, recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["compare", str(good), str(recording)]) == 2
-    assert "an FMU runs native code with your rights, expected --trust" in capsys.readouterr().err
+    assert (
+        "an FMU runs native code with your rights, expected trust=True (--trust"
+        in capsys.readouterr().err
+    )
     assert main(["compare", str(good), str(recording), "--trust", "--json", "-"]) == 0
     assert '"backlash.gap"' in capsys.readouterr().out
     with pytest.raises(InputError, match="--trust"):

@@ -189,7 +189,7 @@ def test_bad_maps(tmp_path: Path, request_: Request, words: tuple[str, ...]) -> 
 
 @pytest.mark.parametrize("word", ["time", "speed=v", "time=", "time=:ms"])
 def test_maps_that_say_nothing(word: str) -> None:
-    with pytest.raises(InputError, match=r"--map .*expected"):
+    with pytest.raises(InputError, match=r"columns: .*expected"):
         parse_map([word])
 
 
@@ -386,7 +386,7 @@ def test_many_columns_are_listed_by_whole_names_and_a_count(tmp_path: Path) -> N
     entries = shown.split(", ")
     assert entries[:3] == ["q[0..11]", "dq[0..11]", "joint_0_measured"]
     assert set(entries[2:]) <= set(names)
-    assert behind.startswith(f"{60 - len(entries[2:])} more; correct --map time=x")
+    assert behind.startswith(f"{60 - len(entries[2:])} more; correct columns={{'time': 'x'}}")
 
 
 def test_degrees_are_assumed_where_nothing_has_a_unit_and_a_note_says_so(tmp_path: Path) -> None:

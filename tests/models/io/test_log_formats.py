@@ -219,7 +219,7 @@ def test_what_measured_the_angle_is_said(
     words = ("command=/goal.position[elbow]:rad", "angle=/joint_states.position[elbow]:rad")
     recording = import_recording(folder, columns(*words))
     assert recording.side == "surface"
-    assert any("import it with --angle-of sensor" in note for note in recording.notes)
+    assert any("--angle-of sensor" in note for note in recording.notes)
     for side in ("surface", "sensor"):
         said = read(folder, Options(dict(word.split("=") for word in words), angle_of=side))
         assert said.side == side

@@ -88,7 +88,7 @@ def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> No
     for one in (import_recording(path, Request()), load_recording(path)):
         (note,) = one.notes
         assert "column ext_force_N is not used" in note
-        assert note.endswith("--map disturbance=ext_force_N")
+        assert "--map disturbance=ext_force_N on the command line" in note
     request = Request(parse_map(["disturbance=ext_force_N"]))
     recording = import_recording(path, request)
     assert recording.notes == ()
@@ -113,7 +113,7 @@ def test_names_of_a_load_are_pointed_out_with_a_map_to_copy(
     path = renamed(log(tmp_path / "a.csv"), f"{name},supply_V")
     (note,) = import_recording(path, Request()).notes
     assert f"column {name} is not used" in note
-    assert note.endswith(f"--map {advice}")
+    assert f"--map {advice} on the command line" in note
     words = shlex.split(advice.replace("UNIT", "Nm"))
     assert import_recording(path, Request(parse_map(words))).notes == ()
 

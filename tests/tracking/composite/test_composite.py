@@ -12,7 +12,7 @@ import pytest
 
 from servosight.models.core import Array, Image
 from servosight.tracking.composite import (
-    SteadySample,
+    StabilisedSample,
     find_parts,
     found_about,
     parts_otherwise,
@@ -132,7 +132,7 @@ def test_bars_are_no_content() -> None:
         picture[:, -30:] = 0
     frames = (Frame(n, n / RATE_HZ, picture) for n, picture in enumerate(pictures))
     assert sum(1 for _ in sample.watch(frames)) == 20
-    content = SteadySample.of(sample).content
+    content = StabilisedSample.of(sample).content
     assert not content[:, :30].any()
     assert not content[:, -30:].any()
     assert content[40:140, 60:180].all()
@@ -147,7 +147,7 @@ def test_laid_over_text_is_no_content() -> None:
         cv2.putText(picture, "Test", (20, 40), cv2.FONT_HERSHEY_DUPLEX, 0.8, 255.0, 2)
     frames = (Frame(n, n / RATE_HZ, picture) for n, picture in enumerate(pictures))
     assert sum(1 for _ in sample.watch(frames)) == 40
-    content = SteadySample.of(sample).content
+    content = StabilisedSample.of(sample).content
     assert content[26:40, 22:70].mean() < 0.2
     assert content[60:160, 20:220].mean() > 0.97
 

@@ -12,7 +12,7 @@ import pytest
 from servosight.app.main import main
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition import check_hints, pointed_box
-from servosight.tracking.composite import Hint, SteadySample, find_parts
+from servosight.tracking.composite import Hint, StabilisedSample, find_parts
 from servosight.tracking.core import Box, TrackOptions, TrackRefused, turned
 from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite import composite
@@ -58,34 +58,36 @@ def tip(part: int) -> tuple[float, float]:
 
 
 @pytest.fixture(scope="module")
-def steady() -> SteadySample:
+def stabilised() -> StabilisedSample:
     sample = FrameSample(lambda image: image)
     frames = (Frame(n, n / RATE_HZ, picture) for n, picture in enumerate(pictures()))
     assert sum(1 for _ in sample.watch(frames)) == FRAMES
-    return SteadySample.of(sample)
+    return StabilisedSample.of(sample)
 
 
 @pytest.mark.parametrize("given", ["pivot", "tip"])
-def test_each_hint_alone_finds_the_shorter_bar(steady: SteadySample, given: str) -> None:
+def test_each_hint_alone_finds_the_shorter_bar(stabilised: StabilisedSample, given: str) -> None:
     """A click is 2 px off; the search alone places the pivot within the 2 px of its grid."""
     pivot = (PIVOTS[1, 0] + 2.0, PIVOTS[1, 1] - 1.0) if given == "pivot" else None
     box = pointed_box(TrackOptions(tip=tip(1)), SIZE[::-1]) if given == "tip" else None
-    hint = Hint.of(steady, small(pictures()[AT], steady.scale), AT, pivot, box)
-    found = find_parts(steady.pictures, hint)
+    hint = Hint.of(stabilised, small(pictures()[AT], stabilised.scale), AT, pivot, box)
+    found = find_parts(stabilised.pictures, hint)
     assert np.hypot(*np.subtract(found[0].pivot_px, PIVOTS[1])) < 2.0
 
 
-def test_what_enters_and_touches_the_part_pointed_at_is_left_out(steady: SteadySample) -> None:
+def test_what_enters_and_touches_the_part_pointed_at_is_left_out(
+    stabilised: StabilisedSample,
+) -> None:
     """A hand covers the lower part in some pictures, and joins the bar with what flutters at the
     right border: about the pivot given, most of what is connected with it does not turn."""
     rng = np.random.default_rng(4)
-    passed = steady.pictures.copy()
+    passed = stabilised.pictures.copy()
     for picture in passed:
         for top in range(0, SIZE[1], 12):
             picture[top : top + 12, rng.integers(178, 198) :] = 250.0
     passed[10:14, 66:, 90:] = 30.0
     pivot = (PIVOTS[1, 0] + 2.0, PIVOTS[1, 1] - 1.0)
-    hint = Hint.of(steady, small(pictures()[AT], steady.scale), AT, pivot, None)
+    hint = Hint.of(stabilised, small(pictures()[AT], stabilised.scale), AT, pivot, None)
     found = find_parts(passed, hint)
     assert found[0].inside
     assert np.hypot(*np.subtract(found[0].pivot_px, PIVOTS[1])) < 2.0

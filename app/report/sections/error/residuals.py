@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,7 +15,10 @@ from servosight.app.report.story import Story
 from servosight.diagnose.residuals import (
     CHANCE,
     LEVELS,
+    TEST,
     Correlation,
+    Judged,
+    Samples,
     all_samples,
     held_out_samples,
     independence,
@@ -52,9 +58,19 @@ def section(story: Story) -> Section | None:
                 _figure(story, "white", white, "correlation with itself before"),
             ],
             "models": [model.name for model in story.models],
+            "scored": _scored(story.before.judged, models[0]),
             "levels": [f"{100 * level:.0f}" for level in LEVELS],
         },
     )
+
+
+def _scored(judged: Sequence[Judged], samples: Sequence[Samples]) -> str:
+    """Which samples are tested; all of them where nothing was held out or nothing was fitted."""
+    uses = np.concatenate([one.uses for one in judged])
+    if len(np.unique(uses)) == 1:
+        return "All samples"
+    tested = all(np.all(one.judged.uses[one.scored] == TEST) for one in samples)
+    return "Test samples" if tested else "Validation and test samples"
 
 
 def _figure(story: Story, name: str, found: list[Correlation], upward: str) -> Markup:

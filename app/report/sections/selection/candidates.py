@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose import Candidate, Diagnosis, listed, named_model
+from servosight.diagnose import Candidate, Diagnosis, alternative_words, listed, named_model
 from servosight.diagnose.selection import SelectionPolicy
 
 LEAST_EVIDENCE = SelectionPolicy().min_evidence
@@ -48,14 +48,20 @@ def section(story: Story) -> Section | None:
                 for one in shown
             ],
             "left_out": listed([one.effect for one in result.candidates if one not in shown]),
-            "alternatives": [listed(effects) for effects in result.alternatives],
-            "chosen": listed(result.effects or (result.candidates[0].effect,)),
+            "alternatives": _alternatives(result),
             "groups": [listed(group) for group in groups(result.candidates)],
             "unseen": listed([one.effect for one in result.detectable if one.value is None]),
             "sizes": [one.sentence for one in result.detectable if one.value is not None],
             "any_helps": strongest > LEAST_EVIDENCE,
         },
     )
+
+
+def _alternatives(result: Diagnosis) -> str | None:
+    """Models that predict the same as the answer; where nothing was added, as the best effect."""
+    if not result.alternatives:
+        return None
+    return alternative_words(result.effects or (result.candidates[0].effect,), result.alternatives)
 
 
 def groups(candidates: Sequence[Candidate]) -> list[tuple[str, ...]]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story
-from servosight.diagnose import Comparison, Diagnosis, Verdict, listed, named_model
-from servosight.diagnose.residuals import TEST, Judged, lead
+from servosight.diagnose import (
+    Comparison,
+    Diagnosis,
+    Verdict,
+    alternative_words,
+    listed,
+    named_model,
+)
+from servosight.diagnose.residuals import lead
 from servosight.models.core import degrees, percent, times
 from servosight.models.effects import Effect
 
@@ -23,7 +28,7 @@ def section(story: Story) -> Section:
     result = story.result
     if isinstance(result, Diagnosis):
         values = {
-            "tiles": _tiles(story, result),
+            "tiles": _tiles(result),
             "effects": _effects(result, story.catalogue),
             "heading": "What that means" if result.verdict == "explained" else "What was added",
             "doubt": _doubt(story, result),
@@ -36,7 +41,7 @@ def section(story: Story) -> Section:
             "tiles": [
                 _tile("model’s error", result.rmse_deg, "before"),
                 *_levels(result),
-                _fit_tile(story),
+                *_fit_tile(result.fit_percent, story.before.name),
             ],
             "effects": [],
             "heading": None,
@@ -49,7 +54,7 @@ def section(story: Story) -> Section:
     return Section("verdict", result.headline, {**shared, **values})
 
 
-def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
+def _tiles(result: Diagnosis) -> list[dict[str, str]]:
     first = result.ladder[0].held_out_rmse_deg
     last = result.ladder[-1].held_out_rmse_deg
     named = named_model(result.ladder[0].effects, result.ladder[0].base)
@@ -62,29 +67,17 @@ def _tiles(story: Story, result: Diagnosis) -> list[dict[str, str]]:
     if len(tiles) > 1:
         ratio = times(first / max(last, LEAST_DEG))
         tiles.append({"label": "times less", "value": ratio, "kind": "plain"})
-    return [*tiles, *_levels(result), _fit_tile(story)]
+    step = result.ladder[-1]
+    fit = _fit_tile(step.fit_percent, named_model(step.effects, step.base))
+    return [*tiles, *_levels(result), *fit]
 
 
-def _fit_tile(story: Story) -> dict[str, str]:
-    last = story.models[-1]
-    return {
-        "label": f"fit (NRMSE), {last.name}",
-        "value": f"{percent(fit_percent(last.judged))} %",
-        "kind": "plain",
-    }
-
-
-def fit_percent(judged: Sequence[Judged]) -> float:
-    """100 (1 - |y - model| / |y - mean y|) over test samples; all, where there is no test."""
-    tested = any(np.any(one.uses == TEST) for one in judged)
-    error = away = 0.0
-    for one in judged:
-        scored = one.uses == TEST if tested else np.ones(one.uses.size, dtype=bool)
-        if scored.any():
-            angle = one.recording.angle_deg[scored]
-            error += float(np.sum(one.error_deg[scored] ** 2))
-            away += float(np.sum((angle - angle.mean()) ** 2))
-    return 100.0 * (1.0 - float(np.sqrt(error / max(away, LEAST_DEG**2))))
+def _fit_tile(fit_percent: float | None, name: str) -> list[dict[str, str]]:
+    """None for a result that was saved without it."""
+    if fit_percent is None:
+        return []
+    value = f"{percent(fit_percent)} %"
+    return [{"label": f"fit (NRMSE), {name}", "value": value, "kind": "plain"}]
 
 
 def _tile(label: str, value: float, kind: str) -> dict[str, str]:
@@ -117,21 +110,9 @@ def _effects(result: Diagnosis, catalogue: Mapping[str, Effect]) -> list[dict[st
 def _doubt(story: Story, result: Diagnosis) -> str | None:
     """Models that this recording cannot rule out, or what the error that remains looks like."""
     if result.effects and result.alternatives:
-        others = "; ".join(_model(result.effects, other) for other in result.alternatives)
-        return (
-            f"These recordings cannot distinguish {listed(result.effects)} from {others}: do not "
-            f"rely on the name until the next experiment has decided."
-        )
+        return alternative_words(result.effects, result.alternatives)
     if result.effects and result.verdict is Verdict.UNEXPLAINED:
         judged, found = story.models[-1].judged, result.remaining
         words = [lead(judged, found, story.floor_deg), *(one.sentence for one in found[:MOST])]
-        return (
-            "The fitted values compensate for an effect that is not in the catalogue; they are "
-            f"not physical: do not use them. What the remaining error shows: {' '.join(words)}"
-        )
+        return f"What the remaining error shows: {' '.join(words)}"
     return None
-
-
-def _model(chosen: Sequence[str], other: Sequence[str]) -> str:
-    """Another model, by what it has in place of the chosen one's."""
-    return listed([name for name in other if name not in chosen] or other)

@@ -19,6 +19,7 @@ from servosight.models.core import (
     Array,
     InputError,
     Recording,
+    either,
     plain_name,
     read_settings,
 )
@@ -57,8 +58,9 @@ def read_bam(path: Path, request: Request) -> Recording:
     """Read a log; what it holds while the motor has no torque is left out."""
     if request.columns or request.unit or request.unit_scale is not None:
         raise InputError(
-            f"{path}: --map, --unit and --unit-scale do not apply to a bam log, whose keys and "
-            f"units are known; expected none of them, so leave them out"
+            f"{path}: a bam log's keys and units are known, expected none of "
+            f"{either('columns, unit and unit_scale', '--map, --unit and --unit-scale')}; leave "
+            f"them out"
         )
     log = _log(path)
     entries: list[Any] = log["entries"]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import InputError, Recording, plain_name, read_settings
+from servosight.models.core import InputError, Recording, either, plain_name, read_settings
 from servosight.models.io._header_units import split_path
 from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
@@ -54,7 +54,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     if not found.columns or not found.columns[wanted[0]].size:
         raise InputError(
             f"{path}: has no episode {request.part}, expected one of its {episodes}; choose it "
-            f"with --part, from 0"
+            f"by {either('part', '--part')}, from 0"
         )
     table = replace(table, numbers=lambda name: found.columns[names[name]])
     raw, more = raw_columns(path, table, request)

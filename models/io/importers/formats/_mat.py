@@ -1,4 +1,4 @@
-"""MATLAB files: the EMPS benchmark as it stands, others by --map.
+"""MATLAB files: the EMPS benchmark as it stands, others by a map of their columns.
 
 EMPS (electro-mechanical positioning system): Janot, Gautier, Brunot, "Data set and reference
 models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position [m].

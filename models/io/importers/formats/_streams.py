@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, did_you_mean
+from servosight.models.core import Array, InputError, Recording, column_map, did_you_mean
 from servosight.models.io._header_units import split_path
 from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column
@@ -30,8 +30,8 @@ def read_streams(
     """A recording from columns that the request names; time is that of each column's messages."""
     if "time" in request.columns:
         raise InputError(
-            f"{path}: --map time does not apply to {parser.kind}, whose messages have stamps; "
-            f"expected command and angle alone, so leave it out"
+            f"{path}: {column_map('time', 'COLUMN')} does not apply to {parser.kind}, whose "
+            f"messages have stamps; expected command and angle alone, so leave it out"
         )
     wanted = [column.name for column in request.columns.values()]
     found = extract(path, parser, wanted)
@@ -39,8 +39,8 @@ def read_streams(
     for quantity in ("command", "angle"):
         if quantity not in request.columns:
             raise InputError(
-                f"{path}: no column is known to be the {quantity}; expected --map "
-                f"{quantity}=COLUMN:UNIT with one of {listed(found.names)}"
+                f"{path}: no column is known to be the {quantity}; expected "
+                f"{column_map(quantity, 'COLUMN:UNIT')} with one of {listed(found.names)}"
             )
     units, assumed = units_of(path, request.columns, request, split_path)
     for quantity, column in request.columns.items():
@@ -48,7 +48,7 @@ def read_streams(
             near = did_you_mean(column.name, found.names)
             raise InputError(
                 f"{path}: no column {column.name}{near}, expected one of {listed(found.names)}; "
-                f"correct --map {quantity}={column.name}"
+                f"correct {column_map(quantity, column.name)}"
             )
         values = found.columns[column.name]
         raw[quantity] = Raw(column.name, units[quantity], values, range(values.size), "message")

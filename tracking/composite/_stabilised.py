@@ -22,7 +22,7 @@ _SEEN_PX = 15  # of a feature, of which the bar's edge lies some pixels inside o
 
 
 @dataclass(frozen=True)
-class SteadySample:
+class StabilisedSample:
     """Sampled frames of the stretch in which the camera rests, as one camera position shows them.
 
     ``pictures`` (n, height, width) are small and evenly lit, ``index`` (n,) their frames' numbers,
@@ -62,7 +62,7 @@ class SteadySample:
         return np.array([roll_of(motion) for motion in self.onto[rows]])
 
     @classmethod
-    def of(cls, sample: FrameSample) -> SteadySample:
+    def of(cls, sample: FrameSample) -> StabilisedSample:
         """From frames sampled as they are in the file."""
         grey = [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in sample.pictures]
         lit = ~bars(grey)
@@ -87,7 +87,7 @@ class SteadySample:
             np.array(sample.index), onto, sample.index[path.reference], usual, light,
         )  # fmt: skip
 
-    def in_colour(self, cb: FrameSample, cr: FrameSample) -> SteadySample | None:
+    def in_colour(self, cb: FrameSample, cr: FrameSample) -> StabilisedSample | None:
         """The same pictures in the colour in which they change most; None where there is none.
 
         The samples hold the same frames in their differences of colour.
