@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,6 @@ from servosight.models.core import (
     Signals,
     Stream,
     check_path,
-    column_map,
     either,
     plain_name,
 )
@@ -252,10 +252,14 @@ def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Serie
         )
     if not found:
         names = [f"{quantity}_{unit}" for unit in units]
+        place = f"COLUMN:{units[0]}"
+        option = (
+            f"`servosight import {shlex.quote(str(sheet.path))} -o REC --map {quantity}={place}`"
+        )
         raise InputError(
             f"{sheet.path}, row 1: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
-            f"name it by {column_map(quantity, f'COLUMN:{units[0]}')}, there of `servosight import`"
+            f"name it by {either(f'columns={{{quantity!r}: {place!r}}}', option)}"
         )
     ((name, unit),) = found
     raw = sheet.columns([name])[:, 0]
