@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,16 +13,14 @@ from servosight.models.core import (
     Signals,
     Stream,
     check_path,
-    either,
     plain_name,
 )
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
-from servosight.models.io._header_units import split_unit
-from servosight.models.io._listed import listed
 from servosight.models.io._power import powered_sheet
-from servosight.models.io._series import DEGREES, PULSE, SECONDS, Series
+from servosight.models.io._quantities import angle_of, command_of, named, time_of
+from servosight.models.io._series import DEGREES, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
 from servosight.models.io._signals import overlooked, signal_columns, signals_of
 
@@ -131,14 +127,14 @@ def load_recording(
         angle_sheet, cut = powered_sheet(_single(place))
         command_sheet = angle_sheet
         names = signal_columns(angle_sheet.header)
-        signals = signals_of(angle_sheet, _time(angle_sheet), names)
+        signals = signals_of(angle_sheet, time_of(angle_sheet), names)
         notes = (*angle_sheet.notes, *cut, *overlooked(place, angle_sheet.header, names.values()))
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
     )
     scale = settings.unit_scale
-    command = _time(command_sheet), _command(command_sheet, scale, pulse)
+    command = time_of(command_sheet), command_of(command_sheet, scale, pulse)
     streams = _streams(command, angle_sheet, scale)
     horn = None
     if horn_file is not None and horn_file.exists():
@@ -191,7 +187,7 @@ def _signals(path: Path) -> Signals | None:
     if not path.is_file():
         return None
     sheet = read_sheet(path)
-    time = _time(sheet)
+    time = time_of(sheet)
     return signals_of(sheet, time, {name: name for name in sheet.header if name != time.name})
 
 
@@ -232,73 +228,11 @@ def _single(path: Path) -> Sheet:
     return read_sheet(path)
 
 
-def _named(sheet: Sheet, quantity: str, units: Sequence[str]) -> list[tuple[str, str]]:
-    """The columns of a quantity, each with its unit: ``angle_rad``, ``angle (rad)``."""
-    parts = [(name, *split_unit(name)) for name in sheet.header]
-    return [
-        (name, unit)
-        for name, bare, unit in parts
-        if bare.lower() == quantity and unit is not None and unit in units
-    ]
-
-
-def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Series]:
-    """The unit and the numbers, as they stand, of the one column of a quantity."""
-    found = _named(sheet, quantity, units)
-    if len(found) > 1:
-        raise InputError(
-            f"{sheet.path}: columns {' and '.join(name for name, _ in found)} say the same thing, "
-            f"expected one of them; remove the other"
-        )
-    if not found:
-        names = [f"{quantity}_{unit}" for unit in units]
-        place = f"COLUMN:{units[0]}"
-        option = (
-            f"`servosight import {shlex.quote(str(sheet.path))} -o REC --map {quantity}={place}`"
-        )
-        raise InputError(
-            f"{sheet.path}, row 1: no column {' or '.join(names)} among "
-            f"{listed(sheet.header)}; expected it in the header, so rename the column or "
-            f"name it by {either(f'columns={{{quantity!r}: {place!r}}}', option)}"
-        )
-    ((name, unit),) = found
-    raw = sheet.columns([name])[:, 0]
-    return unit, Series(sheet.path, name, raw, raw, sheet.numbers)
-
-
-def _time(sheet: Sheet) -> Series:
-    unit, raw = _pick(sheet, "time", tuple(SECONDS))
-    return replace(raw, values=raw.raw / SECONDS[unit])
-
-
 def _streams(command: tuple[Series, Series], sheet: Sheet, scale: float) -> Streams:
     """The command and what a sheet holds of time, angle and sigma."""
-    has_sigma = _named(sheet, "sigma", tuple(DEGREES))
-    sigma = _angle(sheet, "sigma", abs(scale)) if has_sigma else None
-    return Streams(*command, _time(sheet), _angle(sheet, "angle", scale), sigma)
-
-
-def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:
-    unit, raw = _pick(sheet, quantity, tuple(DEGREES))
-    with np.errstate(over="ignore", invalid="ignore"):
-        return replace(raw, values=raw.raw * (DEGREES[unit] * scale))
-
-
-def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None]) -> Series:
-    if not _named(sheet, "command", (PULSE,)):
-        return _angle(sheet, "command", scale)
-    _, raw = _pick(sheet, "command", (PULSE, *DEGREES))
-    deg_per_us, neutral_us = pulse
-    if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
-        raise InputError(
-            f"{sheet.path}: column {raw.name} is a pulse width, expected the servo's scale; give "
-            + either(
-                "deg_per_us and neutral_us, such as 0.09 and 1500",
-                "--deg-per-us 0.09 --neutral-us 1500",
-            )
-        )
-    with np.errstate(over="ignore", invalid="ignore"):
-        return replace(raw, values=(raw.raw - neutral_us) * deg_per_us)
+    has_sigma = named(sheet, "sigma", tuple(DEGREES))
+    sigma = angle_of(sheet, "sigma", abs(scale)) if has_sigma else None
+    return Streams(*command, time_of(sheet), angle_of(sheet, "angle", scale), sigma)
 
 
 def _check_exposure(time: Series, settings: RecordingSettings, path: Path | None) -> None:
