@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Recording, StageProgress, check_path, silent
+from servosight.models.core import Recording, Side, StageProgress, check_path, silent
 from servosight.models.io import inspect_folder, load_recording
 from servosight.sources._film import track_folder
 
@@ -29,7 +29,8 @@ class Options:
     ``unit`` of what has none of its own; ``unit_scale`` how many degrees show one unit of an output
     that is no angle; ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width;
     ``part`` is which episode of a data set, from 0. ``command`` is a second log on the same clock,
-    in which the command stands.
+    in which the command stands. ``angle_of`` is what measured the angle, where the source is not
+    to say it.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -39,6 +40,7 @@ class Options:
     neutral_us: float | None = None
     part: int = 0
     command: Path | None = None
+    angle_of: Side | None = None
 
     @property
     def foreign(self) -> bool:
@@ -65,7 +67,8 @@ def read(
         folder = inspect_folder(path)
         if folder.needs_tracking:
             track_folder(folder, progress=progress)
-    return load_recording(path, deg_per_us=options.deg_per_us, neutral_us=options.neutral_us)
+    found = load_recording(path, deg_per_us=options.deg_per_us, neutral_us=options.neutral_us)
+    return replace(found, side=options.angle_of or found.side)
 
 
 def read_all(
@@ -91,6 +94,7 @@ def read_log(path: Path, options: Options = Options()) -> Recording:
         options.neutral_us,
         options.part,
         options.command,
+        options.angle_of,
     )
     return import_recording(path, request)
 

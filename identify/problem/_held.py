@@ -40,4 +40,9 @@ def checked_held(
             raise InputError(
                 f"fix {name}: the value is {value:g}, expected {low:g} to {high:g} {unit}"
             )
+        if name == "k" and value == 0.0:
+            raise InputError(
+                "fix k: the value is 0, at which the command moves nothing, expected any other "
+                "number; write the gain, such as k=1"
+            )
     return {name: float(value) for name, value in fix.items()}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 
 def either(python: str, option: str) -> str:
     """How something is given in Python, and how on the command line.
@@ -13,9 +15,10 @@ def either(python: str, option: str) -> str:
 
 
 def column_map(quantity: str, column: str) -> str:
-    """How a quantity's column is named.
+    """How a quantity's column is named; on the command line quoted for a shell.
 
     >>> column_map("angle", "pos:rad")
     "columns={'angle': 'pos:rad'} (--map angle=pos:rad on the command line)"
     """
-    return either(f"columns={{'{quantity}': '{column}'}}", f"--map {quantity}={column}")
+    option = f"--map {shlex.quote(f'{quantity}={column}')}"
+    return either(f"columns={{{quantity!r}: {column!r}}}", option)

@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import LARGEST_TABLE, Array, InputError, read_text
+from servosight.models.io._dates import is_date
 
 LONGEST_LINE = 100_000
+COMMENT = "#"
+_MARKS = (",", ";", "\t")
 _UNQUOTED = "\x1f"  # ASCII's own unit separator stands in for the delimiter of a quoted table
 
 
@@ -19,7 +22,8 @@ _UNQUOTED = "\x1f"  # ASCII's own unit separator stands in for the delimiter of 
 class Sheet:
     """A delimited text file with one header row; its cells are read on demand.
 
-    ``rows`` are the lines that are not blank, ``numbers`` their 1-based lines in the file.
+    ``rows`` are the lines that are neither blank nor comments, ``numbers`` their 1-based lines in
+    the file, ``notes`` what the user should know.
     """
 
     path: Path
@@ -27,6 +31,7 @@ class Sheet:
     rows: tuple[str, ...]
     numbers: tuple[int, ...]
     delimiter: str
+    notes: tuple[str, ...] = ()
 
     def columns(self, names: Sequence[str]) -> Array:
         """The numbers of ``names``, shape (rows, names); text and empty cells are refused."""
@@ -46,6 +51,11 @@ class Sheet:
             ]
         )
 
+    def cells(self, name: str) -> list[str]:
+        """The text of a column, (rows,)."""
+        place = self.header.index(name)
+        return [row.split(self.delimiter)[place] for row in self.rows]
+
     def _number(self, line: int, name: str, cell: str) -> float:
         try:
             if "_" in cell:  # Python reads 1_000, no other program does
@@ -61,14 +71,16 @@ class Sheet:
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a table separated by commas, semicolons or tabs; BOM and any line ends are accepted.
+    """Read a table separated by commas, semicolons, tabs or spaces; any BOM and line ends will do.
 
-    Beside semicolons and tabs a comma in a number is a decimal comma. InputError for a file that
-    is missing, empty, too large, not UTF-8, without header, or with a row of another width.
+    Beside other separators a comma in a number is a decimal comma. Lines that begin with ``#`` are
+    skipped; the last before the numbers is the header where it names each column. InputError for a
+    file that is missing, empty, too large, not UTF-8, without header, or with a row of another
+    width.
     """
     text = read_text(path, "a CSV file", LARGEST_TABLE)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbers = [number for number, line in enumerate(lines, 1) if line.strip()]
+    numbers, notes = _content(path, lines)
     if not numbers:
         raise InputError(
             f"{path}: the file is empty, expected a header row and rows of numbers; write the "
@@ -80,8 +92,12 @@ def read_sheet(path: Path) -> Sheet:
                 f"{path}, row {number}: the row has {len(lines[number - 1])} characters, expected "
                 f"at most {LONGEST_LINE}; check that the file is a table with line ends"
             )
-    delimiter = _delimiter(lines[numbers[0] - 1])
     rows = [lines[number - 1] for number in numbers]
+    if rows[0].lstrip().startswith(COMMENT):
+        rows[0] = rows[0].lstrip().removeprefix(COMMENT).strip()
+    delimiter = _delimiter(rows[0], rows[1] if len(rows) > 1 else "")
+    if delimiter == " ":
+        rows = [" ".join(row.split()) for row in rows]
     if '"' in text:
         rows = [
             _unquoted(path, number, row, delimiter)
@@ -101,7 +117,7 @@ def read_sheet(path: Path) -> Sheet:
                 f"{path}, row {number}: the row has {row.count(delimiter) + 1} fields, expected "
                 f"{len(header)} as in the header; correct the row or delete it"
             )
-    return Sheet(path, header, tuple(rows[1:]), tuple(numbers[1:]), delimiter)
+    return Sheet(path, header, tuple(rows[1:]), tuple(numbers[1:]), delimiter, notes)
 
 
 def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
@@ -111,9 +127,48 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
     return ",".join(header) + "\n" + body
 
 
-def _delimiter(header: str) -> str:
-    """The separator that the header uses; a comma unless it has only others."""
-    return next((mark for mark in (",", ";", "\t") if mark in header), ",")
+def _content(path: Path, lines: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
+    """Where the header and the rows are, from 1, and a note where comments are skipped."""
+    filled = [number for number, line in enumerate(lines, 1) if line.strip()]
+    comments = [number for number in filled if lines[number - 1].lstrip().startswith(COMMENT)]
+    if not comments:
+        return filled, ()
+    skipped = set(comments)
+    numbers = [number for number in filled if number not in skipped]
+    above = [number for number in comments if numbers and number < numbers[0]]
+    if above and _names_columns(lines[above[-1] - 1], lines[numbers[0] - 1]):
+        skipped.remove(above[-1])
+        numbers.insert(0, above[-1])
+    if not skipped:
+        return numbers, ()
+    count = f"{len(skipped):,} line{'s' * (len(skipped) > 1)}"
+    begin, are = ("begin", "are") if len(skipped) > 1 else ("begins", "is")
+    first = min(skipped)
+    note = f"{path}: {count} that {begin} with {COMMENT} {are} skipped, the first is row {first}"
+    return numbers, (note,)
+
+
+def _names_columns(comment: str, row: str) -> bool:
+    """True where a comment has a name for each number of the first row, as numpy writes it."""
+    header = comment.lstrip().removeprefix(COMMENT).strip()
+    mark = _delimiter(header, row)
+    cells, names = _split(row, mark), _split(header, mark)
+    return len(cells) == len(names) > 1 and all(_is_number(one) or is_date(one) for one in cells)
+
+
+def _split(row: str, mark: str) -> list[str]:
+    return row.split() if mark == " " else row.split(mark)
+
+
+def _delimiter(header: str, row: str) -> str:
+    """The separator that cuts header and first row into as many fields; else what the header has.
+
+    A comma where there is none.
+    """
+    for mark in (*_MARKS, " "):
+        if len(_split(header, mark)) == len(_split(row, mark)) > 1:
+            return mark
+    return next((mark for mark in _MARKS if mark in header), ",")
 
 
 def _unquoted(path: Path, number: int, row: str, delimiter: str) -> str:

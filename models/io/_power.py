@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,21 +12,49 @@ import numpy as np
 from servosight.models.core import InputError, Mask
 from servosight.models.io._csv import Sheet
 
-_COLUMNS = ("torque_enable", "torque_enabled")
-"""Columns that say whether the motor has torque."""
+_PLAIN_NAMES = ("torqueenable", "torqueenabled")
+"""Columns that say whether the motor has torque, without path, joint, case and separators."""
+_LABEL = re.compile(r"\[[^\[\]]*\]$")
 _NO = ("false", "off", "no")
 
 
-def power_column(names: Sequence[str]) -> str | None:
-    """The column that says whether the motor has torque."""
-    return next((name for name in names if name.strip().lower() in _COLUMNS), None)
+def power_columns(names: Sequence[str]) -> list[str]:
+    """The columns that say whether a motor has torque.
+
+    >>> power_columns(["t", "Torque Enable", "/servo.torque_enabled[elbow]", "torque"])
+    ['Torque Enable', '/servo.torque_enabled[elbow]']
+    """
+    return [name for name in names if _plain(name) in _PLAIN_NAMES]
+
+
+def power_column(names: Sequence[str], angle: str = "") -> str | None:
+    """The column that says whether the motor has torque; None where there is none for it.
+
+    Of several it is that of the angle's joint, or else of the angle's topic.
+
+    >>> power_column(["torque_enable[pan]", "torque_enable[elbow]"], "position[elbow]")
+    'torque_enable[elbow]'
+    """
+    found = power_columns(names)
+    own = [name for name in found if _label(name) in ("", _label(angle))]
+    beside = [name for name in own if name.rpartition(".")[0] == angle.rpartition(".")[0]]
+    best = own if len(own) == 1 else beside
+    return best[0] if len(best) == 1 else None
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_-]", "", _LABEL.sub("", name).rpartition(".")[2]).lower()
+
+
+def _label(name: str) -> str:
+    """The joint or place in brackets behind a name, with them."""
+    found = _LABEL.search(name)
+    return found[0] if found else ""
 
 
 def switched_on(sheet: Sheet, column: str) -> Mask:
     """False in each row whose cell says no, in whichever way, (rows,)."""
-    place = sheet.header.index(column)
-    cells = (row.split(sheet.delimiter)[place].strip().lower() for row in sheet.rows)
-    return np.array([not _says_no(cell) for cell in cells], dtype=bool)
+    return np.array([not _says_no(cell.strip().lower()) for cell in sheet.cells(column)], bool)
 
 
 def powered_sheet(sheet: Sheet) -> tuple[Sheet, tuple[str, ...]]:

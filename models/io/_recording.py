@@ -8,20 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import (
-    Array,
     InputError,
     Recording,
     Signals,
     Stream,
     check_path,
-    either,
     plain_name,
 )
 from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io._power import powered_sheet
-from servosight.models.io._series import DEGREES, SECONDS, Series
+from servosight.models.io._quantities import angle_of, command_of, named, time_of
+from servosight.models.io._series import DEGREES, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
 from servosight.models.io._signals import overlooked, signal_columns, signals_of
 
@@ -121,20 +120,21 @@ def load_recording(
         folder = inspect_folder(place)
         settings, video, horn_file = folder.settings, folder.video, folder.horn
         command_sheet, angle_sheet = _sheets(folder)
+        notes = (*command_sheet.notes, *angle_sheet.notes)
         signals = _signals(place / "signals.csv")
     else:
         settings, video, horn_file = RecordingSettings(), None, None
-        angle_sheet, notes = powered_sheet(_single(place))
+        angle_sheet, cut = powered_sheet(_single(place))
         command_sheet = angle_sheet
-        names = signal_columns(angle_sheet)
-        signals = signals_of(angle_sheet, _time(angle_sheet), names)
-        notes = (*notes, *overlooked(place, angle_sheet.header, names))
+        names = signal_columns(angle_sheet.header)
+        signals = signals_of(angle_sheet, time_of(angle_sheet), names)
+        notes = (*angle_sheet.notes, *cut, *overlooked(place, angle_sheet.header, names.values()))
     pulse = (
         settings.deg_per_us if deg_per_us is None else deg_per_us,
         settings.neutral_us if neutral_us is None else neutral_us,
     )
     scale = settings.unit_scale
-    command = _time(command_sheet), _command(command_sheet, scale, pulse)
+    command = time_of(command_sheet), command_of(command_sheet, scale, pulse)
     streams = _streams(command, angle_sheet, scale)
     horn = None
     if horn_file is not None and horn_file.exists():
@@ -187,17 +187,12 @@ def _signals(path: Path) -> Signals | None:
     if not path.is_file():
         return None
     sheet = read_sheet(path)
-    time = _time(sheet)
-    return signals_of(sheet, time, [name for name in sheet.header if name != time.name])
+    time = time_of(sheet)
+    return signals_of(sheet, time, {name: name for name in sheet.header if name != time.name})
 
 
 def _stream(s: Streams) -> Stream:
     return Stream(s.time.values, s.angle.values, None if s.sigma is None else s.sigma.values)
-
-
-def series_of(sheet: Sheet, name: str, values: Array, raw: Array) -> Series:
-    """A converted column of a sheet, with its places in the file."""
-    return Series(sheet.path, name, raw, values, sheet.numbers)
 
 
 def _sheets(folder: RecordingFolder) -> tuple[Sheet, Sheet]:
@@ -233,60 +228,11 @@ def _single(path: Path) -> Sheet:
     return read_sheet(path)
 
 
-def _has_sigma(sheet: Sheet) -> bool:
-    return "sigma_deg" in sheet.header or "sigma_rad" in sheet.header
-
-
-def _pick(sheet: Sheet, quantity: str, units: tuple[str, ...]) -> tuple[str, Array]:
-    """The unit and the numbers of the one column of a quantity."""
-    names = [f"{quantity}_{unit}" for unit in units]
-    found = [name for name in names if name in sheet.header]
-    if len(found) > 1:
-        raise InputError(
-            f"{sheet.path}: columns {' and '.join(found)} say the same thing, expected one of "
-            f"them; remove the other"
-        )
-    if not found:
-        raise InputError(
-            f"{sheet.path}, row 1: no column {' or '.join(names)} among "
-            f"{', '.join(sheet.header)[:200]}; expected it in the header, so rename the column or "
-            f"name it by {either('columns={...}', '`servosight import --map`')}"
-        )
-    return found[0].removeprefix(f"{quantity}_"), sheet.columns(found)[:, 0]
-
-
-def _time(sheet: Sheet) -> Series:
-    unit, raw = _pick(sheet, "time", tuple(SECONDS))
-    return series_of(sheet, f"time_{unit}", raw / SECONDS[unit], raw)
-
-
 def _streams(command: tuple[Series, Series], sheet: Sheet, scale: float) -> Streams:
     """The command and what a sheet holds of time, angle and sigma."""
-    sigma = _angle(sheet, "sigma", abs(scale)) if _has_sigma(sheet) else None
-    return Streams(*command, _time(sheet), _angle(sheet, "angle", scale), sigma)
-
-
-def _angle(sheet: Sheet, quantity: str, scale: float) -> Series:
-    unit, raw = _pick(sheet, quantity, ("deg", "rad"))
-    with np.errstate(over="ignore", invalid="ignore"):
-        return series_of(sheet, f"{quantity}_{unit}", raw * (DEGREES[unit] * scale), raw)
-
-
-def _command(sheet: Sheet, scale: float, pulse: tuple[float | None, float | None]) -> Series:
-    if "command_us" not in sheet.header:
-        return _angle(sheet, "command", scale)
-    _, raw = _pick(sheet, "command", ("us", "deg", "rad"))
-    deg_per_us, neutral_us = pulse
-    if deg_per_us is None or neutral_us is None or not np.isfinite(deg_per_us * neutral_us):
-        raise InputError(
-            f"{sheet.path}: column command_us is a pulse width, expected the servo's scale; give "
-            + either(
-                "deg_per_us and neutral_us, such as 0.09 and 1500",
-                "--deg-per-us 0.09 --neutral-us 1500",
-            )
-        )
-    with np.errstate(over="ignore", invalid="ignore"):
-        return series_of(sheet, "command_us", (raw - neutral_us) * deg_per_us, raw)
+    has_sigma = named(sheet, "sigma", tuple(DEGREES))
+    sigma = angle_of(sheet, "sigma", abs(scale)) if has_sigma else None
+    return Streams(*command, time_of(sheet), angle_of(sheet, "angle", scale), sigma)
 
 
 def _check_exposure(time: Series, settings: RecordingSettings, path: Path | None) -> None:

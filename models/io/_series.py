@@ -24,6 +24,8 @@ SIGNALS = ("disturbance", "supply", "current", "torque")
 """What else a log may hold beside the angle; a unit follows in the name of its column."""
 SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 """How many of a unit make a second; dividing keeps 8 ms at exactly the float 0.008."""
+PULSE = "us"
+"""The unit of a command that is a pulse width."""
 DEGREES = {"deg": 1.0, "rad": 180.0 / np.pi, "rev": 360.0}
 """Degrees in one of a unit."""
 
@@ -70,7 +72,8 @@ def check_time(time: Series) -> None:
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
             f"{time.word} before), expected rising time; sort the file, or delete the {time.word}; "
-            f"`servosight import` averages samples of one time stamp"
+            f"`servosight import` averages samples of one time stamp and leaves out a few that run "
+            f"back"
         )
     if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
         raise InputError(

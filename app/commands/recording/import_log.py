@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 
 from servosight.app.arguments import add_force, add_pulse, any_path, number, seed
 from servosight.app.terminal import console, next_command
@@ -53,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Read, check and write; say what was cut."""
+    from servosight.identify.problem.samples import usable_views
     from servosight.models.base import InputError, check_folder
     from servosight.models.io import FILES, save_recording
     from servosight.models.io.importers import parse_map
@@ -71,10 +71,9 @@ def run(args: argparse.Namespace) -> None:
         args.neutral_us,
         args.part,
         args.command_file,
+        args.angle_of,
     )
     recording = read_log(args.source, options)
-    if args.angle_of:
-        recording = replace(recording, side=args.angle_of)
     save_recording(recording, args.output, force=args.force)
     out = console(args)
     for note in recording.notes:
@@ -82,8 +81,16 @@ def run(args: argparse.Namespace) -> None:
     if "unit_scale" in recording.details:
         scale, unit = recording.details["unit_scale"], recording.details["unit"]
         out.print(f"note: one {unit} of the output is shown as {scale:g} deg")
+    if recording.side == "sensor" and args.angle_of is None:
+        out.print(
+            "note: the angle is taken as the reading of the servo's own sensor; if it was measured "
+            "at the surface, give --angle-of surface"
+        )
+    usable = usable_views([recording])[0][0]
+    wrong = recording.time_s.size - usable.time_s.size
     out.print(
         f"{args.output}: {recording.time_s.size} samples over {recording.duration_s:.2f} s, moved "
-        f"{recording.moved_range_deg:.4g} deg"
+        f"{usable.moved_range_deg:.4g} deg"
+        + (f" without {wrong} read errors and old values" if wrong else "")
     )
     out.print(next_command("diagnose", args.output, "--auto"))

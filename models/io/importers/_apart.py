@@ -56,7 +56,7 @@ def extract(path: Path, parser: Parser, wanted: Sequence[str] = (), **options: A
     """``wanted`` columns of a file, or of a folder's files; all where none is named.
 
     The module's function ``extract(path, wanted, **options)`` makes them in the other process.
-    InputError where the file cannot be read, or the library is missing.
+    InputError where the file cannot be read, or the library is missing, or as the function says.
     """
     if parser.library is not None and find_spec(parser.library) is None:
         raise InputError(
@@ -78,6 +78,8 @@ def extract(path: Path, parser: Parser, wanted: Sequence[str] = (), **options: A
         if done.returncode == 0:
             return _unpacked(done.stdout)
         lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        if done.returncode == reader.REFUSED:
+            raise InputError(f"{path}: {lines[-1]}")
         why = lines[-1][:120] if lines and done.returncode > 0 else "its parser broke down"
     raise InputError(f"{path}: cannot be read as {parser.kind} ({why}); {parser.fix}")
 

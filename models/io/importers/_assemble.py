@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,15 +14,23 @@ from servosight.models.core import (
     Array,
     InputError,
     Recording,
+    Side,
     Signals,
     column_map,
     either,
     plain_name,
 )
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import DEGREES, SECONDS, SIGNALS, Series, check_finite
+from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers._request import PULSE, Request
+from servosight.models.io._signals import signal_name
+from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._stamps import in_order, one_a_stamp
+from servosight.models.io.importers._turns import continuous
+
+_OWN_READING = re.compile(r"present[\s_]?position|joint_?states?|observation\.state", re.IGNORECASE)
+"""In a column's name: the servo's own sensor measured it, as Dynamixel, ROS and LeRobot call it."""
+_OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
 
 
 @dataclass(frozen=True)
@@ -45,12 +54,14 @@ def assemble(
     request: Request,
     details: Mapping[str, Any],
     notes: Sequence[str] = (),
+    side: Side = "surface",
 ) -> Recording:
     """Convert, check and join the quantities of one log.
 
     ``raw`` by quantity: time, command, angle, where known sigma, and ``command_time`` where the
-    command has rows of its own. Samples with one time stamp become their mean, commands the last of
-    them. ``notes`` are sentences that the user should read; the recording keeps them.
+    command has rows of its own; whatever else is in it becomes a signal. ``notes`` are sentences
+    that the user should read; the recording keeps them. ``side`` is what measured the angle, unless
+    the request says it.
     """
     table: dict[str, Any] = dict(details)
     foreign = {
@@ -72,7 +83,9 @@ def assemble(
         for name, one in raw.items()
     }
     _check_sizes(path, series)
-    series, merged = _one_a_stamp(series)
+    series, dropped = in_order(series)
+    series, joined = continuous(series) if raw["angle"].unit in DEGREES else (series, [])
+    series, merged = one_a_stamp(series)
     streams = Streams(
         series.get("command_time", series["time"]),
         series["command"],
@@ -81,19 +94,34 @@ def assemble(
         series.get("sigma"),
     )
     settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
-    recording = recording_of(plain_name(path.stem), streams, settings)
+    recording = replace(
+        recording_of(plain_name(path.stem), streams, settings), side=request.angle_of or side
+    )
     signals = {
-        f"{name}_{raw[name].unit.replace('/', '_per_')}": series[name]
-        for name in SIGNALS
-        if name in series
+        signal_name(name, raw[name].unit) if name in SIGNALS else name: one
+        for name, one in series.items()
+        if name not in _OF_ANGLE_AND_COMMAND
     }
-    every = (*notes, *(f"{path}: {note}" for note in merged))
+    doubts = _side_doubts(path, raw["angle"], side) if request.angle_of is None else []
+    every = (*notes, *doubts, *dropped, *joined, *merged)
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():
         check_finite(one)
     kept = Signals(series["time"].values, {name: one.values for name, one in signals.items()})
     return replace(recording, notes=every, signals=kept)
+
+
+def _side_doubts(path: Path, angle: Raw, side: Side) -> list[str]:
+    """A sentence where an angle is taken as the surface's and named like a servo's own reading."""
+    if side == "sensor" or not _OWN_READING.search(angle.column):
+        return []
+    return [
+        f"{path}: {angle.column} is taken as the angle of the surface, and its name is that of a "
+        f"servo's own reading; if it is one, give "
+        f"{either('angle_of=sensor', '--angle-of sensor')}, so that a diagnosis holds k at 1 and "
+        f"tries nothing behind the sensor; else the same with surface"
+    ]
 
 
 def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
@@ -108,54 +136,13 @@ def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
             )
 
 
-def _one_a_stamp(series: dict[str, Series]) -> tuple[dict[str, Series], list[str]]:
-    """Samples of one stamp averaged, of commands the last kept; and a sentence where there are."""
-    notes = []
-    found = dict(series)
-    own = "command_time" if "command_time" in series else "time"
-    measured = ["time", "angle", "sigma", *SIGNALS]
-    clocks = {"time": measured, own: [own, "command"]}
-    if own == "time":
-        clocks["time"] = [*measured, "command"]
-    for clock, names in clocks.items():
-        stamps = series[clock].values
-        begins = np.concatenate([[True], np.diff(stamps) != 0.0])
-        if np.all(begins) or not np.all(np.isfinite(stamps)):
-            continue
-        firsts = np.flatnonzero(begins)
-        counts = np.diff(np.append(firsts, stamps.size))
-        for name in names:
-            if name in series:
-                found[name] = _merged(series[name], name, firsts, counts)
-        if clock == "time":
-            many = int(counts[counts > 1].sum())
-            notes.append(
-                f"{many:,} of {stamps.size:,} samples share their time stamp with others; each "
-                f"group became its mean, the first at {stamps[firsts[np.argmax(counts > 1)]]:.6g} s"
-            )
-    return found, notes
-
-
-def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
-    lasts = firsts + counts - 1
-    kept: list[Array] = []
-    for values in (one.raw, one.values):
-        if name == "angle" or name in SIGNALS:
-            kept.append(np.add.reduceat(values, firsts) / counts)
-        elif name == "sigma":
-            kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
-        else:
-            kept.append(values[lasts])
-    return replace(one, raw=kept[0], values=kept[1], rows=[one.rows[int(n)] for n in firsts])
-
-
 def _converted(path: Path, quantity: str, raw: Raw, request: Request) -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         if quantity.endswith("time"):
             if raw.unit not in SECONDS:
                 raise _unknown(path, quantity, raw, tuple(SECONDS))
             return raw.values / SECONDS[raw.unit]
-        if quantity in SIGNALS:
+        if quantity not in _OF_ANGLE_AND_COMMAND:
             return raw.values
         if raw.unit == PULSE and quantity == "command":
             if request.deg_per_us is None or request.neutral_us is None:

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import shlex
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from servosight.models.core import Array, InputError, Mask, column_map, plain_name
-from servosight.models.io._power import power_column, powered_run
-from servosight.models.io._series import DEGREES, SECONDS, SIGNALS
-from servosight.models.io._signals import overlooked
-from servosight.models.io.importers._assemble import Raw
-from servosight.models.io.importers._request import PULSE, QUANTITIES, Column, Request
-from servosight.models.io.importers._units import split_unit, units_of
+import numpy as np
 
-_LONGEST_LIST = 300
+from servosight.models.core import (
+    Array,
+    InputError,
+    Mask,
+    column_map,
+    did_you_mean,
+    either,
+    plain_name,
+)
+from servosight.models.io._header_units import Split, split_unit
+from servosight.models.io._listed import listed
+from servosight.models.io._power import power_column, powered_run
+from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
+from servosight.models.io._signals import overlooked, signal_columns
+from servosight.models.io.importers._assemble import Raw
+from servosight.models.io.importers._request import QUANTITIES, Column, Request
+from servosight.models.io.importers._units import units_of
+
+_EXAMPLES = {"time": "s", "command": "deg", "angle": "deg"}
 
 
 @dataclass(frozen=True)
@@ -33,20 +46,31 @@ class Columns:
     word: str = "row"
     flags: Callable[[str], Mask] | None = None
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
+    split: Split = split_unit
+    notes: tuple[str, ...] = ()
+    dated: Collection[str] = ()
+    """Columns of calendar dates, whose numbers are seconds."""
 
 
 def chosen_columns(
-    table: Columns, request: Request, quantities: Sequence[str] = (*QUANTITIES, *SIGNALS)
+    path: Path,
+    table: Columns,
+    request: Request,
+    quantities: Sequence[str] = (*QUANTITIES, *SIGNALS),
 ) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing.
 
-    A sigma need not be there. Signals are looked for only where the request names them; what is
-    called a disturbance is one.
+    A sigma need not be there, nor a signal.
     """
     asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
-    if "disturbance" in quantities and "disturbance" not in found:
-        found["disturbance"] = _disturbance(table.names)
+    missing = [name for name, one in found.items() if one is None and name != "sigma"]
+    if missing:
+        raise _unknown_columns(path, table, missing, request)
+    for name, column in signal_columns(table.names, table.split).items():
+        quantity, _, unit = name.partition("_")
+        if quantity in quantities and quantity not in found:
+            found[quantity] = Column(column, unit)
     return {quantity: column for quantity, column in found.items() if column is not None}
 
 
@@ -61,23 +85,46 @@ def raw_columns(
     What the table holds while the motor has no torque is left out: a load that falls freely follows
     no model of a servo.
     """
-    columns = chosen_columns(table, request, quantities)
-    units, notes = units_of(path, columns, request)
+    columns = chosen_columns(path, table, request, quantities)
+    units, notes = units_of(path, columns, request, table.split)
+    dates = [
+        f"{path}: column {one.name} holds dates, read as seconds since 1970, in UTC where they "
+        f"name no zone"
+        for one in columns.values()
+        if one.name in table.dated
+    ]
+    notes = (*table.notes, *dates, *notes)
     raw: dict[str, Raw] = {}
     for quantity, column in columns.items():
-        values = table.numbers(column.name)
+        values = _numbers(table, quantity, column, request)
+        if values is None:
+            notes = (*notes, f"{path}: column {column.name} is not kept, as not every row has one")
+            continue
         raw[quantity] = Raw(
             column.name, units[quantity], values, table.rows(values.size), table.word
         )
     if "disturbance" in quantities:
         used = [column.name for column in columns.values()]
-        notes = (*notes, *overlooked(path, table.names, used))
-    power = power_column(table.names)
+        notes = (*notes, *overlooked(path, table.names, used, table.split))
+    angle = columns["angle"].name if "angle" in columns else ""
+    power = power_column(table.names, angle)
     if power is None:
         return raw, notes
     on = table.flags(power) if table.flags is not None else table.numbers(power) != 0.0
     raw, cut = powered(path, raw, on, power)
     return raw, (*notes, *cut)
+
+
+def _numbers(table: Columns, quantity: str, column: Column, request: Request) -> Array | None:
+    """A column's numbers; None for a signal that nobody asked for and that has gaps."""
+    optional = quantity in SIGNALS and quantity not in (*request.columns, "disturbance")
+    try:
+        values = table.numbers(column.name)
+    except InputError:
+        if optional:
+            return None
+        raise
+    return None if optional and not np.all(np.isfinite(values)) else values
 
 
 def powered(
@@ -87,6 +134,12 @@ def powered(
 
     ``column`` is where the log says so.
     """
+    for part in raw.values():
+        if part.values.size != on.size:
+            raise InputError(
+                f"{path}: column {part.column} has {part.values.size} values and {column} "
+                f"{on.size}, expected the same number; map another one"
+            )
     one = next(iter(raw.values()))
     start, stop, notes = powered_run(path, on, column, one.rows, one.word)
     kept = {
@@ -102,50 +155,68 @@ def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
     return {"name": plain_name(path.name), "format": form, **columns}
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names for a message, cut where they are many."""
-    return ", ".join(names)[:_LONGEST_LIST] or "(none)"
+def _unknown_columns(
+    path: Path, table: Columns, missing: Sequence[str], request: Request
+) -> InputError:
+    """What to map for the ``missing`` quantities; of columns with their names the unit alone."""
+    silent = {
+        quantity: name
+        for quantity in missing
+        for name in table.names
+        if table.split(name) == (name, None) and name.lower() == quantity
+    }
+    if missing[0] not in silent:
+        return InputError(
+            f"{table.place}: no column is known to be the {missing[0]}; expected "
+            f"{column_map(missing[0], 'COLUMN')} with one of {listed(table.names)}"
+        )
+    given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
+    maps = {name: one.removesuffix(":") for name, one in given.items()}
+    maps |= {name: f"{one}:{_EXAMPLES[name]}" for name, one in silent.items()}
+    words = [f"--map {shlex.quote(f'{name}={one}')}" for name, one in maps.items()]
+    if request.unit:
+        words.append(f"--unit {shlex.quote(request.unit)}")
+    if request.command is None:
+        words.insert(0, f"servosight import {shlex.quote(str(path))} -o REC")
+    option = " ".join(words)
+    columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
+    return InputError(
+        f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
+        f"the header or in the map; write {either(f'columns={maps}', f'`{option}`')}, "
+        f"with other units where they count those"
+    )
 
 
 def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     column = request.columns.get(quantity)
-    if column is None:
-        return _by_name(table, quantity)
+    found = _by_name(table, quantity, request) if column is None else _mapped(table, column)
+    if found is None and column is not None:
+        near = did_you_mean(column.name, table.names)
+        raise InputError(
+            f"{table.place}: no column {column.name}{near}, expected one of {listed(table.names)}; "
+            f"correct {column_map(quantity, column.name)}"
+        )
+    return Column(found.name, "s") if found is not None and found.name in table.dated else found
+
+
+def _mapped(table: Columns, column: Column) -> Column | None:
+    """The column that a map names, by its whole name or by that without the unit."""
     if column.name in table.names:
         return column
     whole = f"{column.name}:{column.unit}"
     if whole in table.names:  # the name itself has a colon in it
         return Column(whole)
-    named = [name for name in table.names if split_unit(name)[0] == column.name]
-    if len(named) == 1:
-        return Column(named[0], column.unit)
-    raise InputError(
-        f"{table.place}: no column {column.name}, expected one of {listed(table.names)}; correct "
-        f"{column_map(quantity, column.name)}"
-    )
+    named = [name for name in table.names if table.split(name)[0] == column.name]
+    return Column(named[0], column.unit) if len(named) == 1 else None
 
 
-def _disturbance(names: Sequence[str]) -> Column | None:
-    """The column that is called a disturbance, with a unit: ``disturbance_N``."""
-    for name in names:
-        bare, unit = split_unit(name)
-        if unit is None:
-            bare, _, unit = name.partition("_")
-        if bare.lower() == "disturbance" and unit:
-            return Column(name, unit)
-    return None
-
-
-def _by_name(table: Columns, quantity: str) -> Column | None:
-    """The column that is called as the quantity is, with a unit."""
+def _by_name(table: Columns, quantity: str, request: Request) -> Column | None:
+    """The column that is called as the quantity is, with a unit, or one that is given for all."""
     units = SECONDS if quantity == "time" else (*DEGREES, PULSE)
     for name in table.names:
-        bare, unit = split_unit(name)
-        if bare.lower() == quantity and unit in units:
+        bare, unit = table.split(name)
+        given = request.unit is not None and quantity != "time"
+        known = unit in units or (unit is None and (given or name in table.dated))
+        if bare.lower() == quantity and known:
             return Column(name)
-    if quantity == "sigma":
-        return None
-    raise InputError(
-        f"{table.place}: no column is known to be the {quantity}; expected "
-        f"{column_map(quantity, 'COLUMN')} with one of {listed(table.names)}"
-    )
+    return None

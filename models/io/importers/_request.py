@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from servosight.models.core import InputError, column_map
+from servosight.models.core import InputError, Side, column_map
 from servosight.models.io._series import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
-PULSE = "us"
-"""The unit of a command that is a pulse width."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,8 @@ class Request:
     that is no angle;
     ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width; ``part`` is which
     episode of a data set, from 0. ``command`` is a second log on the same clock, in which the
-    command stands.
+    command stands. ``angle_of`` is what measured the angle, None where the format or, failing that,
+    the surface is to be taken.
     """
 
     columns: Mapping[str, Column] = field(default_factory=dict)
@@ -41,6 +40,7 @@ class Request:
     neutral_us: float | None = None
     part: int = 0
     command: Path | None = None
+    angle_of: Side | None = None
 
 
 def parse_map(words: Sequence[str]) -> dict[str, Column]:

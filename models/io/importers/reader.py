@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path
 
 INDEX = "index"
+REFUSED = 3
+"""The exit code for a file that was read and is none to import: the line says all but its name."""
 LARGEST_MEMORY = 4 << 30
 """Bytes of address space, of which the libraries take up to 1 GB."""
 
@@ -28,6 +30,8 @@ def main() -> int:
     except (ImportError, ValueError, OSError):
         pass  # no limits on this system, or lower ones already
     import numpy as np
+
+    from servosight.models.base import InputError
 
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a parser prints is no part of the answer
@@ -47,6 +51,9 @@ def main() -> int:
         arrays |= {f"time_{n}": one for n, one in enumerate(found.times_s.values())}
         np.savez(answer, allow_pickle=False, **arrays)
         answer.close()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return REFUSED
     except Exception as error:  # a parser raises whatever broken bytes lead it to
         print(" ".join(str(error).split()) or type(error).__name__, file=sys.stderr)
         return 1

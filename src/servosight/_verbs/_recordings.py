@@ -29,6 +29,7 @@ def read(
     neutral_us: float | None = None,
     part: int = 0,
     command: Path | str | None = None,
+    angle_of: Literal["surface", "sensor"] | None = None,
     progress: StageProgress | None = None,
 ) -> Recording:
     """Read a recording: a folder, a CSV file, or a log of another program.
@@ -39,8 +40,9 @@ def read(
     ``unit`` is that of angle and command where no column has its own, ``unit_scale`` the degrees
     that show one unit of an output that is no angle. ``deg_per_us`` and ``neutral_us`` convert a
     command given as pulse width; ``part`` is which episode of a data set, from 0. ``command`` is a
-    second table, on the same clock, in which the command stands. What the user should know about
-    how a log was read is in the recording's ``notes``.
+    second table, on the same clock, in which the command stands. ``angle_of`` says whether the
+    angle is that of the surface or the reading of the servo's own sensor. What the user should
+    know about how a log was read is in the recording's ``notes``.
     ``progress(word, done, total)`` is called while a video is tracked. Raises InputError for
     whatever a recording cannot be.
 
@@ -63,6 +65,7 @@ def read(
             neutral_us=neutral_us,
             part=part,
             command=None if command is None else Path(command),
+            angle_of=angle_of,
         ),
         progress or silent,
     )

@@ -85,6 +85,7 @@ def test_a_held_parameter_is_not_judged_and_does_not_count(run: Recording) -> No
         ({"backlash.gab": 1.0}, "did you mean backlash.gap"),
         ({"coulomb_friction.level": 1.0}, "the model has no effect coulomb_friction"),
         ({"k": 11.0}, "the value is 11, expected -10 to 10"),
+        ({"k": 0.0}, "at which the command moves nothing, expected any other number"),
         ({"T": -1.0}, "the value is -1, expected 0.001 to 2 s"),
         ({"xi": math.nan}, "the value is nan"),
     ],

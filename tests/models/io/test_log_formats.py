@@ -7,6 +7,7 @@ import math
 import shutil
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 from support.refusal import refused
 
+from servosight.app.main import main
 from servosight.models.core import Recording
 from servosight.models.io import load_recording, save_recording
 from servosight.models.io.importers import Request, import_recording, parse_map, recognised
@@ -118,8 +120,10 @@ PARQUET_MAP = columns("time=stamp", "command=goal", "angle=state[1]:rad")
 def test_parquet(tmp_path: Path) -> None:
     path = parquet(tmp_path / "a.bin")
     is_sound(import_recording(path, PARQUET_MAP))
-    refused(path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[1]")
-    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0]")
+    refused(
+        path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[0..1]"
+    )
+    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0..1]")
 
 
 def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:
@@ -127,6 +131,19 @@ def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:
     recording = import_recording(path, PARQUET_MAP)
     assert recording.time_s.size == 150
     assert "torque_enable is false in 50 of 200 rows" in recording.notes[0]
+
+
+@pytest.mark.parametrize("text", [True, False], ids=["records", "columns"])
+def test_json_without_torque_at_the_end(tmp_path: Path, text: bool) -> None:
+    on = [n < 150 for n in range(COUNT)]
+    content: Any = {"time_s": TIMES, "command_rad": GOAL, "angle_rad": POSITION, "TorqueEnable": on}
+    if text:
+        rows = zip(*content.values(), strict=True)
+        content = [dict(zip(content, row, strict=True)) for row in rows]
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    recording = import_recording(tmp_path / "a.json", Request())
+    assert recording.time_s.size == 150
+    assert "TorqueEnable is false in 50 of 200" in recording.notes[0]
 
 
 def lerobot(folder: Path, episodes: int = 2, per_file: int = 2) -> Path:
@@ -159,7 +176,8 @@ def lerobot(folder: Path, episodes: int = 2, per_file: int = 2) -> Path:
     return folder
 
 
-JOINT = columns("command=action[elbow]:rad", "angle=observation.state[1]:rad")
+JOINT_WORDS = ("command=action[elbow]:rad", "angle=observation.state[1]:rad")
+JOINT = columns(*JOINT_WORDS)
 
 
 @pytest.mark.parametrize("per_file", [1, 2])
@@ -176,7 +194,41 @@ def test_lerobot_data_sets(tmp_path: Path, per_file: int) -> None:
     np.testing.assert_allclose(again.angle_deg, 2.0 * recording.angle_deg, rtol=1e-6)
     refused(folder, JOINT.__class__(JOINT.columns, part=2), "no episode 2", "its 2")
     refused(folder, columns("command=action[wrist]:rad"), "action[wrist]", "action[pan]")
+    refused(folder, columns("command=action[elbo]:rad"), "did you mean action[elbow]?")
     refused(folder, columns("command=action[1]", "angle=observation.state[1]:rad"), "no unit")
+
+
+@pytest.mark.parametrize("kind", ["lerobot", "rosbag"])
+def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, kind: str) -> None:
+    """``--unit`` holds for it; without any, degrees are assumed, which a note says."""
+    folder = MAKERS[kind](tmp_path / "set")
+    words = {
+        "lerobot": ("command=action[elbow]", "angle=observation.state[elbow]"),
+        "rosbag": ("command=/goal.position[elbow]", "angle=/joint_states.position[elbow]"),
+    }[kind]
+    is_sound(import_recording(folder, replace(columns(*words), unit="rad")))
+    silent = import_recording(folder, columns(*words))
+    assert any("no unit is given for" in note for note in silent.notes)
+
+
+def test_what_measured_the_angle_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a note where a name is that of a servo's own reading, unless the user has said it."""
+    folder = bag(tmp_path / "bag", "MCAP")
+    words = ("command=/goal.position[elbow]:rad", "angle=/joint_states.position[elbow]:rad")
+    recording = import_recording(folder, columns(*words))
+    assert recording.side == "surface"
+    assert any("--angle-of sensor" in note for note in recording.notes)
+    for side in ("surface", "sensor"):
+        said = read(folder, Options(dict(word.split("=") for word in words), angle_of=side))
+        assert said.side == side
+        assert not any("--angle-of" in note for note in said.notes)
+    maps = [part for word in JOINT_WORDS for part in ("--map", word)]
+    data = str(lerobot(tmp_path / "set"))
+    assert main(["import", data, *maps, "-o", str(tmp_path / "rec")]) == 0
+    assert "own sensor; if it was measured at the surface" in capsys.readouterr().out
+    assert load_recording(tmp_path / "rec").side == "sensor"
 
 
 def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:
@@ -196,8 +248,11 @@ def test_the_dead_time_of_nominal_stamps_is_unknowable(tmp_path: Path) -> None:
 # --- logs of messages -----------------------------------------------------------------------------
 
 
-def ulog(path: Path) -> Path:
-    """Two topics by the format's own rules; the second instance of a topic is another servo."""
+def ulog(path: Path, on: int = COUNT) -> Path:
+    """Two topics by the format's own rules; the second instance of a topic is another servo.
+
+    Its motor has torque in the first ``on`` samples.
+    """
 
     def message(kind: str, data: bytes) -> bytes:
         return struct.pack("<HB", len(data), ord(kind)) + data
@@ -206,14 +261,17 @@ def ulog(path: Path) -> Path:
         b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0),
         message("B", bytes(40)),
         message("F", b"servo_setpoint:uint64_t timestamp;float[2] position;"),
-        message("F", b"servo_status:uint64_t timestamp;float position;float current;"),
+        message(
+            "F",
+            b"servo_status:uint64_t timestamp;float position;float load_torque;bool torque_enable;",
+        ),
         message("A", struct.pack("<BH", 0, 0) + b"servo_setpoint"),
         message("A", struct.pack("<BH", 1, 1) + b"servo_status"),
     ]
-    for t, u, y in zip(TIMES, GOAL, POSITION, strict=True):
+    for n, (t, u, y) in enumerate(zip(TIMES, GOAL, POSITION, strict=True)):
         stamp = round(1e6 * t)
         parts.append(message("D", struct.pack("<HQff", 0, stamp, 0.0, u)))
-        parts.append(message("D", struct.pack("<HQff", 1, stamp, y, 0.3)))
+        parts.append(message("D", struct.pack("<HQff?", 1, stamp, y, 0.3, n < on)))
     path.write_bytes(b"".join(parts))
     return path
 
@@ -223,9 +281,22 @@ def test_px4_logs(tmp_path: Path) -> None:
     path = ulog(tmp_path / "flight")
     words = ("command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad")
     is_sound(import_recording(path, columns(*words)))
-    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[1]")
-    refused(path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].current")
+    (note,) = import_recording(path, columns(*words)).notes
+    assert "column servo_status.load_torque is not used" in note
+    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[0..1]")
+    refused(
+        path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].load_torque"
+    )
     refused(path, columns("time=timestamp", *words), "--map time", "leave it out")
+
+
+def test_a_px4_log_without_torque_at_the_end_is_cut(tmp_path: Path) -> None:
+    """The flag is that of the angle's topic; the command stays whole."""
+    pytest.importorskip("pyulog")
+    words = ("command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad")
+    recording = import_recording(ulog(tmp_path / "flight", on=150), columns(*words))
+    assert (recording.time_s.size, recording.command_time_s.size) == (150, COUNT)
+    assert "torque_enable is false in 50 of 200 messages" in recording.notes[-1]
 
 
 def bag(folder: Path, storage: str) -> Path:
@@ -244,6 +315,17 @@ def bag(folder: Path, storage: str) -> Path:
     )
     empty = np.array([], dtype=np.float64)
     with Writer(folder, version=9, storage_plugin=StoragePlugin[storage]) as writer:
+        wrench, vector = (
+            store.types[f"geometry_msgs/msg/{name}"] for name in ("WrenchStamped", "Vector3")
+        )
+        load = writer.add_connection("/load", wrench.__msgtype__, typestore=store)
+        inner, zero = store.types["geometry_msgs/msg/Wrench"], vector(x=0.0, y=0.0, z=0.0)
+        still = wrench(
+            header=header(stamp=stamp(sec=1, nanosec=0), frame_id=""),
+            wrench=inner(force=vector(x=2.0, y=0.0, z=0.0), torque=zero),
+        )
+        start = 1_700_000_000_000_000_000
+        writer.write(load, start, store.serialize_cdr(still, wrench.__msgtype__))
         topics = {
             name: writer.add_connection(name, joint.__msgtype__, typestore=store)
             for name in ("/goal", "/joint_states")
@@ -273,10 +355,28 @@ def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     recording = import_recording(folder, request)
     is_sound(recording)
     assert recording.details["source"]["clock"] == "header.stamp"
+    assert "columns /load.wrench.force.x, /load.wrench.force.y" in recording.notes[0]
     (file,) = (entry for entry in folder.iterdir() if entry.name != "metadata.yaml")
-    if storage == "MCAP":  # rosbags tells a single file by its ending alone
-        is_sound(import_recording(file, request))
+    is_sound(import_recording(file, request))
+    is_sound(import_recording(file.rename(tmp_path / "run.log"), request))
+    folder = bag(tmp_path / "again", storage)
     refused(folder, columns("command=/goal.position[x]:rad"), "angle", "/goal.position[pan]")
+
+
+@pytest.mark.parametrize(
+    ("profile", "words"), [("", "without a profile"), ("ros1", "with the profile 'ros1'")]
+)
+def test_an_mcap_file_of_another_program_gets_advice_that_fits(
+    tmp_path: Path, profile: str, words: str
+) -> None:
+    """The header by the format's own rules: profile and library."""
+    pytest.importorskip("rosbags")
+    texts = [struct.pack("<I", len(one)) + one.encode() for one in (profile, "another program")]
+    header = b"".join(texts)
+    path = tmp_path / "a.log"
+    path.write_bytes(b"\x89MCAP0\r\n\x01" + struct.pack("<Q", len(header)) + header + bytes(90))
+    request = columns("command=/pos.x:rad", "angle=/pos.y:rad")
+    refused(path, request, words, "messages of ROS 2", "as CSV files")
 
 
 # --- recognising ----------------------------------------------------------------------------------

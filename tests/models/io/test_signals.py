@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -62,14 +63,24 @@ def renamed(path: Path, name: str) -> Path:
 def test_a_column_that_is_called_a_disturbance_is_one(tmp_path: Path, name: str) -> None:
     """Imported without a map, and in a CSV file that is a recording by itself."""
     path = renamed(log(tmp_path / "a.csv"), name)
-    read = [import_recording(path, Request())]
-    if "_N" in name:
-        read.append(load_recording(path))
-        assert read[1].signals is not None
-        assert list(read[1].signals.values) == ["disturbance_N", "supply_V"]
-    for one in read:
+    for one in (import_recording(path, Request()), load_recording(path)):
+        assert one.signals is not None
+        assert list(one.signals.values) == ["disturbance_N", "supply_V"]
         assert one.disturbance_unit == "N"
         assert one.disturbance_at(one.time_s).max() == 2.0
+
+
+def test_a_signal_with_gaps_that_nobody_asked_for_is_left_out(tmp_path: Path) -> None:
+    path = renamed(log(tmp_path / "a.csv"), "force (N),supply_V")
+    lines = path.read_text().splitlines()
+    lines[9] = lines[9].rpartition(",")[0] + ","
+    path.write_text("\n".join(lines))
+    recording = import_recording(path, Request(parse_map(["disturbance=force"])))
+    assert recording.signals is not None
+    assert list(recording.signals.values) == ["disturbance_N"]
+    assert "column supply_V is not kept" in recording.notes[0]
+    with pytest.raises(InputError, match="row 10: column supply_V is empty"):
+        import_recording(path, Request(parse_map(["disturbance=force", "supply=supply_V"])))
 
 
 def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> None:
@@ -77,9 +88,49 @@ def test_a_column_that_may_be_a_disturbance_is_pointed_out(tmp_path: Path) -> No
     for one in (import_recording(path, Request()), load_recording(path)):
         (note,) = one.notes
         assert "column ext_force_N is not used" in note
-        assert "--map disturbance=ext_force_N:UNIT" in note
-    request = Request(parse_map(["disturbance=ext_force_N:N"]))
-    assert import_recording(path, request).notes == ()
+        assert "--map disturbance=ext_force_N on the command line" in note
+    request = Request(parse_map(["disturbance=ext_force_N"]))
+    recording = import_recording(path, request)
+    assert recording.notes == ()
+    assert recording.disturbance_unit == "N"
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("load_torque_Nm", "disturbance=load_torque_Nm"),
+        ("F_ext", "disturbance=F_ext:UNIT"),
+        ("external_force (N)", "'disturbance=external_force (N)'"),
+        ("torque_ext [mNm]", "'disturbance=torque_ext [mNm]'"),
+        ("tau_load", "disturbance=tau_load:UNIT"),
+        ("loadTorque", "disturbance=loadTorque:UNIT"),
+    ],
+)
+def test_names_of_a_load_are_pointed_out_with_a_map_to_copy(
+    tmp_path: Path, name: str, advice: str
+) -> None:
+    """The map is quoted for a shell, and asks for no unit that the name has."""
+    path = renamed(log(tmp_path / "a.csv"), f"{name},supply_V")
+    (note,) = import_recording(path, Request()).notes
+    assert f"column {name} is not used" in note
+    assert f"--map {advice} on the command line" in note
+    words = shlex.split(advice.replace("UNIT", "Nm"))
+    assert import_recording(path, Request(parse_map(words))).notes == ()
+
+
+@pytest.mark.parametrize("name", ["effort", "torque", "motor_torque_Nm", "tau", "load", "f_cut"])
+def test_what_is_the_motors_own_is_not_pointed_out(tmp_path: Path, name: str) -> None:
+    path = renamed(log(tmp_path / "a.csv"), f"{name},supply_V")
+    assert import_recording(path, Request()).notes == ()
+
+
+def test_a_force_in_a_mat_file_is_pointed_out(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(200)
+    content = {"t": t, "u": np.sin(9 * t), "y": np.sin(9 * t), "force_N": 2.0 * (t > 1)}
+    scipy.io.savemat(tmp_path / "a.mat", content)
+    request = Request(parse_map(["command=u:rad", "angle=y:rad"]))
+    (note,) = import_recording(tmp_path / "a.mat", request).notes
+    assert "column force_N is not used" in note
 
 
 @pytest.mark.parametrize(("on", "off"), [("1", "0"), ("1.000", "0.000"), ("on", "off")])

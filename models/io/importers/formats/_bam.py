@@ -1,8 +1,8 @@
 """JSON logs of Rhoban's bam (Better Actuator Models): a servo that moves a pendulum.
 
 Source of the format: github.com/Rhoban/bam; ``entries`` hold ``timestamp`` [s],
-``goal_position`` and ``position`` [rad]; beside them stand the bench's ``mass`` [kg], ``length``
-[m], firmware gain ``kp`` and supply ``vin`` [V].
+``goal_position`` and ``position`` [rad], and what else the servo answered; beside them stand the
+bench's ``mass`` [kg], ``length`` [m], firmware gain ``kp`` and supply ``vin`` [V].
 """
 
 from __future__ import annotations
@@ -34,11 +34,19 @@ ROBOTIS e-Manual, XL330-M288, Position P Gain (84); Feetech STS memory table, ad
 """
 _LARGEST_SETTING = 1e4
 """No voltage, mass, length or gain of such a bench comes near this."""
+_LARGEST_SIGNAL = 1e9
 KEYS = {
     "time": ("timestamp", "s"),
     "command": ("goal_position", "rad"),
     "angle": ("position", "rad"),
 }
+SIGNAL_KEYS = {
+    "supply": ("input_volts", "V"),
+    "load": ("load", ""),
+    "speed": ("speed", ""),
+    "temp": ("temp", ""),
+}
+"""What else a servo answered, where every entry has it; only the voltage has a unit."""
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -60,7 +68,7 @@ def read_bam(path: Path, request: Request) -> Recording:
     rows = range(len(entries))
     raw: dict[str, Raw] = {
         quantity: Raw(key, unit, _numbers(path, entries, key, torque), rows, "entry")
-        for quantity, (key, unit) in KEYS.items()
+        for quantity, (key, unit) in {**KEYS, **_kept_signals(entries, torque)}.items()
     }
     raw, notes = powered(path, raw, torque, "torque_enable")
     source: dict[str, Any] = {
@@ -76,13 +84,11 @@ def read_bam(path: Path, request: Request) -> Recording:
         kept = raw["time"].rows
         source["kept_entries"] = [kept[0], kept[-1]]
     details = {"source": source, "setup": _setup(log)}
-    recording = assemble(path, raw, request, details, notes)
+    recording = assemble(path, raw, request, details, notes, "sensor")
     # The host writes the goal and reads the position at any time within one cycle, evenly spread.
     cycle_s = float(np.median(np.diff(recording.time_s)))
     sigma_s = float(f"{cycle_s / np.sqrt(12.0):.3g}")
-    return replace(
-        recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s, side="sensor"
-    )
+    return replace(recording, relative_gain=_relative_gain(log), offset_sigma_s=sigma_s)
 
 
 def _setup(log: dict[str, Any]) -> dict[str, float]:
@@ -132,6 +138,16 @@ def _torque(path: Path, index: int, entry: Any) -> bool:
             f"false; correct it"
         )
     return bool(torque)
+
+
+def _kept_signals(entries: Sequence[dict[str, Any]], torque: Array) -> dict[str, tuple[str, str]]:
+    """Those of ``SIGNAL_KEYS`` of which each entry with torque has a finite number."""
+
+    def whole(key: str) -> bool:
+        values: list[Any] = [entries[n].get(key) for n in np.flatnonzero(torque).tolist()]
+        return all(type(one) in (int, float) and abs(one) < _LARGEST_SIGNAL for one in values)
+
+    return {name: (key, unit) for name, (key, unit) in SIGNAL_KEYS.items() if whole(key)}
 
 
 def _numbers(path: Path, entries: Sequence[dict[str, Any]], key: str, torque: Array) -> Array:

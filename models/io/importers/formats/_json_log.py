@@ -74,14 +74,14 @@ def _no_json(path: Path, error: ValueError) -> list[Any]:
 
 
 def _numbers(value: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
-    """Names and values of the numbers in a record."""
+    """Names and values of the numbers in a record; true and false count as 1 and 0."""
     if isinstance(value, Mapping) and depth < _DEEPEST:
         for key, inner in value.items():
             yield from _numbers(inner, f"{name}.{key}" if name else str(key), depth + 1)
     elif isinstance(value, list) and depth < _DEEPEST:
         for place, inner in enumerate(value[:100]):
             yield from _numbers(inner, f"{name}[{place}]", depth + 1)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
+    elif isinstance(value, int | float):
         yield name, value
 
 
@@ -104,7 +104,7 @@ def _along(path: Path, records: Sequence[Any], name: str) -> list[Any]:
 
 def _as_array(path: Path, name: str, values: Sequence[Any]) -> Array:
     for place, value in enumerate(values):
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if not isinstance(value, int | float):
             raise InputError(
                 f"{path}, value {place}: {name} is {str(value)[:40]!r}, expected a number; correct "
                 f"or delete it"

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import InputError, Recording, either, plain_name, read_settings
+from servosight.models.io._header_units import split_path
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -43,9 +45,10 @@ def read_lerobot(path: Path, request: Request) -> Recording:
     request = replace(request, columns=columns)
     info = _info(path)
     names = _names(info)
-    table = Columns(str(path / INFO), list(names), lambda name: np.empty(0), range, "frame")
-    chosen = {column.name for column in chosen_columns(table, request).values()}
-    wanted = sorted({names[name] for name in chosen})
+    place = str(path / INFO)
+    table = Columns(place, list(names), lambda name: np.empty(0), range, "frame", split=split_path)
+    chosen = {column.name for column in chosen_columns(path, table, request).values()}
+    wanted = sorted({names[name] for name in (*chosen, *power_columns(list(names)))})
     found = extract_apart(path, PARSER, wanted, episode=request.part)
     episodes = int(found.facts["episodes"])
     if not found.columns or not found.columns[wanted[0]].size:
@@ -54,7 +57,7 @@ def read_lerobot(path: Path, request: Request) -> Recording:
             f"by {either('part', '--part')}, from 0"
         )
     table = replace(table, numbers=lambda name: found.columns[names[name]])
-    raw, _ = raw_columns(path, table, request)
+    raw, more = raw_columns(path, table, request)
     rate = info.get("fps")
     source = {
         "name": plain_name(path.name),
@@ -63,10 +66,10 @@ def read_lerobot(path: Path, request: Request) -> Recording:
         **({"fps": rate} if isinstance(rate, int | float) else {}),
         **{f"{quantity}_column": one.column for quantity, one in raw.items()},
     }
-    notes = [f"{path}: episode {request.part} of {episodes}; {NOMINAL}"]
+    notes = [f"{path}: episode {request.part} of {episodes}; {NOMINAL}", *more]
     details = {"source": source, "clock_note": NOMINAL}
-    recording = assemble(path, raw, request, details, notes)
-    return replace(recording, offset_sigma_s=math.inf, side="sensor")
+    recording = assemble(path, raw, request, details, notes, "sensor")
+    return replace(recording, offset_sigma_s=math.inf)
 
 
 def extract(path: Path, wanted: Sequence[str], episode: int = 0) -> Extract:
@@ -107,7 +110,7 @@ def _names(info: Mapping[str, Any]) -> dict[str, str]:
     for name, feature in info["features"].items():
         shape = feature.get("shape") if isinstance(feature, Mapping) else None
         kind = str(feature.get("dtype")) if isinstance(feature, Mapping) else ""
-        if not kind.startswith(("float", "int")) or not isinstance(shape, list):
+        if not kind.startswith(("float", "int", "bool")) or not isinstance(shape, list):
             continue
         if len(shape) != 1 or not isinstance(shape[0], int) or not 0 < shape[0] <= 1000:
             continue

@@ -7,30 +7,38 @@ models of EMPS", 2019. ``t`` [s], ``qg`` reference [m], ``qm`` measured position
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, column_map, plain_name
+from servosight.models.core import Array, Recording
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
-from servosight.models.io.importers._assemble import Raw, assemble
-from servosight.models.io.importers._columns import listed
+from servosight.models.io.importers._assemble import assemble
+from servosight.models.io.importers._columns import Columns, raw_columns, source_of
 from servosight.models.io.importers._request import Column, Request
-from servosight.models.io.importers._units import units_of
 
-EMPS = {"time": Column("t", "s"), "command": Column("qg", "m"), "angle": Column("qm", "m")}
+EMPS = {
+    "time": Column("t", "s"),
+    "command": Column("qg", "m"),
+    "angle": Column("qm", "m"),
+    "disturbance": Column("pulses_N", "N"),
+}
+"""The benchmark's variables; in the second of its files there is a force on the axis."""
 EMPS_SCALE = 100.0
 """Degrees that show one metre: a centimetre of the axis reads as a degree."""
-EMPS_PULSES = Column("pulses_N", "N")
-"""The force on the axis in the second of the benchmark's files."""
 PARSER = Parser(
     __name__,
     "a MATLAB file",
     fix="expected a whole file of version 7.2 or older, so save it with -v7",
 )
+
+
+_DEEPEST = 6
+_MOST_PLACES = 100
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -45,30 +53,30 @@ def recognises(path: Path, start: bytes) -> bool:
 def read_mat(path: Path, request: Request) -> Recording:
     """Read vectors of a MATLAB file (up to version 7.2)."""
     found = extract_apart(path, PARSER)
-    columns = {**EMPS, **request.columns}
-    if EMPS_PULSES.name in found.columns:
-        columns = {"disturbance": EMPS_PULSES, **columns}
-    if request.unit_scale is None and any(column.unit == "m" for column in columns.values()):
+    known = {name: one for name, one in EMPS.items() if one.name in found.columns}
+    request = replace(request, columns={**known, **request.columns})
+    if request.unit_scale is None and any(one.unit == "m" for one in request.columns.values()):
         request = replace(request, unit_scale=EMPS_SCALE)
-    units, notes = units_of(path, columns, request)
-    raw: dict[str, Raw] = {}
-    for quantity, column in columns.items():
-        values = _vector(path, found, quantity, column.name)
-        raw[quantity] = Raw(
-            column.name, units[quantity], values, range(1, values.size + 1), "sample"
-        )
-    source = {"name": plain_name(path.name), "format": "mat", **found.facts}
+    table = Columns(
+        str(path),
+        found.names,
+        lambda name: found.columns[name],
+        lambda size: range(1, size + 1),
+        "sample",
+    )
+    raw, notes = raw_columns(path, table, request)
+    source = {**found.facts, **source_of(path, "mat", raw)}
     return assemble(path, raw, request, {"source": source}, notes)
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """All vectors, and all single numbers as facts; runs in a process of its own."""
+    """All vectors, in structs too, and all single numbers as facts; in a process of its own."""
     from scipy.io import loadmat
 
     content = {
         name: value
-        for name, value in loadmat(str(path), appendmat=False).items()
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
+        for key, variable in loadmat(str(path), appendmat=False).items()
+        for name, value in _arrays(key, variable)
     }
     vectors = {
         name: value.ravel().astype(np.float64)
@@ -78,15 +86,19 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     facts = {
         name: float(value.ravel()[0])
         for name, value in content.items()
-        if value.size == 1 and np.isfinite(value.ravel()[0])
+        if value.size == 1 and "." not in name and np.isfinite(value.ravel()[0])
     }
     return Extract(vectors, tuple(vectors), facts=facts)
 
 
-def _vector(path: Path, found: Extract, quantity: str, name: str) -> Array:
-    if name not in found.columns:
-        raise InputError(
-            f"{path}: no vector {name} for the {quantity}, expected one of {listed(found.names)}; "
-            f"give {column_map(quantity, 'VARIABLE:UNIT')}"
-        )
-    return found.columns[name]
+def _arrays(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]]:
+    """A variable's arrays of numbers; those of a struct by MATLAB's names, as ``out.signals.y``."""
+    if not isinstance(value, np.ndarray) or depth > _DEEPEST:
+        return
+    if value.dtype.names:
+        for place, struct in enumerate(value.ravel()[:_MOST_PLACES], 1):
+            which = f"{name}({place})" if value.size > 1 else name
+            for field in value.dtype.names:
+                yield from _arrays(f"{which}.{field}", struct[field], depth + 1)
+    elif value.dtype.kind in "biuf":
+        yield name, value

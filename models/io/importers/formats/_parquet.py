@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Recording
-from servosight.models.io._power import power_column
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
 from servosight.models.io.importers._assemble import assemble
@@ -35,10 +35,9 @@ def read_parquet(path: Path, request: Request) -> Recording:
     """Read a table; a column of lists is one of numbers for each place, as in ``state[2]``."""
     found = extract_apart(path, PARSER)
     table = Columns(str(path), found.names, lambda name: found.columns[name], range)
-    wanted = {column.name for column in chosen_columns(table, request).values()}
-    power = power_column(found.names)
+    wanted = {column.name for column in chosen_columns(path, table, request).values()}
     if not wanted <= set(found.columns):  # a large table
-        found = extract_apart(path, PARSER, sorted(wanted | ({power} if power else set())))
+        found = extract_apart(path, PARSER, sorted({*wanted, *power_columns(found.names)}))
     raw, notes = raw_columns(path, table, request)
     return assemble(path, raw, request, {"source": source_of(path, "parquet", raw)}, notes)
 

@@ -7,23 +7,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Recording
+from servosight.models.core import InputError, Recording
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
 
 PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
+_ENDINGS = {b"\x89MCAP0\r\n": ".mcap", b"SQLite format 3\0": ".db3"}
+"""The bytes that begin a file of a bag, and its ending."""
+_HEADER_BYTES = 64
 _MOST_PLACES = 100
 _DEEPEST = 4
 
 
 def recognises(path: Path, start: bytes) -> bool:
     """A folder with a bag's metadata, or the bytes that begin an MCAP or an SQLite file."""
-    return start.startswith((b"\x89MCAP0\r\n", b"SQLite format 3\0")) or (
+    return start.startswith(tuple(_ENDINGS)) or (
         path.is_dir() and (path / "metadata.yaml").is_file()
     )
 
@@ -34,7 +39,7 @@ def read_rosbag(path: Path, request: Request) -> Recording:
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """The wanted fields with their stamps; runs in a process of its own.
+    """The wanted fields, and whether motors had torque, with their stamps; in its own process.
 
     Stamps are those in the messages' headers where every wanted topic has them, else the times at
     which the messages were recorded: two clocks would shift the angle against the command.
@@ -42,9 +47,15 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
-        topics = {name: _topic(name, bag.topics) for name in wanted}
-        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in wanted}
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with (
+        TemporaryDirectory() as place,
+        AnyReader([_with_ending(path, Path(place))], default_typestore=store) as bag,
+    ):
+        names = _names(bag)
+        chosen = {*wanted, *power_columns(names)} if wanted else set()
+        topics = {name: _topic(name, bag.topics) for name in chosen}
+        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in chosen}
         connections = [one for one in bag.connections if one.topic in topics.values()]
         for connection, logged_ns, data in bag.messages(connections) if connections else ():
             message = bag.deserialize(data, connection.msgtype)
@@ -54,9 +65,10 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
                 if topic == connection.topic and value is not None:
                     found[name].append((_stamp_ns(message), logged_ns, value))
         found = {name: rows for name, rows in found.items() if rows}
-        names = () if len(found) == len(set(wanted)) and wanted else _names(bag)
+    by_header = all(row[0] > 0 for name in wanted for row in found.get(name, ()))
+    if by_header:  # what else has no such stamp is on another clock
+        found = {name: own for name, own in found.items() if all(row[0] > 0 for row in own)}
     rows = [row for own in found.values() for row in own]
-    by_header = all(row[0] > 0 for row in rows)
     start_ns = min((row[0 if by_header else 1] for row in rows), default=0)
     times_s = {
         name: np.array([(row[0 if by_header else 1] - start_ns) / 1e9 for row in own])
@@ -65,6 +77,34 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     columns = {name: np.array([row[2] for row in own]) for name, own in found.items()}
     clock = "header.stamp" if by_header else "time of recording"
     return Extract(columns, tuple(names), times_s, {"clock": clock})
+
+
+def _with_ending(path: Path, place: Path) -> Path:
+    """A bag; a file under a name in ``place`` with the ending by which rosbags knows its kind."""
+    if path.is_dir():
+        return path
+    with path.open("rb") as stream:
+        start = stream.read(_HEADER_BYTES)
+    ending = next(one for mark, one in _ENDINGS.items() if start.startswith(mark))
+    if ending == ".mcap":
+        _check_profile(start)
+    link = place / f"bag{ending}"
+    link.symlink_to(path.resolve())
+    return link
+
+
+def _check_profile(start: bytes) -> None:
+    """InputError for an MCAP file of messages that are none of ROS 2; mcap.dev/spec, Header."""
+    if len(start) < _HEADER_BYTES:
+        return
+    size = int.from_bytes(start[17:21], "little")
+    profile = start[21 : 21 + min(size, 40)].decode("utf-8", "replace")
+    if profile != "ros2":
+        kind = f"with the profile {profile!r}" if profile else "without a profile"
+        raise InputError(
+            f"is an MCAP file {kind}, expected the messages of ROS 2 (profile 'ros2'); export its "
+            f"command and angle as CSV files"
+        )
 
 
 def _topic(name: str, topics: Iterable[str]) -> str:

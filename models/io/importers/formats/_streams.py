@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Recording, column_map
+from servosight.models.core import Array, InputError, Recording, column_map, did_you_mean
+from servosight.models.io._header_units import split_path
+from servosight.models.io._listed import listed
+from servosight.models.io._power import power_column
 from servosight.models.io._series import SIGNALS
+from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
-from servosight.models.io.importers._columns import listed, source_of
+from servosight.models.io.importers._columns import powered, source_of
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._units import units_of
+
+Notes: TypeAlias = tuple[str, ...]
 
 
 def read_streams(
@@ -36,12 +42,13 @@ def read_streams(
                 f"{path}: no column is known to be the {quantity}; expected "
                 f"{column_map(quantity, 'COLUMN:UNIT')} with one of {listed(found.names)}"
             )
-    units, assumed = units_of(path, request.columns, request)
+    units, assumed = units_of(path, request.columns, request, split_path)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
+            near = did_you_mean(column.name, found.names)
             raise InputError(
-                f"{path}: no column {column.name}, expected one of {listed(found.names)}; correct "
-                f"{column_map(quantity, column.name)}"
+                f"{path}: no column {column.name}{near}, expected one of {listed(found.names)}; "
+                f"correct {column_map(quantity, column.name)}"
             )
         values = found.columns[column.name]
         raw[quantity] = Raw(column.name, units[quantity], values, range(values.size), "message")
@@ -52,7 +59,22 @@ def read_streams(
         if name in raw:
             raw[name] = _latest(raw[name], found.times_s[raw[name].column], raw["time"])
     details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
-    return assemble(path, raw, request, details, (*notes, *assumed))
+    used = [one.column for one in raw.values()]
+    raw, cut = _powered(path, raw, found)
+    every = (*notes, *assumed, *overlooked(path, found.names, used, split_path), *cut)
+    return assemble(path, raw, request, details, every)
+
+
+def _powered(path: Path, raw: dict[str, Raw], found: Extract) -> tuple[dict[str, Raw], Notes]:
+    """What was measured while the motor had torque; the command, on its own clock, stays whole."""
+    power = power_column(list(found.columns), raw["angle"].column)
+    if power is None:
+        return raw, ()
+    flags = replace(raw["angle"], column=power, values=found.columns[power])
+    on = _latest(flags, found.times_s[power], raw["time"]).values != 0.0
+    measured = {name: one for name, one in raw.items() if not name.startswith("command")}
+    kept, notes = powered(path, measured, on, power)
+    return {**raw, **kept}, notes
 
 
 def _latest(raw: Raw, times_s: Array, clock: Raw) -> Raw:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from servosight.models.core import Recording, plain_name
+from servosight.models.core import Array, Recording, plain_name
 from servosight.models.io._csv import read_sheet
+from servosight.models.io._dates import is_date, seconds_of
 from servosight.models.io._power import switched_on
 from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._assemble import assemble
@@ -37,10 +38,20 @@ def read_table(path: Path, request: Request) -> Recording:
 
 def _columns(path: Path) -> Columns:
     sheet = read_sheet(path)
+    first = sheet.rows[0].split(sheet.delimiter) if sheet.rows else []
+    dated = [name for name, cell in zip(sheet.header, first, strict=False) if is_date(cell)]
+
+    def numbers(name: str) -> Array:
+        if name in dated:
+            return seconds_of(path, name, sheet.cells(name), sheet.numbers)
+        return sheet.columns([name])[:, 0]
+
     return Columns(
         f"{path}, row 1",
         sheet.header,
-        lambda name: sheet.columns([name])[:, 0],
+        numbers,
         lambda size: sheet.numbers,
         flags=lambda name: switched_on(sheet, name),
+        notes=sheet.notes,
+        dated=dated,
     )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Recording
+from servosight.models.core import Array, Recording
+from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
@@ -26,25 +28,46 @@ def read_ulog(path: Path, request: Request) -> Recording:
 
 
 def extract(path: Path, wanted: Sequence[str]) -> Extract:
-    """The wanted fields with their stamps; runs in a process of its own."""
+    """The wanted fields, and whether motors had torque, with their stamps; in its own process."""
     from pyulog import ULog
 
-    topics = sorted({name.partition(".")[0].partition("[")[0] for name in wanted})
-    columns, times_s = {}, {}
-    names: list[str] = []
-    for only in (topics, None):  # all topics, to list them, where one was not found
-        names = []
-        for topic in ULog(str(path), only).data_list:
-            instance = f"[{topic.multi_id}]" if topic.multi_id else ""
-            stamps = topic.data["timestamp"].astype(np.int64)
-            for field, values in topic.data.items():
-                name = f"{topic.name}{instance}.{field}"
-                if field == "timestamp":
-                    continue
-                names.append(name)
-                if name in wanted:
-                    columns[name] = np.asarray(values, dtype=np.float64)
-                    times_s[name] = stamps / 1e6
-        if wanted and len(columns) == len(set(wanted)):
-            break
+    formats = ULog(str(path), parse_header_only=True).message_formats
+    names = [f"{topic}.{field}" for topic in formats for field in _fields(formats, topic)]
+    chosen = {*wanted, *power_columns(names)}
+    topics = sorted({name.partition(".")[0].partition("[")[0] for name in chosen})
+    columns, times_s = _data(ULog(str(path), topics), wanted)
+    if not wanted or not set(wanted) <= set(columns):  # all that is there, to list it
+        log = ULog(str(path))
+        names = [name for topic in log.data_list for name in _topic_names(topic)]
     return Extract(columns, tuple(sorted(names)), times_s)
+
+
+def _data(log: Any, wanted: Sequence[str]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The wanted columns of a log, those on torque, and their stamps [s]."""
+    columns, times_s = {}, {}
+    for topic in log.data_list:
+        for name, field in _topic_names(topic).items():
+            if name in wanted or power_columns([name]):
+                columns[name] = np.asarray(topic.data[field], dtype=np.float64)
+                times_s[name] = topic.data["timestamp"].astype(np.int64) / 1e6
+    return columns, times_s
+
+
+def _topic_names(topic: Any) -> dict[str, str]:
+    """The fields of one instance of a topic by their names."""
+    instance = f"[{topic.multi_id}]" if topic.multi_id else ""
+    return {
+        f"{topic.name}{instance}.{field}": field for field in topic.data if field != "timestamp"
+    }
+
+
+def _fields(formats: Mapping[str, Any], kind: str) -> Iterator[str]:
+    """The fields of a message as its format declares them."""
+    for inner, size, name in formats[kind].fields:
+        if name == "timestamp" or name.startswith("_padding"):
+            continue
+        for place in [f"{name}[{n}]" for n in range(size)] or [name]:
+            if inner in formats:
+                yield from (f"{place}.{field}" for field in _fields(formats, inner))
+            else:
+                yield place
