@@ -58,12 +58,10 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
         show_regimes(out, result["regimes"])
     if result.get("findings"):
         show_findings(out, result["findings"], f"What the error of the {first} shows:")
-    if result.get("next_experiment"):
-        out.print(f"To learn more: {result['next_experiment']}")
 
 
 def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
-    """The verdict in words, how far the error fell, and what is uncertain."""
+    """The verdict, a line for each part of it, what to do next, and what is uncertain."""
     from servosight.diagnose import alternative_words
 
     effects = result["effects"]
@@ -74,6 +72,8 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
         out.print(f"What {name} is and how to confirm it: servosight effects {name}")
     for warning in result.get("warnings", ()):
         out.print(f"note: {warning}")
+    if result.get("next_experiment"):
+        out.print(f"To learn more: {result['next_experiment']}")
     out.print()
 
 

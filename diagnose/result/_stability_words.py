@@ -12,7 +12,7 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
     """How often effects are named when parts of the data are left out; empty where not tried.
 
     >>> stability_words(["backlash"], {"backlash": 1.0, "cogging": 0.3}, 10)
-    ' Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
+    'Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
     """
     if not shares:
         return ""
@@ -22,21 +22,21 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
         for n, share in shares.items()
         if n not in effects
     ]
-    named = f" Of {resamples} parts of the data, {', '.join(firm)}." if firm else ""
-    return named + (f" Not called missing: {', '.join(rare)}." if rare else "")
+    named = [f"Of {resamples} parts of the data, {', '.join(firm)}."] if firm else []
+    return " ".join([*named, *([f"Not called missing: {', '.join(rare)}."] if rare else [])])
 
 
 def undetermined_words(effects: Sequence[str]) -> str:
     """Why effects of the model are not called missing, though the error falls with them.
 
-    >>> undetermined_words(["linkage_geometry"])[:56]
-    ' The data do not determine linkage geometry: none of its'
+    >>> undetermined_words(["linkage_geometry"])[:55]
+    'The data do not determine linkage geometry: none of its'
     """
     if not effects:
         return ""
     which = "its" if len(effects) == 1 else "their"
     return (
-        f" The data do not determine {listed(effects)}: none of {which} parameters differs from "
+        f"The data do not determine {listed(effects)}: none of {which} parameters differs from "
         f"its neutral value by more than its sigma, so that another run may name something else."
     )
 
@@ -55,7 +55,7 @@ def equivalent_words(effects: Sequence[str], others: Sequence[Sequence[str]]) ->
     common = [name for name in effects if all(name in other for other in others)]
     models = "; ".join(f"with {listed(other)}" for other in others)
     return (
-        f" These data cannot tell the model from the one {models}: the errors differ by no more "
+        f"These data cannot tell the model from the one {models}: the errors differ by no more "
         f"than they scatter from second to second, so another run may name another. "
         + (f"All have {listed(common)}." if common else "No effect is in all of them.")
     )

@@ -87,22 +87,27 @@ def headline_and_summary(
     stable: Stability,
     untried: Sequence[str] = (),
 ) -> tuple[str, str]:
-    """Headline and summary: the verdict, how stable its names are, and what is left.
+    """Headline and summary, a line for each part of it.
 
-    ``untried`` effects were ruled out beforehand: what is said of known effects leaves them open.
+    The verdict; what each step took of the error; what is left; how stable the names are; which
+    models err as little. ``untried`` effects were ruled out beforehand: what is said of known
+    effects leaves them open.
     """
     certain = [name for name in ladder[-1].effects if name not in stable.uncertain]
     headline, summary = verdict_words(
         verdict, ladder, candidates, law, levels, known.leading, certain, known.by_chance
     )
-    firm = stability_words(certain, stable.shares, stable.resamples)
-    firm += undetermined_words(stable.undetermined)
-    firm += equivalent_words(ladder[-1].effects, known.equivalents)
-    left = partial_words(ladder, known.unexplained, known.repeated)
-    open_ = ""
+    lines = [
+        summary,
+        *partial_words(ladder, known.unexplained, known.repeated),
+        stability_words(certain, stable.shares, stable.resamples),
+        undetermined_words(stable.undetermined),
+        equivalent_words(ladder[-1].effects, known.equivalents),
+    ]
     if untried and verdict is Verdict.UNEXPLAINED:
-        open_ = f" Not tried, as ruled out beforehand: {listed(untried)}."
-    return headline + uncertain_words(ladder, stable.uncertain), summary + firm + left + open_
+        lines.append(f"Not tried, as ruled out beforehand: {listed(untried)}.")
+    words = "\n".join(filter(None, lines))
+    return headline + uncertain_words(ladder, stable.uncertain), words
 
 
 def verdict_words(
@@ -191,13 +196,13 @@ def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
 
 def partial_words(
     ladder: Sequence[LadderStep], left: Unexplained | None, again: Repeated | None
-) -> str:
-    """What each step took of the squared error, what is left, and how much of it repeats."""
+) -> list[str]:
+    """Lines: what each step took of the squared error, what is left, how much of it repeats."""
     if left is None:
-        return ""
+        return []
     steps = [_change_words(step) for step in ladder[1:]]
-    took = f" Of the squared error on test data, {', '.join(steps)}." if steps else ""
-    return f"{took} {left.sentence}" + ("" if again is None else f" {again.sentence}")
+    took = [f"Of the squared error on test data, {', '.join(steps)}."] if steps else []
+    return [*took, left.sentence, *([] if again is None else [again.sentence])]
 
 
 def _change_words(step: LadderStep) -> str:

@@ -181,9 +181,13 @@ class Result(Frozen):
 
     def _repr_html_(self) -> str:
         tables = "".join(html_table(rows, name) for name, rows in self._tables().items())
-        words = "".join(f"<p>{html.escape(text)}</p>" for text in self._sentences())
+        words = "".join(f"<p>{_lines(text)}</p>" for text in self._sentences())
         line = html.escape(self._summary())
         return f"<p><b>{type(self).__name__}</b>: {line}</p>{words}{tables}"
+
+
+def _lines(text: str) -> str:
+    return html.escape(text).replace("\n", "<br>")
 
 
 def _is_sentence(value: object) -> bool:

@@ -124,3 +124,33 @@ def test_effects_that_were_ruled_out_are_named_as_not_tried() -> None:
             verdict, [step], [], None, levels, known, Stability(), ("cogging",)
         )
         assert summary.endswith("Not tried, as ruled out beforehand: cogging.") == said
+
+
+def test_the_summary_is_a_line_for_each_part() -> None:
+    first = LadderStep(
+        added=None, removed=None, effects=(), train_rmse_deg=1.0, validation_rmse_deg=1.0,
+        held_out_rmse_deg=1.0, explained=False, parameters={}, own=(),
+    )  # fmt: skip
+    last = replace(first, added="backlash", effects=("backlash",), held_out_rmse_deg=0.5, taken=0.8)
+    again = replace(repeats(0.2), sentence="20 % of the error repeats.")
+    known = Evidence(
+        regimes=(),
+        repeated=again,
+        unexplained=partial((1.0, 0.5), 0.03, [], [judged()], again),
+        detectable=(),
+        equivalents=(("dead_zone",),),
+    )
+    stable = Stability(shares={"backlash": 0.9}, resamples=10)
+    levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
+    verdict = Verdict.UNEXPLAINED
+    _, summary = told(verdict, [first, last], [], None, levels, known, stable, ("cogging",))
+    begun = [line[:20] for line in summary.splitlines()]
+    assert begun == [
+        "With backlash added ",
+        "Of the squared error",
+        "25 % of the first mo",
+        "20 % of the error re",
+        "Of 10 parts of the d",
+        "These data cannot te",
+        "Not tried, as ruled ",
+    ]

@@ -1,4 +1,4 @@
-"""What was missing, in one sentence, and how far the error fell."""
+"""What was missing, line by line, and how far the error fell."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def section(story: Story) -> Section:
             "warnings": (),
             "counted": "all samples",
         }
-    shared = {"sentence": result.summary, "floor": story.floor_deg}
+    shared = {"lines": result.summary.splitlines(), "floor": story.floor_deg}
     return Section("verdict", result.headline, {**shared, **values})
 
 

@@ -232,4 +232,4 @@ def test_a_diagnosis_says_what_is_left(gentle_and_fast: Diagnosis) -> None:
     again = Diagnosis.from_dict(gentle_and_fast.to_dict())
     assert again.unexplained == found
     assert again.repeated == gentle_and_fast.repeated
-    assert partial_words(gentle_and_fast.ladder, None, None) == ""
+    assert partial_words(gentle_and_fast.ladder, None, None) == []

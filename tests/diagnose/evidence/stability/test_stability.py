@@ -258,7 +258,7 @@ def test_recordings_that_only_validate_count_too(twin: Any) -> None:
 def test_the_words_say_how_often() -> None:
     words = stability_words(["backlash"], {"backlash": 0.9, "cogging": 0.3}, 10)
     assert words == (
-        " Of 10 parts of the data, 9 name backlash. Not called missing: cogging (3 of 10)."
+        "Of 10 parts of the data, 9 name backlash. Not called missing: cogging (3 of 10)."
     )
     assert stability_words([], {}, 0) == ""
 
