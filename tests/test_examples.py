@@ -22,6 +22,7 @@ from pathlib import Path
 import pytest
 
 from servosight.app.main import main
+from servosight.models.core import BEST_SO_FAR
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -82,7 +83,7 @@ def parts(page: Path) -> Iterator[File | Example]:
 
 
 def run(command: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> list[str]:
-    """What the command prints, on both streams."""
+    """What the command prints, on both streams, but for the progress of a search."""
     words = shlex.split(command, comments=True)
     if words[0] == "python":
         done = subprocess.run([sys.executable, *words[1:]], cwd=folder, check=False, timeout=120)
@@ -93,7 +94,8 @@ def run(command: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> list[s
     output = "".join(reversed(capfd.readouterr()))
     refused = output.startswith("servosight: ") and code == 2
     assert code == 0 or refused, f"{command}: exit code {code}\n{output}"
-    return [line.rstrip() for line in output.splitlines()]
+    lines = [line.rstrip() for line in output.splitlines()]
+    return [line for line in lines if not line.startswith(BEST_SO_FAR)]
 
 
 def same(printed: str, line: str) -> bool:

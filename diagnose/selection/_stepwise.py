@@ -35,7 +35,7 @@ class StepwiseSelector:
     progress: StageProgress = silent
     effort: SearchEffort = field(default_factory=SearchEffort)
 
-    @property
+    @cached_property
     def _show(self) -> StageProgress:
         """The progress, with the best answer so far."""
         return BestSoFar(Visited(self.models, self.criterion), self.progress)

@@ -29,6 +29,7 @@ from servosight.models.base._models import is_fmu as is_fmu
 from servosight.models.base._models import is_model_file as is_model_file
 from servosight.models.base._numbers import check_seed as check_seed
 from servosight.models.base._numbers import check_tolerance as check_tolerance
+from servosight.models.base._progress import BEST_SO_FAR as BEST_SO_FAR
 from servosight.models.base._progress import FrameProgress as FrameProgress
 from servosight.models.base._progress import StageProgress as StageProgress
 from servosight.models.base._progress import silent as silent

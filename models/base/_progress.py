@@ -9,6 +9,11 @@ FrameProgress = Callable[[int, int], None]
 """Called with the number of frames done and the number of all frames."""
 
 
+BEST_SO_FAR = "best so far: "
+"""A stage of this beginning is what a search would answer by now: it is told whenever it changes,
+and is shown as a line of its own."""
+
+
 class StageProgress(Protocol):
     """Reports the progress of work that has several stages."""
 

@@ -1,5 +1,6 @@
 """What everything else passes on: errors, parameters, recordings, the actuator and its card."""
 
+from servosight.models.base import BEST_SO_FAR as BEST_SO_FAR
 from servosight.models.base import LARGEST_LOG as LARGEST_LOG
 from servosight.models.base import LARGEST_TABLE as LARGEST_TABLE
 from servosight.models.base import MARK as MARK

@@ -1,25 +1,37 @@
-"""Progress of a selection: what is tried, and the best answer so far."""
+"""Progress of a selection: what is tried, and the best answer whenever there is a better one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from servosight.diagnose.selection.search._visited import Visited
-from servosight.models.core import StageProgress
+from servosight.models.core import BEST_SO_FAR, StageProgress, degrees, times
 
 
-@dataclass(frozen=True)
+@dataclass
 class BestSoFar:
-    """Shows each stage with the model of the lowest price that was fitted before it."""
+    """Shows each stage; before it the model of the lowest price, where that is another one now."""
 
     visited: Visited
     shown: StageProgress
+    best: str = field(default="", init=False)
 
     def __call__(self, stage: str, done: int, total: int | None = None) -> None:
         """Show a stage, what is done and of how much."""
-        ranked = self.visited.ranked()
-        if ranked:
-            best = ranked[0]
-            named = " + ".join(best.effects).replace("_", " ") or "the linear model"
-            stage = f"{stage}; best so far: {named}, {best.score.validation_rmse_deg:.3g} deg"
+        best = self._words()
+        if best != self.best:
+            self.best = best
+            self.shown(best, 0)
         self.shown(stage, done, total)
+
+    def _words(self) -> str:
+        """The best model by its effects, with its error; empty where none was fitted."""
+        ranked = self.visited.ranked()
+        if not ranked:
+            return ""
+        named = " + ".join(ranked[0].effects).replace("_", " ") or "the linear model"
+        error, floor = ranked[0].score.validation_rmse_deg, self.visited.criterion.floor_deg
+        return (
+            f"{BEST_SO_FAR}{named}, {degrees(error)} rms on validation data, "
+            f"{times(error / max(floor, 1e-12))} times the floor of {degrees(floor)}"
+        )

@@ -84,6 +84,61 @@ def test_verbose_says_what_took_how_long(capsys: pytest.CaptureFixture[str]) -> 
     assert lines == ["diagnosing ...", "  trying backlash: N s", "diagnosing: N s"]
 
 
+BEST = "best so far: backlash, 0.412° rms on validation data, 3.4 times the floor of 0.120°"
+
+
+def searching() -> None:
+    """A search that finds something and is interrupted."""
+    with progress("diagnosing") as show:
+        show(BEST, 0)
+        show("effect 3: tried all", 26, 26)
+        raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+def test_the_best_so_far_is_a_line_and_is_told_when_interrupted(
+    verbose: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    set_amount(quiet=False, verbose=verbose)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            searching()
+    finally:
+        set_amount(quiet=False, verbose=False)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert lines.count(BEST) == 1
+    (last,) = (line for line in lines if line.startswith("interrupted"))
+    assert last.startswith(f"interrupted, {BEST}; this is not a finished diagnosis")
+
+
+def test_quiet_says_nothing_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    set_amount(quiet=True, verbose=False)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            searching()
+    finally:
+        set_amount(quiet=False, verbose=False)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_terminal_of_80_columns_shows_the_stage_its_count_and_the_best(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    for name, value in (("TERM", "xterm"), ("COLUMNS", "80"), ("NO_COLOR", "1")):
+        monkeypatch.setenv(name, value)
+    with progress("diagnosing") as show:
+        show(BEST, 0)
+        show("in place of directional friction: tried all", 26, 26)
+    plain = re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", terminal.text)
+    lines = [line.strip() for line in re.split(r"[\r\n]+", plain)]
+    assert any(line.endswith("26/26") and "tried all" in line for line in lines)
+    assert BEST in " ".join(lines)
+
+
 @pytest.mark.parametrize("given", [{"NO_COLOR": "1"}, {"TERM": "dumb"}, {}])
 def test_no_colour_where_none_is_wanted(
     given: dict[str, str], monkeypatch: pytest.MonkeyPatch

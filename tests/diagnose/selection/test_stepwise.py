@@ -200,14 +200,17 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
         criterion,
         lambda stage, done, total=None: shown.append((stage, done, total)),
     ).select()
-    best = "; best so far: the linear model, 0.28 deg"
-    assert shown[:4] == [
-        (f"first effect: trying a{best}", 0, 2),
-        (f"first effect: trying b{best}", 1, 2),
-        (f"first effect: fitting a{best}", 0, 2),
-        ("first effect: fitting b; best so far: a, 0.1 deg", 1, 2),
+    best = "best so far: the linear model, 0.280° rms on validation data, 2.8 times the floor of"
+    assert shown[0][0].startswith(best)
+    assert shown[1:4] == [
+        ("first effect: trying a", 0, 2),
+        ("first effect: trying b", 1, 2),
+        ("first effect: fitting a", 0, 2),
     ]
-    assert shown[4] == ("first effect: tried all; best so far: a, 0.1 deg", 2, 2)
+    assert shown[4][0].startswith("best so far: a, 0.100° rms on validation data")
+    assert shown[5:7] == [("first effect: fitting b", 1, 2), ("first effect: tried all", 2, 2)]
+    told = [stage for stage, *_ in shown if stage.startswith("best so far")]
+    assert len(told) == len(set(told)) == 2  # whenever there is a better one, and once
 
 
 @pytest.mark.parametrize(("made", "whole", "half"), [(59, False, False), (60, False, True)])

@@ -27,7 +27,7 @@ from servosight.diagnose.selection.search import (
     simplified,
 )
 from servosight.identify.problem import Work
-from servosight.models.core import Recording, silent
+from servosight.models.core import Recording, degrees, silent
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
@@ -145,8 +145,9 @@ def test_from_a_rich_model_down_to_what_is_there(
     assert values["k"] == 1.0
     assert last.score.parameters == len(values) - 1
     assert any(stage.startswith("rich model") for stage in shown)
-    assert shown[0].endswith(f"; best so far: the linear model, {first_deg(selected):.3g} deg")
-    assert "best so far: torque saturation + " in shown[-1]
+    best = [stage for stage in shown if stage.startswith("best so far: ")]
+    assert best[0].startswith(f"best so far: the linear model, {degrees(first_deg(selected))} rms")
+    assert best[-1].startswith("best so far: torque saturation + ")
 
 
 def test_a_search_that_has_used_up_its_simulations_gives_the_best_so_far(
