@@ -27,6 +27,8 @@ class RegimePolicy:
     A regime is listed from ``least_samples`` on, as a share of the samples of that use, and from
     ``fewest`` samples on. It leads where the error misses the floor, ``leading`` of the squared
     error is there, and the rms there is ``worse`` times that of all data within the fitted range.
+    From ``whole`` of the samples on it does not say where in the recording the model fails: such a
+    regime comes first only where no other leads.
     """
 
     margin: float = 0.1
@@ -35,6 +37,7 @@ class RegimePolicy:
     fewest: int = 10
     leading: float = 0.5
     worse: float = 1.5
+    whole: float = 0.95
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +127,9 @@ def regimes(
 ) -> tuple[Regime, ...]:
     """Where the held-out samples of ``judged`` go beyond the fitted ones, leading ones first.
 
-    Empty where nothing is fitted or nothing held out.
+    Of these, those in which a part of the samples lies beyond; and the more, the further the share
+    of the error there exceeds that of the samples. Empty where nothing is fitted or nothing is held
+    out.
     """
     policy = policy or RegimePolicy()
     motions = [MeasuredMotion(one.recording) for one in judged]
@@ -150,7 +155,12 @@ def regimes(
     return tuple(
         sorted(
             found,
-            key=lambda one: (not one.leading, order[one.use], one.share_samples - one.share_error),
+            key=lambda one: (
+                not one.leading,
+                one.share_samples >= policy.whole,
+                order[one.use],
+                one.share_samples - one.share_error,
+            ),
         )
     )
 
@@ -210,11 +220,11 @@ class _Case:
             recording=one.recording.name,
             use=use,
             leading=leads,
-            sentence=self._words(one, share, reached),
+            sentence=self._words(one, float(there.sum() / mask.sum()), share, reached),
             remedy=WITHOUT_IT if self.quantity.kind == "input" else _remedy(one),
         )
 
-    def _words(self, one: Judged, share: float, reached: float) -> str:
+    def _words(self, one: Judged, samples: float, share: float, reached: float) -> str:
         """How much error lies beyond, what was fitted, and the way out."""
         name, unit = self.quantity.name, self.quantity.unit
         end = self.high if self.side == "above" else self.low
@@ -230,10 +240,10 @@ class _Case:
         way_out = "fit this recording too" if not one.fitted.any() else "record longer"
         if self.quantity.kind == "input":
             way_out = "fit a run with it as well, or test on a run without it"
-        return (
-            f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies at {where}; "
-            f"{fitted}: {way_out}"
-        )
+        what = f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies"
+        if samples >= self.policy.whole:
+            what = f"{100.0 * samples:.0f} % of the samples of {one.recording.name} lie"
+        return f"{what} at {where}; {fitted}: {way_out}"
 
 
 def _remedy(one: Judged) -> str:

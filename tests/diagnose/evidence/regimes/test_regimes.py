@@ -162,6 +162,23 @@ def test_leading_needs_an_error_most_of_it_there_and_a_model_that_holds_elsewher
     assert not any(one.leading for one in regimes([slow, fast], FLOOR_DEG, most))
 
 
+def test_a_quantity_beyond_in_all_samples_leads_only_where_no_other_does() -> None:
+    """All of the run has a higher frequency, and in a part of it the servo is faster as well."""
+    speed = np.abs(np.cos(4.0 * np.pi * TIME_S))
+    slow, fast = run(10.0, 0.5, 0.02, FIT), run(10.0, 2.0, 1.0 - 0.02 * speed, TEST, "fast")
+    found = regimes([slow, fast], FLOOR_DEG)
+    frequency = named(found)["command frequency"]
+    assert frequency.leading
+    assert (frequency.share_samples, frequency.share_error) == (1.0, 1.0)
+    assert frequency.sentence.startswith("100 % of the samples of fast lie at a command frequency")
+    assert found[0].quantity == "speed"
+    assert found[0].share_samples < 0.95
+    alone = regimes([slow, fast], FLOOR_DEG, RegimePolicy(leading=1.0))
+    assert alone[0].quantity == "command frequency"
+    anywhere = regimes([slow, fast], FLOOR_DEG, RegimePolicy(whole=1.01))
+    assert anywhere[-1].quantity == "speed"
+
+
 def test_of_a_recording_that_is_split_more_is_asked_for() -> None:
     angle = np.where(TIME_S < 6.0, 5.0, 10.0) * np.sin(2.0 * np.pi * TIME_S)
     recording = Recording("split", TIME_S, angle, TIME_S, angle, hold="linear")
