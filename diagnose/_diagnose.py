@@ -107,6 +107,7 @@ def _result(
     judged, judged_last = models.tested(outcome.linear), models.tested(outcome.last)
     left = findings(judged_last, levels.floor_deg, levels.noise_deg)
     evidence = gather(models, outcome.linear, outcome.last, judged_last, left, outcome.criterion)
+    next_ = _next(data, outcome, verdict, rivals, evidence)
     headline, summary = headline_and_summary(
         verdict,
         ladder,
@@ -132,7 +133,7 @@ def _result(
         findings=Table(findings(judged, levels.floor_deg, levels.noise_deg)),
         remaining=Table(left if outcome.grown else ()),
         alternatives=tuple(rival.effects for rival in rivals.rivals[1:]),
-        next_experiment=_next(data, outcome, verdict, rivals, evidence),
+        next_experiment=next_,
         proposal=rivals.proposal,
         law=law,
         recordings=recording_uses(models.split, data.spans),
@@ -143,7 +144,7 @@ def _result(
         stability=stable.shares,
         resamples=stable.resamples,
         repeated=evidence.repeated,
-        unexplained=evidence.unexplained,
+        unexplained=evidence.unexplained and replace(evidence.unexplained, next_step=next_),
         detectable=Table(evidence.detectable),
         equivalents=evidence.equivalents,
     )

@@ -5,6 +5,7 @@ from servosight.diagnose.evidence._detectable import with_detectable as with_det
 from servosight.diagnose.evidence._equivalents import equivalents as equivalents
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
+from servosight.diagnose.evidence._partial import RECORD_AGAIN as RECORD_AGAIN
 from servosight.diagnose.evidence._partial import Unexplained as Unexplained
 from servosight.diagnose.evidence._partial import partial as partial
 from servosight.diagnose.evidence._partial import taken as taken

@@ -63,6 +63,8 @@ def gather(
     left = None
     if missed:
         left = partial(errors, floor_deg, remaining, judged, again, spread_of(models, last))
+        split = models.split
+        left = replace(left, clocks=bool(split.tested) and any(split.late_s))
     return Evidence(
         regimes=_with_inclusion(models, last, judged, found),
         repeated=again,

@@ -80,6 +80,11 @@ DURING = {
     "high_frequency": ("in fast oscillation", "frequency"),
 }
 """Each kind of motion in words, and what an error there most often depends on."""
+RECORD_AGAIN = (
+    "Record the same command three times more and diagnose all runs together: how far they differ "
+    "from one another is how much of this error is chance, and the parameters become surer."
+)
+"""The next step where chance may be all of the error."""
 MOST = 0.5
 """From this share of the remaining squared error on, a kind of motion holds most of it."""
 LEAST = 0.1
@@ -102,6 +107,8 @@ class Unexplained(Frozen):
     holds most of it. ``next_step``: what to record next. ``spread_deg`` is the rms change of the
     prediction of the test data where the parameters move within their covariance, and ``by_chance``
     True where that is as much as the error, which then is no sign of an effect that is missing.
+    ``clocks``: True where the recordings lagged one another, and those of the test, whose own
+    latency is not looked for, may as well.
     """
 
     share: float
@@ -113,6 +120,7 @@ class Unexplained(Frozen):
     next_step: str | None
     spread_deg: float = 0.0
     by_chance: bool = False
+    clocks: bool = False
 
 
 def partial(
@@ -148,6 +156,7 @@ def partial(
     if worst is not None:
         parts.append(_place(during, worst))
     likely = kinds or tuple(DURING[one][1] for one, part in during.items() if part >= MOST)
+    by_kind = STEPS[likely[0]] if likely else None
     return Unexplained(
         share=share,
         depends_on=kinds,
@@ -155,7 +164,7 @@ def partial(
         during=during,
         worst=worst,
         sentence=f"{'; '.join(parts)}.",
-        next_step=STEPS[likely[0]] if likely else None,
+        next_step=by_kind if chance is None else RECORD_AGAIN,
         spread_deg=spread.test_deg,
         by_chance=chance is not None,
     )

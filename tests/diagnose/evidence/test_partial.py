@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from servosight.diagnose import LadderStep, Verdict
-from servosight.diagnose.evidence import Evidence, Repeated, Stability, partial, taken
+from servosight.diagnose.evidence import (
+    RECORD_AGAIN,
+    Evidence,
+    Repeated,
+    Stability,
+    partial,
+    regimes,
+    taken,
+)
+from servosight.diagnose.evidence._spread import Spread
+from servosight.diagnose.experiment import Proposal, Separation
 from servosight.diagnose.residuals import TEST, Finding, Judged
 from servosight.diagnose.result.wording import Levels, headline_and_summary, next_experiment
 from servosight.models.core import Recording
@@ -154,3 +165,46 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         "These data cannot te",
         "Not tried, as ruled ",
     ]
+
+
+def proposal() -> Proposal:
+    made = Proposal(
+        command="triangle",
+        limits="",
+        notes=(),
+        decides=True,
+        recommended=True,
+        separations=(Separation(between=("a", "b"), log_likelihood=99.0, difference_deg=1.0),),
+        noise_deg=0.03,
+        tolerance_deg=0.01,
+        time_s=TIME_S,
+        command_deg=TIME_S,
+    )
+    assert made.sentence.startswith("Run the triangle")
+    return made
+
+
+def test_what_may_be_no_effect_at_all_is_settled_first() -> None:
+    """Regime, clocks, chance, models to distinguish, and then what the error depends on."""
+    chance = Spread(fitted_deg=0.01, test_deg=0.9)
+    left = partial((3.0, 1.0), 0.03, [finding("angle", 0.5)], [judged()], None, chance)
+    assert left.by_chance
+    late = replace(left, clocks=True)
+    kind = partial((3.0, 1.0), 0.03, [finding("angle", 0.5)], [judged()], None)
+    slow = Judged(judged().recording, judged().predicted_deg, np.zeros(TIME_S.size, dtype=np.int8))
+    fast = replace(judged(1.0).recording, name="fast", relative_load=2.0)
+    beyond = Judged(fast, np.sin(TIME_S), np.full(TIME_S.size, TEST, dtype=np.int8))
+    regime = regimes([slow, beyond], 0.03)[0]
+
+    def after(*args: Any, verdict: Verdict = Verdict.UNEXPLAINED) -> str:
+        return next_experiment(verdict, proposal(), None, True, *args)
+
+    assert after(regime, late) == regime.remedy
+    assert after(None, late).startswith("Settle the clocks first")
+    assert after(None, left) == left.next_step == RECORD_AGAIN
+    assert after(None, kind) == proposal().sentence
+    none = replace(proposal(), recommended=False)
+    said = next_experiment(Verdict.UNEXPLAINED, none, None, True, None, kind)
+    assert said == kind.next_step
+    assert "slow triangles over the whole range" in said
+    assert after(None, None, verdict=Verdict.EXPLAINED) == proposal().sentence
