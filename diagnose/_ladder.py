@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
 from servosight.diagnose.evidence import taken
 from servosight.diagnose.residuals import EXPLAINED, held_out_fit_percent, held_out_rms
 from servosight.diagnose.result import LadderStep
+from servosight.diagnose.result.caveats import held_otherwise
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step
 from servosight.identify.fit import dynamics, parameter_table, step_size_deg
 from servosight.identify.foreign import base_of
@@ -26,7 +28,18 @@ def ladder_steps(
     ends = 0, len(steps) - 1
     reported = [_step(models, criterion, step, i in ends) for i, step in enumerate(steps)]
     shares = taken([step.held_out_rmse_deg for step in reported])
-    return Table(replace(step, taken=share) for step, share in zip(reported, shares, strict=True))
+    otherwise = ((), *(_held(one, other) for one, other in itertools.pairwise(steps)))
+    return Table(
+        replace(step, taken=share, held=held, warnings=(*held, *step.warnings))
+        for step, share, held in zip(reported, shares, otherwise, strict=True)
+    )
+
+
+def _held(before: Step, step: Step) -> tuple[str, ...]:
+    """What a step holds otherwise than the one before it."""
+    earlier, fit = before.trial.fit, step.trial.fit
+    values = earlier.problem.values(earlier.outcome.point)
+    return held_otherwise(earlier.problem.held, fit.problem.held, values)
 
 
 def _step(

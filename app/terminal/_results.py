@@ -78,7 +78,7 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
 
 
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
-    """One step a line with its error on test data as a bar, and the floor below."""
+    """One step a line with its error on test data as a bar, the floor, and what steps hold."""
     largest = max([floor_deg, *(step["held_out_rmse_deg"] or 0.0 for step in ladder)])
     table = _table(
         "model", "test data", "", "validation", "fitted", title="error of the model, rms"
@@ -94,6 +94,9 @@ def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: fl
         )
     table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
     out.print(table)
+    for step in ladder:
+        for words in step.get("held", ()):
+            out.print(f"{_change(step)}: {words}")
 
 
 def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:

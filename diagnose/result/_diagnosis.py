@@ -52,6 +52,8 @@ class LadderStep(Frozen):
     ``taken`` is the share of the first step's squared held-out error that this step took away.
     ``base`` names what the effects act on: the linear core, or an FMU. ``fit_percent`` compares the
     held-out error with the motion (100 %: no error; None in results of earlier versions).
+    ``held`` says which parameters are held from this step on that were fitted before, or the
+    reverse; ``warnings`` has that as well.
     """
 
     added: str | None
@@ -69,6 +71,7 @@ class LadderStep(Frozen):
     taken: float = 0.0
     base: str = LINEAR
     fit_percent: float | None = None
+    held: tuple[str, ...] = ()
 
     @property
     def change(self) -> str:

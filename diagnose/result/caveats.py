@@ -8,7 +8,7 @@ from servosight.diagnose.evidence import Evidence
 from servosight.diagnose.residuals import listed
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
-from servosight.models.core import Recording, read_by_servo
+from servosight.models.core import Recording, read_by_servo, rounded
 
 
 def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
@@ -24,6 +24,32 @@ def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
         for name, value in held.items()
         if name not in fixed
     ]
+
+
+def held_otherwise(
+    before: Mapping[str, float], held: Mapping[str, float], values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """What a step of the ladder holds that the step ``before`` fitted, to ``values``, or fits anew.
+
+    >>> held_otherwise({}, {"k": 1.0}, {"k": 0.931, "T": 0.02})[0][:36]
+    'k held at 1 from here, 0.931 before:'
+    >>> held_otherwise({"k": 1.0}, {}, {"k": 1.0}), held_otherwise({}, {}, {"k": 1.0})
+    (('k fitted from here, held at 1 before',), ())
+    """
+    return (
+        *(
+            f"{name} held at {value:g} from here, {rounded(values[name])} before: a loop with its "
+            f"sensor on the output reaches what it is asked for but for load and friction, so the "
+            f"error of this step may be larger on that account"
+            for name, value in held.items()
+            if name not in before
+        ),
+        *(
+            f"{name} fitted from here, held at {value:g} before"
+            for name, value in before.items()
+            if name not in held
+        ),
+    )
 
 
 def measured_by_servo(recordings: Sequence[Recording], fixed: Mapping[str, float]) -> list[str]:

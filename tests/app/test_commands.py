@@ -192,6 +192,7 @@ def values_of(auto: bool) -> dict[str, Any]:
                 "explained": explained,
                 "parameters": parameters,
                 "fit_percent": 100.0 - 10.0 * error,
+                "held": ["k held at 1 from here"] if added else [],
             }
             for added, error, explained in rungs
         ],
@@ -275,6 +276,7 @@ def test_diagnose_tells_the_story(
         "0.032 deg",
         "fit (NRMSE) of the last model on test data: 99.68 %",
         "█",
+        "+ backlash: k held at 1 from here",
         "What was missing: backlash. Its error falls.",
         "high frequency",
         "dead_zone",

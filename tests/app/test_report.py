@@ -189,8 +189,13 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     part = verdict_words(Verdict.UNEXPLAINED, found.ladder, found.candidates, None, close)
     assert part[0] == "Not fully explained"
     assert "something remains that no known effect accounts for" in part[1]
-    result = replace(found, verdict=Verdict.UNEXPLAINED, headline=part[0], summary=part[1])
+    held = replace(found.ladder[-1], held=("k held at 1 from here, 0.93 before",))
+    ladder = Table([*found.ladder[:-1], held])
+    result = replace(
+        found, verdict=Verdict.UNEXPLAINED, headline=part[0], summary=part[1], ladder=ladder
+    )
     _, page = written(tmp_path / "part.html", result, [recording])
+    assert "+ backlash: k held at 1 from here, 0.93 before." in page.text
     assert part[0] in page.text
     assert " ".join(part[1].split()) in page.text
     assert "What the remaining error shows: " in page.text

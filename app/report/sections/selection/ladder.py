@@ -38,6 +38,7 @@ def section(story: Story) -> Section | None:
                     "held_out_deg": step.held_out_rmse_deg,
                     "floors": step.held_out_rmse_deg / story.floor_deg,
                     "explained": step.explained,
+                    "held": step.held,
                 }
                 for step in result.ladder
             ],
