@@ -21,13 +21,17 @@ from servosight.models.effects import Effect
 
 
 def detectable(
-    models: ModelSelection, base: Trial, criterion: AcceptanceCriterion
+    models: ModelSelection, last: Trial, criterion: AcceptanceCriterion
 ) -> tuple[Detectable, ...]:
-    """For each effect that ``base`` lacks, the smallest size that the fitted data would show.
+    """For each effect that ``last`` lacks, the smallest size that the fitted data would show.
 
-    As if all else were at the floor: another effect that is missing raises what is needed.
+    In the model from which the effects were tried, which holds what they hold, and as if all else
+    were at the floor: another effect that is missing raises what is needed. What ``last`` has did
+    show, at the size that was fitted beside the others.
     """
-    names = models.candidates(base)
+    base = models.first()
+    lacking = set(models.candidates(last))
+    names = [name for name in models.candidates(base) if name in lacking]
     still = _never_reverses([one.predicted_deg for one in base.judged])
     found = []
     for name in names:

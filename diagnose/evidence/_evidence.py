@@ -21,7 +21,7 @@ class Evidence:
     """What the last model's error says of the data: ``regimes``, the leading ones first.
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
-    of it, None where nothing is; ``detectable``: from which size on each effect would have shown;
+    of it, None where nothing is; ``detectable``: from which size on each other one would show;
     ``equivalents``: other sets of effects that err no more, within the scatter.
     """
 
@@ -69,7 +69,7 @@ def gather(
         regimes=_with_inclusion(models, last, judged, found),
         repeated=again,
         unexplained=left,
-        detectable=detectable(models, first, criterion),
+        detectable=detectable(models, last, criterion),
         equivalents=equivalents(models, last, criterion),
     )
 

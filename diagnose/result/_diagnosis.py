@@ -120,7 +120,7 @@ class Diagnosis(Result):
     of the data, that name each effect: those of ``effects``, and others that are named in some.
     ``repeated`` says how much of the last model's error repeats where the command does,
     ``unexplained`` how much is left of it, what that depends on, and what to record next.
-    ``detectable`` has the smallest size of each effect that the fitted data would have shown.
+    ``detectable`` has the smallest size of each further effect that the fitted data would show.
     ``equivalents`` are other sets of effects whose models err no more than the last one, as far as
     the scatter of the errors from second to second tells; ``alternatives`` predict the same.
     ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,22 @@ def shown(
 ) -> dict[str, Detectable]:
     models = ModelSelection(Split.of([recording]), offered(catalogue(), [recording]))
     return {one.effect: one for one in detectable(models, models.linear(), criterion)}
+
+
+def test_what_was_found_is_not_said_to_have_shown_from_a_larger_size_only(twin: Any) -> None:
+    """Neither an effect of the last model nor what that contains; beside k held, k is held."""
+    recording = replace(twin("backlash")[0], side="sensor")
+    models = ModelSelection(Split.of([recording]), offered(catalogue(), [recording]))
+    last = models.sketched(models.linear(), "presliding")
+    found = {one.effect: one.value for one in detectable(models, last, CRITERION)}
+    assert found.keys() == set(models.catalogue) - {"presliding", "coulomb_friction"}
+    free = ModelSelection(models.split, {"asymmetric_gain": models.catalogue["asymmetric_gain"]})
+    free = replace(free, split=Split.of([replace(recording, side="surface")]))
+    (loose,) = detectable(free, free.linear(), CRITERION)
+    held = found["asymmetric_gain"]
+    assert held is not None
+    assert loose.value is not None
+    assert abs(held - 1.0) <= abs(loose.value - 1.0)
 
 
 def linear(command_deg: Array) -> Recording:

@@ -154,7 +154,9 @@ def test_the_summary_is_a_line_for_each_part() -> None:
     stable = Stability(shares={"backlash": 0.9}, resamples=10)
     levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
     verdict = Verdict.UNEXPLAINED
-    _, summary = told(verdict, [first, last], [], None, levels, known, stable, ("cogging",))
+    _, summary = headline_and_summary(
+        verdict, [first, last], [], None, levels, known, stable, ("cogging",)
+    )
     begun = [line[:20] for line in summary.splitlines()]
     assert begun == [
         "With backlash added ",
