@@ -12,7 +12,13 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import chdtrc, ndtri
 
-from servosight.diagnose.change._words import meaning, sentence, summary_words
+from servosight.diagnose.change._words import (
+    different_effects,
+    meaning,
+    mixed_words,
+    sentence,
+    summary_words,
+)
 from servosight.models.core import CORE, Actuator, Array, Parameter, Result, Table
 from servosight.models.effects import Effect
 
@@ -22,21 +28,24 @@ class ChangePolicy:
     """``chance``: a parameter counts as changed where chance alone would make any of those compared
     differ so much in at most this share of cases (3 sigma of one; Bonferroni's correction for
     several). ``confidence``: of the interval that bounds what is not found to have changed.
-    ``fewest``: samples of either servo from which on effects are looked for.
+    ``fewest``: samples of either servo from which on effects are looked for. ``worse``: the servos
+    differ, in whatever parameter, where the other's model errs so many times as much as the own.
     """
 
     chance: float = 0.0027
     confidence: float = 0.95
     fewest: int = 200
+    worse: float = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterChange:
     """One parameter in both: ``a`` and ``b`` with their sigmas, ``b`` less ``a`` with its own.
 
-    ``sigmas`` is that difference over its sigma, None where a sigma is unknown; ``changed`` says
+    ``sigmas`` is that difference over its sigma, None where a sigma is unknown or where the models
+    hold different effects: the same parameter then stands for different things. ``changed`` says
     whether it is significant. Where one model lacks the effect, ``only_in`` is the other ("a" or
-    "b"), and the value here is the neutral one, None where there is none.
+    "b"), and nothing is known of the value here.
     """
 
     name: str
@@ -131,9 +140,10 @@ def change_between(
     ('k', 'T', 'xi')
     """
     shared = _parameters(a, b, catalogue)
+    alike = set(a.effects) == set(b.effects)
     limit = limit_sigmas(len(shared), policy)
     reach = float(-ndtri((1.0 - policy.confidence) / 2.0))
-    rows = [_row(name, q, a, b, limit, reach) for name, q in shared.items()]
+    rows = [_row(name, q, a, b, limit, reach, alike) for name, q in shared.items()]
     chi_square, freedom = _chi_square(rows, covariances)
     p = float(chdtrc(freedom, chi_square)) if freedom else None
     first, second = sides or (
@@ -142,7 +152,14 @@ def change_between(
     )
     changed = sorted((one for one in rows if one.changed), key=lambda one: -abs(one.sigmas or 0.0))
     same = [one.name for one in rows if not one.changed and one.sigmas is not None]
-    headline, summary = summary_words([one.sentence for one in changed], same, p)
+    found = [one.sentence for one in changed]
+    if alike:
+        unknown = [one.name for one in rows if one.sigmas is None]
+        headline, summary = summary_words(found, same, unknown, p, _differ(first, second, policy))
+        notes = warnings
+    else:
+        headline, summary = mixed_words(a.effects, b.effects)
+        notes = (different_effects(a.effects, b.effects), *warnings)
     means = [meaning(one.name, one.a, one.b, catalogue) for one in changed]
     return ServoChange(
         headline=headline,
@@ -153,12 +170,19 @@ def change_between(
         chi_square=chi_square if freedom else None,
         freedom=freedom,
         p=p,
-        sentences=(
-            *(one.sentence for one in changed),
-            *dict.fromkeys(means),
-        ),
-        warnings=tuple(warnings),
+        sentences=(*found, *dict.fromkeys(means)),
+        warnings=tuple(notes),
     )
+
+
+def _differ(a: ComparedServo, b: ComparedServo, policy: ChangePolicy) -> bool:
+    """True where either servo is predicted far worse by the other's model than by its own."""
+    for side in (a, b):
+        if side.rmse_deg is not None and side.other_rmse_deg is not None:
+            own = max(side.rmse_deg, side.floor_deg or 0.0)
+            if side.other_rmse_deg > policy.worse * own:
+                return True
+    return False
 
 
 def _parameters(a: Actuator, b: Actuator, catalogue: Mapping[str, Effect]) -> dict[str, Parameter]:
@@ -170,34 +194,37 @@ def _parameters(a: Actuator, b: Actuator, catalogue: Mapping[str, Effect]) -> di
 
 
 def _row(
-    name: str, parameter: Parameter, a: Actuator, b: Actuator, limit: float, reach: float
+    name: str,
+    parameter: Parameter,
+    a: Actuator,
+    b: Actuator,
+    limit: float,
+    reach: float,
+    alike: bool,
 ) -> ParameterChange:
     one, other = a.parameters.get(name), b.parameters.get(name)
-    neutral = parameter.neutral if parameter.neutral not in (None, np.inf) else None
-    values = [neutral if side is None else side.value for side in (one, other)]
-    spreads = [0.0 if side is None else side.sigma for side in (one, other)]
     difference = sigma = ratio = None
-    if values[0] is not None and values[1] is not None:
-        difference = values[1] - values[0]
-        if spreads[0] is not None and spreads[1] is not None:
-            sigma = float(np.hypot(spreads[0], spreads[1]))
+    if one is not None and other is not None:
+        difference = other.value - one.value
+        if one.sigma is not None and other.sigma is not None:
+            sigma = float(np.hypot(one.sigma, other.sigma))
             ratio = difference / sigma if sigma > 0.0 else (0.0 if difference == 0.0 else None)
-    only_in = "b" if one is None else "a" if other is None else None
+    ratio = ratio if alike else None
     changed = ratio is not None and abs(ratio) >= limit
     bound = None if sigma is None or difference is None else abs(difference) + reach * sigma
     return ParameterChange(
         name=name,
         unit=parameter.unit,
-        a=values[0],
+        a=None if one is None else one.value,
         a_sigma=None if one is None else one.sigma,
-        b=values[1],
+        b=None if other is None else other.value,
         b_sigma=None if other is None else other.sigma,
         difference=difference,
         sigma=sigma,
         sigmas=ratio,
         changed=changed,
-        only_in=only_in,
-        sentence=sentence(name, parameter.unit, (one, other), ratio, changed, bound),
+        only_in="b" if one is None else "a" if other is None else None,
+        sentence=sentence(name, parameter.unit, (one, other), ratio, changed, bound, alike),
     )
 
 
@@ -207,7 +234,7 @@ def _chi_square(
 ) -> tuple[float, int]:
     """d' C^-1 d over the parameters that both have with a sigma above 0, and their number."""
     able = [
-        one for one in rows if one.only_in is None and one.sigma is not None and one.sigma > 0.0
+        one for one in rows if one.sigmas is not None and one.sigma is not None and one.sigma > 0.0
     ]
     if not able:
         return 0.0, 0

@@ -36,20 +36,25 @@ def sentence(
     sigmas: float | None,
     changed: bool,
     bound: float | None,
+    alike: bool = True,
 ) -> str:
-    """One parameter's change in words; ``bound``: what the change is below with confidence."""
+    """One parameter's change in words; ``bound``: what the change is below with confidence.
+
+    ``alike``: False where the models hold different effects.
+    """
     one, other = sides
     shown = "" if unit == "-" else f" {unit}"
     if one is None or other is None:
         found, side = (other, "b") if one is None else (one, "a")
         assert found is not None
         value = uncertain(found.value, found.sigma)[0]
-        sure = "" if sigmas is None else f", {_sigmas(sigmas)} from none"
-        return f"{name} is in the model of {side} alone: {value}{shown}{sure}"
+        return f"{name} is in the model of {side} alone: {value}{shown}"
     before, after = (uncertain(side.value, side.sigma)[0] for side in (one, other))
     if changed and sigmas is not None:
         verb = direction(one.value, other.value)
         return f"{name} {verb} from {before} to {after}{shown} ({_sigmas(sigmas)})"
+    if not alike:
+        return f"{name} cannot be compared: {before} and {after}{shown}, beside different effects"
     if sigmas is None or bound is None:
         return f"{name} cannot be compared: {before} and {after}{shown}, of unknown sigma"
     return f"{name} is unchanged within {rounded(bound, 2)}{shown}"
@@ -65,15 +70,69 @@ def meaning(
     return CORE_MEANINGS[name, direction(before, after)]
 
 
-def summary_words(changed: Sequence[str], same: Sequence[str], p: float | None) -> tuple[str, str]:
-    """Headline, and one sentence or two."""
-    unchanged = f"unchanged: {', '.join(same)}" if same else ""
-    if not changed:
-        headline = "No difference was found"
-        sure = "" if p is None else f"; a difference as large comes by chance with {chance(p)}"
-        return headline, f"{unchanged or 'no parameter can be compared'}{sure}.".capitalize()
-    rest = f"; {unchanged}" if unchanged else ""
-    return changed[0], f"{'; '.join(changed)}{rest}."
+def summary_words(
+    changed: Sequence[str],
+    same: Sequence[str],
+    unknown: Sequence[str],
+    p: float | None,
+    differ: bool,
+) -> tuple[str, str]:
+    """Headline, and one sentence or two.
+
+    ``unknown``: parameters whose sigma is not known on either side; ``differ``: each servo is
+    predicted far worse by the other's model, so that something does differ.
+    """
+    unchanged = [f"unchanged: {', '.join(same)}"] if same else []
+    if changed:
+        open_ = [cannot_tell(unknown)] if unknown else []
+        return changed[0], f"{'; '.join([*changed, *unchanged, *open_])}."
+    if unknown and differ:
+        why = "with the other's model the error is far larger than with the own, so something does"
+        return _capital(cannot_tell(unknown)), _capital(f"{'; '.join([why, *unchanged])}.")
+    headline = "No difference was found"
+    headline += f"; {cannot_tell(unknown)}" if unknown else ""
+    sure = [] if p is None else [f"a difference as large comes by chance with {chance(p)}"]
+    none = [] if same else ["no parameter can be compared"]
+    return headline, _capital(f"{'; '.join([*none, *unchanged, *sure])}.")
+
+
+def cannot_tell(names: Sequence[str]) -> str:
+    """Which parameters are not compared for want of a sigma.
+
+    >>> cannot_tell(["T"])
+    'these data cannot tell whether T differs'
+    >>> cannot_tell(["k", "T", "xi"])
+    'these data cannot tell whether k, T and xi differ'
+    """
+    listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return f"these data cannot tell whether {listed} differ{'s' if len(names) == 1 else ''}"
+
+
+def mixed_words(a: Sequence[str], b: Sequence[str]) -> tuple[str, str]:
+    """Headline and summary where the models hold different effects."""
+    only = [
+        f"{side} alone has {', '.join(one for one in own if one not in other)}"
+        for side, own, other in (("a", a, b), ("b", b, a))
+        if set(own) - set(other)
+    ]
+    return (
+        f"The models hold different effects: {'; '.join(only)}",
+        "What both have stands for different things in them and cannot be compared.",
+    )
+
+
+def different_effects(a: Sequence[str], b: Sequence[str]) -> str:
+    """Why parameters are not compared, and how to do it right."""
+    both = ",".join(dict.fromkeys((*a, *b)))
+    return (
+        f"an effect that a model lacks is not one of size 0, and a parameter that both have is not "
+        f"comparable beside different effects: fit the effects of both to the recordings of each, "
+        f"servosight compare REC_A REC_B --effects {both}"
+    )
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _sigmas(sigmas: float) -> str:

@@ -31,7 +31,7 @@ def test_two_models_are_drawn_beside_each_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    old = card("<old>.toml", 0.31, 0.03)
+    old = card("<old>.toml", 0.31, 0.03, coulomb_friction__level=0.4)
     new = card("new.toml", 0.84, 0.04, coulomb_friction__level=0.4)
     words = ["compare", str(old), str(new), "--report", "change.html", "--json", "change.json"]
     assert main(words) == 0
@@ -46,7 +46,7 @@ def test_two_models_are_drawn_beside_each_other(
     for words_of in (result.headline, result.summary, *result.sentences[2:]):
         assert " ".join(words_of.split()) in page.text
     assert "backlash.gap 0.310 0.840 0.530 0.050 +10.6 deg yes" in page.text
-    assert "coulomb_friction.level 0 0.400 0.400 0.020 +20.0 deg yes, in b alone" in page.text
+    assert "coulomb_friction.level 0.400 0.400 0.000 0.028 +0.0 deg no" in page.text
     assert "3.5 sigma" in page.text  # of one among five
     assert "servosight compare" in page.text
     assert "error of its model" not in page.text  # of cards no recording is known
@@ -67,3 +67,15 @@ def test_what_cannot_be_compared_and_the_errors_of_both_are_shown(tmp_path: Path
     assert "backlash.gap 0.3000 0.3000 0 not known – deg not known" in page.text
     assert "a: run 0.0300° 0.250° –" in page.text
     assert "b: run 0.0400° – 0.0350°" in page.text
+
+
+def test_models_with_different_effects_are_shown_and_not_compared(tmp_path: Path) -> None:
+    cards = (
+        card(str(tmp_path / "a.toml"), 0.31, 0.03),
+        card(str(tmp_path / "b.toml"), 0.84, 0.04, coulomb_friction__level=0.4),
+    )
+    ss.compare(*cards).report(tmp_path / "change.html")
+    page = Page((tmp_path / "change.html").read_text(encoding="utf-8"))
+    assert "The models hold different effects: b alone has coulomb_friction" in page.text
+    assert "--effects backlash,coulomb_friction" in page.text
+    assert "coulomb_friction.level – 0.400 – – – deg not known, in b alone" in page.text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import (
@@ -67,6 +68,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.effects import catalogue
 
     check_outputs(args)
+    args.model, *args.recordings = _model_first([args.model, *args.recordings])
     if not is_model_file(args.model) or is_model_file(args.recordings[0]):
         _change(args)
         return
@@ -102,6 +104,14 @@ def run(args: argparse.Namespace) -> None:
         out.print(next_command("compare", args.model, "ANOTHER_REC"))
     else:
         out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
+
+
+def _model_first(given: list[Path]) -> list[Path]:
+    """The one model in front of the recordings, wherever it was named; else as they were given."""
+    models = [path for path in given if is_model_file(path)]
+    if len(models) != 1:
+        return given
+    return [*models, *(path for path in given if path is not models[0])]
 
 
 def _change(args: argparse.Namespace) -> None:

@@ -104,6 +104,8 @@ def compare(
     from servosight.sources import read_all, recordings_in
 
     known = catalogue_of(plugins)
+    if is_model(recordings) and not is_model(model):
+        model, recordings = recordings, model
     if not is_model(model):
         both = cast("tuple[Sources, Sources]", (model, recordings))
         first, second = (read_all(recordings_in(one)) for one in both)

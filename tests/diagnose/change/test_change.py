@@ -12,7 +12,7 @@ import pytest
 
 import servosight as ss
 from servosight.app.main import main
-from servosight.diagnose.change import ChangePolicy, change_between
+from servosight.diagnose.change import ChangePolicy, ComparedServo, change_between
 from servosight.models.core import Actuator, Estimate
 from servosight.models.effects import catalogue
 from servosight.scenarios.scenario import Scenario
@@ -75,17 +75,46 @@ def test_what_has_not_changed_is_bounded() -> None:
     assert row.sentence == "xi is unchanged within 0.014"
 
 
-def test_an_effect_in_one_of_them_alone() -> None:
-    found = between(servo(), servo(coulomb_friction__level=(0.2, 0.01)))
+def test_models_with_different_effects_are_not_compared() -> None:
+    """An effect that a model lacks is not one of size 0, and T is not the same beside it."""
+    found = between(servo(T=(0.05, 1e-4)), servo(coulomb_friction__level=(0.2, 0.01)))
+    assert found.headline == "The models hold different effects: b alone has coulomb_friction"
+    assert (found.changed, found.sentences) == ((), ())
     (row,) = (one for one in found.parameters if one.name == "coulomb_friction.level")
-    assert (row.only_in, row.a, row.changed) == ("b", 0.0, True)
-    assert "is in the model of b alone: 0.200" in row.sentence
-    assert found.freedom == 4  # what both have
+    assert (row.only_in, row.a, row.sigmas) == ("b", None, None)
+    assert row.sentence == "coulomb_friction.level is in the model of b alone: 0.200 deg"
+    (shared,) = (one for one in found.parameters if one.name == "T")
+    assert shared.difference == pytest.approx(-0.03)
+    assert "beside different effects" in shared.sentence
+    assert (found.freedom, found.p) == (0, None)
+    assert "--effects backlash,coulomb_friction" in found.warnings[0]
+
+
+def side(error_deg: float, other_deg: float) -> ComparedServo:
+    return ComparedServo(
+        name="run", effects=(), rmse_deg=error_deg, floor_deg=0.05, other_rmse_deg=other_deg
+    )
+
+
+@pytest.mark.parametrize(
+    ("other_deg", "said"),
+    [
+        (10.08, "These data cannot tell whether T and xi differ"),
+        (1.0, "No difference was found; these data cannot tell whether T and xi differ"),
+    ],
+)
+def test_what_has_no_sigma_is_not_said_to_be_the_same(other_deg: float, said: str) -> None:
+    loose = servo(T=(0.04, None), xi=(0.9, None))
+    sides = side(0.95, other_deg), side(0.95, 0.95)
+    found = between(servo(), loose, sides=sides)
+    assert found.headline == said
+    assert "unchanged: k, backlash.gap" in found.summary.lower()
 
 
 def test_an_unknown_sigma_decides_nothing() -> None:
     found = between(servo(), servo(backlash__gap=(0.84, None)))
     assert not found.changed
+    assert found.headline.endswith("; these data cannot tell whether backlash.gap differs")
     assert "backlash.gap cannot be compared" in {
         one.sentence.split(":")[0] for one in found.parameters
     }
@@ -180,5 +209,9 @@ def test_the_command_line_compares_cards_and_recordings(
     values = json.loads(capsys.readouterr().out)
     assert values["a"]["recordings"] == ["1", "2"]
     assert [one["name"] for one in values["parameters"] if one["changed"]] == ["backlash.gap"]
+    servo(backlash__gap=(0.3, 0.01)).save("card.toml")
+    assert main(["compare", "before/1", "card.toml", "--json", "-"]) == 0  # in either order
+    assert json.loads(capsys.readouterr().out)["type"] == "comparison"
+    assert type(ss.compare("before/1", "card.toml")).__name__ == "Comparison"
     assert main(["compare", "before/1", "before/2", "after"]) == 2
     assert "expected two" in capsys.readouterr().err
