@@ -18,7 +18,6 @@ from servosight.diagnose.result.caveats import (
     compensating,
     doubts,
     ended,
-    measured_by_servo,
 )
 from servosight.diagnose.result.wording import headline_and_summary, next_experiment
 from servosight.diagnose.selection import (
@@ -28,7 +27,7 @@ from servosight.diagnose.selection import (
     SelectionPolicy,
 )
 from servosight.identify.foreign import is_around_fmu
-from servosight.identify.problem import unused_disturbances
+from servosight.identify.problem import measured_by_servo, unused_disturbances
 from servosight.models.core import Recording, StageProgress, Table, one_or_more, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in

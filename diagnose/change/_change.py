@@ -151,7 +151,7 @@ def change_between(
         ComparedServo(name="b", effects=b.effects),
     )
     changed = sorted((one for one in rows if one.changed), key=lambda one: -abs(one.sigmas or 0.0))
-    same = [one.name for one in rows if not one.changed and one.sigmas is not None]
+    same = [one.name for one in rows if not one.changed and one.sigmas is not None and one.sigma]
     found = [one.sentence for one in changed]
     if alike:
         unknown = [one.name for one in rows if one.sigmas is None]

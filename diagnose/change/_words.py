@@ -55,6 +55,8 @@ def sentence(
         return f"{name} {verb} from {before} to {after}{shown} ({_sigmas(sigmas)})"
     if not alike:
         return f"{name} cannot be compared: {before} and {after}{shown}, beside different effects"
+    if bound == 0.0:
+        return f"{name} is held at {one.value:g}{shown} in both"
     if sigmas is None or bound is None:
         return f"{name} cannot be compared: {before} and {after}{shown}, of unknown sigma"
     return f"{name} is unchanged within {rounded(bound, 2)}{shown}"

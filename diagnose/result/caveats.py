@@ -8,7 +8,7 @@ from servosight.diagnose.evidence import Evidence
 from servosight.diagnose.residuals import listed
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
-from servosight.models.core import Recording, read_by_servo, rounded
+from servosight.models.core import rounded
 
 
 def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
@@ -50,25 +50,6 @@ def held_otherwise(
             if name not in held
         ),
     )
-
-
-def measured_by_servo(recordings: Sequence[Recording], fixed: Mapping[str, float]) -> list[str]:
-    """A warning where the servo measured its angle itself: what it cannot show, and which k holds
-    where the user has ``fixed`` none.
-
-    >>> import numpy as np
-    >>> t = np.arange(0.0, 1.0, 0.01)
-    >>> measured_by_servo([Recording("run", t, t, t, t, side="sensor")], {})[0][:46]
-    "the angle is read by the servo's own sensor, w"
-    """
-    if not read_by_servo(recordings):
-        return []
-    gain = "k is held at 1 beside any effect (--fix k=VALUE where you know another), and "
-    return [
-        f"the angle is read by the servo's own sensor, with which its loop compares the command: "
-        f"{'' if 'k' in fixed else gain}what lies behind the sensor, such as backlash and "
-        f"linkage_geometry, is not among the effects"
-    ]
 
 
 def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:

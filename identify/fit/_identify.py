@@ -25,9 +25,12 @@ from servosight.identify.problem import (
     checked_held,
     coordinate_scale,
     effect_starts,
+    gain_of_sensor,
     joint_noise_deg,
     linear_start,
+    measured_by_servo,
     offered,
+    ranges_of_sensor,
     search_box,
     thinned,
     unused_disturbances,
@@ -80,10 +83,12 @@ def identify(
     ``catalogue`` holds the effects to choose from (default: the built-in ones), ``method`` is one
     of :data:`METHODS`, and ``tolerance`` [deg] is the error that no model need go below (default
     0.05 % of the moved range). ``fix`` holds parameters, such as ``{"k": 1.0}``: they get a sigma
-    of 0 and are not fitted. Every method ends with Levenberg-Marquardt descents, with effects over
-    growing horizons too where an error above the floor is left. InputError for an
-    unknown effect or method, for a parameter that cannot be held, for a seed or a tolerance that is
-    none, and where no recording is given. :class:`Fit` has an example.
+    of 0 and are not fitted. Beside effects k is held at 1, unless ``fix`` holds another, where each
+    angle is the reading of the servo's own sensor; a warning says so. Every method ends with
+    Levenberg-Marquardt descents, with effects over growing horizons too where an error above the
+    floor is left. InputError for an unknown effect or method, for a parameter that cannot be held,
+    for a seed or a tolerance that is none, and where no recording is given. :class:`Fit` has an
+    example.
     """
     began = time.perf_counter()
     check_method(method)
@@ -93,8 +98,11 @@ def identify(
     whole, left_out = usable_views(one_or_more(recordings))
     offered(known, whole, chosen)
     scored, notes = thinned(whole)
-    held = checked_held(fix or {}, chosen, known)
-    problem = Problem.of(scored, known, chosen, held=held)
+    fixed = checked_held(fix or {}, chosen, known)
+    # A linear model has the k that fits, which stands for the load as well.
+    known_gain, ranges = (gain_of_sensor(scored), ranges_of_sensor(scored)) if chosen else ({}, {})
+    held = {**known_gain, **fixed}
+    problem = Problem.of(scored, known, chosen, ranges=ranges, held=held)
     noise = joint_noise_deg(tuple(whole))
     floor = floor_deg(whole, noise, tolerance)
     solution, history = _solved(problem, method, seed)
@@ -122,6 +130,7 @@ def identify(
             *solution.notes,
             *latency_notes(solution),
             *warnings,
+            *(measured_by_servo(scored, fixed) if chosen else ()),
         ),
         effects=chosen,
         fixed=tuple(held),

@@ -16,6 +16,9 @@ from servosight.identify.problem._problem import Problem as Problem
 from servosight.identify.problem._problem import Work as Work
 from servosight.identify.problem._projection import projected_out as projected_out
 from servosight.identify.problem._score_directions import score_directions as score_directions
+from servosight.identify.problem._sensor import gain_of_sensor as gain_of_sensor
+from servosight.identify.problem._sensor import measured_by_servo as measured_by_servo
+from servosight.identify.problem._sensor import ranges_of_sensor as ranges_of_sensor
 from servosight.identify.problem._starts import BaseModel as BaseModel
 from servosight.identify.problem._starts import effect_guesses as effect_guesses
 from servosight.identify.problem._starts import effect_starts as effect_starts

@@ -1,4 +1,4 @@
-"""The static gain k: held, or bounded so that no model follows its recordings for other reasons."""
+"""The static gain k: bounded so that no model follows its recordings for other reasons."""
 
 from __future__ import annotations
 
@@ -6,33 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from servosight.identify.problem import Problem, linear_start
-from servosight.models.core import CORE, Recording, read_by_servo
+from servosight.identify.problem import Problem, linear_start, ranges_of_sensor
+from servosight.models.core import CORE, Recording
 
 LEAST_GAIN = 0.2
 """No model's k is less than this share of the gain that the recordings show."""
-SENSOR_RANGES = {"T": (2e-3, 0.3), "bias": (-5.0, 5.0)}
-"""Bounds of T [s] and bias [deg] where each angle is the reading of the servo's own sensor.
-
-Command and reading share their zero, but for the dead band and the rounding of the firmware and
-what a worn gear gives way; and no servo's T is longer than 0.3 s. One slow run with a weight on the
-arm determines none of weight, bias and T: its best fits had biases of 700 deg and T of 2 s, and
-their friction was that of no servo.
-"""
-
-
-def gain_of_sensor(recordings: Sequence[Recording]) -> dict[str, float]:
-    """k = 1 where each angle is the reading of the sensor on which the servo's loop is closed.
-
-    The loop compares the command with that very number, so they differ by load and friction alone.
-    A weight on the arm and a k can stand in for one another, and so one run with k fitted names the
-    weight and the next does not.
-
-    >>> t = np.arange(0.0, 1.0, 0.01)
-    >>> gain_of_sensor([Recording("run", t, t, t, t, side="sensor")])
-    {'k': 1.0}
-    """
-    return {"k": 1.0} if read_by_servo(recordings) else {}
 
 
 def at_one_gain(recordings: Sequence[Recording]) -> bool:
@@ -46,8 +24,7 @@ def at_one_gain(recordings: Sequence[Recording]) -> bool:
 
 def ranges(problem: Problem) -> dict[str, tuple[float, float]]:
     """Bounds of k for all models of the recordings, and for logs of a servo's sensor of more."""
-    of_servo = SENSOR_RANGES if read_by_servo(problem.recordings) else {}
-    return {"k": k_bounds(problem), **of_servo}
+    return {"k": k_bounds(problem), **ranges_of_sensor(problem.recordings)}
 
 
 def k_bounds(problem: Problem) -> tuple[float, float]:

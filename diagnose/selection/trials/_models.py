@@ -12,7 +12,7 @@ from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
-from servosight.diagnose.selection.trials._gain import at_one_gain, gain_of_sensor, ranges
+from servosight.diagnose.selection.trials._gain import at_one_gain, ranges
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
@@ -29,7 +29,7 @@ from servosight.identify.fit import (
     search_effects,
     sketch_effects,
 )
-from servosight.identify.problem import Problem, Work, linear_start
+from servosight.identify.problem import Problem, Work, gain_of_sensor, linear_start
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
 

@@ -90,6 +90,13 @@ def test_models_with_different_effects_are_not_compared() -> None:
     assert "--effects backlash,coulomb_friction" in found.warnings[0]
 
 
+def test_what_is_held_in_both_is_not_said_to_be_unchanged() -> None:
+    found = between(servo(k=(1.0, 0.0)), servo(k=(1.0, 0.0)))
+    assert "unchanged: t, xi, backlash.gap" in found.summary.lower()
+    assert found.parameters[0].sentence == "k is held at 1 in both"
+    assert found.freedom == 3
+
+
 def side(error_deg: float, other_deg: float) -> ComparedServo:
     return ComparedServo(
         name="run", effects=(), rmse_deg=error_deg, floor_deg=0.05, other_rmse_deg=other_deg

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -106,3 +107,29 @@ def test_the_command_line_holds_too(
     for wrong in ("k", "=1", "k=one", "k=inf"):
         assert main([*words, "--fix", wrong]) == 2
     assert "expected NAME=VALUE such as k=1" in capsys.readouterr().err
+
+
+def test_beside_effects_k_is_that_of_the_servo_s_own_sensor() -> None:
+    """The loop compares the command with that number; a linear model has the k that fits."""
+    time_s = np.arange(0.0, 4.0, 0.02)
+    command_deg = 10.0 * np.sin(3.0 * time_s)
+    noise_deg = 0.01 * np.random.default_rng(0).standard_normal(time_s.size)
+    angle_deg = 0.9 * command_deg + 20.0 + noise_deg
+    read = Recording("run", time_s, command_deg, time_s, angle_deg, side="sensor")
+    effects = ["coulomb_friction"]
+    held = identify(read, effects, method="gradient")
+    assert held.parameters["k"].value == 1.0  # type: ignore[union-attr]
+    assert held.fixed == ("k",)
+    assert abs(held.biases[0].value) <= 5.0
+    assert any("servo's own sensor" in words and "--fix k" in words for words in held.warnings)
+
+    given = identify(read, effects, method="gradient", fix={"k": 0.9})
+    assert given.parameters["k"].value == 0.9  # type: ignore[union-attr]
+    for free in (
+        identify(read, method="gradient"),
+        identify(replace(read, side="surface"), effects, method="gradient"),
+    ):
+        assert free.fixed == ()
+        assert free.parameters["k"].value == pytest.approx(0.9, abs=0.01)  # type: ignore[union-attr]
+        assert free.biases[0].value == pytest.approx(20.0, abs=1.0)
+        assert not any("own sensor" in words for words in free.warnings)
