@@ -12,7 +12,8 @@ class Score:
     ``train_rmse_deg`` on the fitted samples, ``validation_rmse_deg`` on the
     ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
     ``parameters`` counts the physical ones, ``gain_fitted`` says whether k is one of them.
-    ``at_bounds`` are effects with a parameter that rests on a bound of its range.
+    ``at_bounds`` are effects with a parameter that rests on a bound of its range, and
+    ``core_at_bounds`` those of k, T and xi that rest on one.
     """
 
     effects: tuple[str, ...]
@@ -24,3 +25,4 @@ class Score:
     validation_samples: int
     at_bounds: tuple[str, ...] = ()
     gain_fitted: bool = True
+    core_at_bounds: tuple[str, ...] = ()

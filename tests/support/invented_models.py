@@ -67,7 +67,8 @@ class InventedModels:
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
     ``held_deg`` are errors of sets with k held; ``usual`` are the weights and frictions;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
-    on a bound once another is there, by that one; ``done`` is told of every fit in order.
+    on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
+    T to a bound; ``done`` is told of every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -82,6 +83,7 @@ class InventedModels:
     finished_deg: Mapping[str, float] = field(default_factory=dict)
     at_bounds: Sequence[str] = ()
     driven: Mapping[str, str] = field(default_factory=dict)
+    core_at_bounds: Sequence[str] = ()
     trials: dict[object, InventedTrial] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -217,5 +219,6 @@ class InventedModels:
             validation_rmse_deg=self.validation_deg.get("".join(ordered), error),
             validation_samples=SAMPLES,
             at_bounds=tuple(name for name in ordered if name in bound),
+            core_at_bounds=("T",) if "".join(ordered) in self.core_at_bounds else (),
         )
         return InventedTrial(InventedFit(ordered, error, held), score)

@@ -26,15 +26,20 @@ class Visited:
     def ranked(self) -> list[Trial]:
         """Lowest price first, of those that what the user knows allows.
 
-        Those with an effect at a bound come last: none is accepted, and what extends them has it.
+        Those with a parameter at a bound come last: none is accepted, and what extends them has it.
         """
         allows = self.models.known.allows
         allowed = [trial for trial in self.models.trials.values() if allows(trial.effects)]
         return sorted(allowed, key=lambda trial: (self.at_bound(trial), self.price(trial)))
 
     def at_bound(self, trial: Trial) -> bool:
-        """True where an effect that the user does not require rests on a bound of its range."""
-        return not set(self.removable(trial)).isdisjoint(trial.score.at_bounds)
+        """True where an effect that the user does not require rests on a bound of its range.
+
+        Or where the effects drive k, T or xi to one, on which the first model has it not: they then
+        take the place of the servo's own motion.
+        """
+        driven = set(trial.score.core_at_bounds) - set(self.models.first().score.core_at_bounds)
+        return bool(driven) or not set(self.removable(trial)).isdisjoint(trial.score.at_bounds)
 
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.selection._score import Score
 from servosight.identify.fit import Solution
-from servosight.identify.problem import Problem
+from servosight.identify.problem import Coordinate, Problem
+from servosight.models.core import CORE
 
 Key = tuple[tuple[str, ...], tuple[str, ...]]
 """Effects, and the parameters that are held."""
@@ -60,6 +62,7 @@ class Trial:
             validation_samples=sum(errors.size for errors in validation),
             at_bounds=_at_bounds(self.fit),
             gain_fitted="k" not in self.fit.problem.held,
+            core_at_bounds=_core_at_bounds(self.fit),
         )
 
 
@@ -68,18 +71,29 @@ def _at_bounds(fit: Solution) -> tuple[str, ...]:
 
     Nor the shortest of its times: it then acts at once, as a supply does whose wires alone resist.
     """
-    problem = fit.problem
     found = []
+    for coordinate, place, low in _on_bounds(fit):
+        effect, _, own = coordinate.name.partition(".")
+        parameter = coordinate.parameter
+        if not own or parameter.circular or (parameter.unit == "s" and place == low):
+            continue
+        if coordinate.from_search(place) not in (0.0, parameter.neutral):
+            found.append(effect)
+    return tuple(dict.fromkeys(found))
+
+
+def _core_at_bounds(fit: Solution) -> tuple[str, ...]:
+    """Of k, T and xi those on a bound of their range."""
+    core = {parameter.name for parameter in CORE}
+    return tuple(one.name for one, *_ in _on_bounds(fit) if one.name in core)
+
+
+def _on_bounds(fit: Solution) -> Iterator[tuple[Coordinate, float, float]]:
+    """The coordinates that are fitted and rest on a bound; where they are, and the lower bound."""
+    problem = fit.problem
     places = zip(
         problem.coordinates, fit.outcome.point, *problem.bounds, problem.pinned, strict=True
     )
     for coordinate, place, low, high, pinned in places:
-        effect, _, own = coordinate.name.partition(".")
-        parameter = coordinate.parameter
-        if not own or pinned or parameter.circular or low < place < high:
-            continue
-        if parameter.unit == "s" and place == low:
-            continue
-        if coordinate.from_search(float(place)) not in (0.0, parameter.neutral):
-            found.append(effect)
-    return tuple(dict.fromkeys(found))
+        if not pinned and not low < place < high:
+            yield coordinate, float(place), float(low)

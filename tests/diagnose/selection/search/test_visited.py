@@ -46,6 +46,16 @@ def test_a_fit_without_budget_is_no_answer() -> None:
     assert seen.best().effects == ()
 
 
+def test_effects_that_drive_the_time_constant_to_a_bound_come_last() -> None:
+    errors = {"": 1.0, "a": 0.1, "b": 0.3}
+    models = InventedModels(errors, core_at_bounds=["a"])
+    seen = visited(models, "a", "b")
+    assert [one.effects for one in seen.ranked()] == [("b",), (), ("a",)]
+    assert seen.best().effects == ("b",)
+    # A servo faster than its recording has T there in every model.
+    assert best_of(InventedModels(errors, core_at_bounds=["", "a", "b"]), "a", "b") == "a"
+
+
 def test_a_fit_that_ends_elsewhere_is_ranked_again() -> None:
     """``a`` seems cheapest, and ends above ``b``."""
     errors = {"": 1.0, "a": 0.3, "b": 0.4}

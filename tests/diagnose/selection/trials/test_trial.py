@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.residuals import FIT, Judged
-from servosight.diagnose.selection import Trial
+from servosight.diagnose.selection import Score, Trial
 from servosight.identify.problem import Problem
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
@@ -19,16 +20,16 @@ COMMAND = 20.0 * np.sin(4.0 * TIME_S)
 RECORDING = Recording("run", TIME_S, COMMAND, TIME_S, COMMAND)
 
 
-def scored(effect: str, name: str, value: float, **held: float) -> tuple[str, ...]:
-    """The effects on a bound of a model with ``effect`` whose parameter ``name`` is ``value``."""
+def scored(effect: str, values: Mapping[str, float], **held: float) -> Score:
+    """The score of a model with ``effect`` that has these values."""
     problem = Problem.of([RECORDING], catalogue(), [effect], None, None, held)
     point = np.mean(problem.bounds, axis=0)
     for index, one in enumerate(problem.coordinates):
-        if one.name == name:
-            point[index] = one.to_search(value)
+        if one.name in values:
+            point[index] = one.to_search(values[one.name])
     fit: Any = SimpleNamespace(problem=problem, outcome=SimpleNamespace(point=point))
     judged = Judged(RECORDING, COMMAND, np.full(TIME_S.size, FIT, dtype=np.int8))
-    return Trial((effect,), fit, (judged,)).score.at_bounds
+    return Trial((effect,), fit, (judged,)).score
 
 
 @pytest.mark.parametrize(
@@ -47,8 +48,19 @@ def scored(effect: str, name: str, value: float, **held: float) -> tuple[str, ..
 def test_effects_on_a_bound_of_their_range(
     effect: str, name: str, value: float, expected: tuple[str, ...]
 ) -> None:
-    assert scored(effect, name, value) == expected
+    assert scored(effect, {name: value}).at_bounds == expected
 
 
 def test_a_parameter_that_is_held_rests_on_no_bound() -> None:
-    assert scored("backlash", "backlash.gap", 45.0, **{"backlash.gap": 45.0}) == ()
+    widest = {"backlash.gap": 45.0}
+    assert scored("backlash", widest, **widest).at_bounds == ()
+    assert scored("backlash", {"xi": 0.02}, xi=0.02).core_at_bounds == ()
+
+
+def test_parameters_of_the_core_on_a_bound() -> None:
+    """Each on its own account: they say nothing of the effects."""
+    found = scored("backlash", {"T": 1e-3, "xi": 0.02})
+    assert found.core_at_bounds == ("T", "xi")
+    assert found.at_bounds == ()
+    assert scored("backlash", {"T": 0.02, "xi": 20.0}).core_at_bounds == ("xi",)
+    assert scored("backlash", {"T": 0.02, "xi": 0.7}).core_at_bounds == ()
