@@ -86,6 +86,7 @@ def _without_contained(effects: Sequence[str], catalogue: Mapping[str, Effect]) 
 
 def _warnings(fits: Sequence[Fit]) -> list[str]:
     found = []
+    shared = [one for one in fits[0].warnings if one in fits[1].warnings]
     for side, fit in zip("ab", fits, strict=True):
         if fit.rmse_deg > EXPLAINED * fit.floor_deg:
             found.append(
@@ -93,5 +94,5 @@ def _warnings(fits: Sequence[Fit]) -> list[str]:
                 f"floor {degrees(fit.floor_deg)}; a change of what it lacks shows as a change of "
                 f"what it has"
             )
-        found += [f"{side}: {warning}" for warning in fit.warnings]
-    return found
+        found += [f"{side}: {one}" for one in fit.warnings if one not in shared]
+    return [*found, *shared]
