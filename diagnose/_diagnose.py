@@ -19,7 +19,8 @@ from servosight.diagnose.result.caveats import (
     doubts,
     ended,
 )
-from servosight.diagnose.result.wording import headline_and_summary, next_experiment
+from servosight.diagnose.result.next_step import next_experiment
+from servosight.diagnose.result.wording import headline_and_summary
 from servosight.diagnose.selection import (
     MOST_ROWS,
     AcceptanceCriterion,

@@ -1,4 +1,4 @@
-"""The verdict and what to do next, in words: one place for terminal, report and JSON."""
+"""The verdict in words: one place for terminal, report and JSON."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import (
-    RECORD_AGAIN,
     Evidence,
     Regime,
     Repeated,
     Stability,
     Unexplained,
 )
-from servosight.diagnose.experiment import Proposal
 from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.diagnose.result._stability_words import (
@@ -30,20 +28,6 @@ FAR_BELOW = 0.5
 """An error below this share of the floor is far below it."""
 HELPS = 0.05
 """A candidate that lowers the error by less is not worth a word."""
-
-NOTHING_MISSING = "Nothing is missing here; to look further, use a larger and faster command."
-AT_FLOOR = "The model reached the floor: confirm it on a recording with another command."
-TRY_PAIRS = "No single effect improves the model enough: use --auto, which tries pairs."
-CLOCKS = (
-    "Settle the clocks first: the recordings lag one another, and of the test recordings the "
-    "latency is not known; log command and angle by one clock, or give latency_s in each "
-    "recording.toml."
-)
-REPEAT = (
-    "Something remains that no catalogued effect accounts for: repeat the recording to see what "
-    "repeats, at half and at double the amplitude to see what scales, and more slowly to see what "
-    "depends on speed."
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,41 +246,3 @@ def alternative_words(effects: Sequence[str], alternatives: Sequence[Sequence[st
         f"differ by less than the noise. Do not rely on the name until another experiment has "
         f"decided."
     )
-
-
-def next_experiment(
-    verdict: Verdict,
-    proposal: Proposal | None,
-    candidate: str | None,
-    auto: bool,
-    regime: Regime | None = None,
-    left: Unexplained | None = None,
-    card: bool = True,
-) -> str:
-    """What to do next; ``candidate``: the best effect, where it is accepted alone.
-
-    ``regime`` is one beyond the fitted data that holds most of the error, ``left`` what the last
-    model leaves. Where that is not explained, what may be no effect at all comes first: the regime,
-    then the clocks, then chance; then models to distinguish, and the kind of what remains. ``card``
-    says whether a model card can hold the model.
-    """
-    if verdict is Verdict.NO_EFFECT_MISSING:
-        return NOTHING_MISSING
-    open_ = verdict is Verdict.UNEXPLAINED
-    if open_ and regime is not None:
-        return regime.remedy
-    if open_ and left is not None and left.clocks:
-        return CLOCKS
-    if open_ and left is not None and left.by_chance:
-        return RECORD_AGAIN
-    if proposal is not None and (proposal.recommended or not (open_ and auto)):
-        return proposal.sentence
-    if verdict is Verdict.EXPLAINED:
-        return AT_FLOOR
-    if auto:
-        return REPEAT if left is None or left.next_step is None else left.next_step
-    if candidate is None:
-        return TRY_PAIRS
-    if not card:
-        return f"Add {candidate}: use --auto."
-    return f"Add {candidate}: `servosight add MODEL.toml {candidate} REC`, or use --auto."

@@ -371,7 +371,7 @@ def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
         remedy="",
     )
     sizes = {one.effect: one for one in found.detectable}
-    unseen = [replace(sizes["cogging"], value=None), sizes["backlash"]]
+    unseen = [replace(sizes["cogging"], value=None), sizes["dead_zone"]]
     shown = replace(found, regimes=Table([beyond]), detectable=Table(unseen))
     _, page = written(tmp_path / "beyond.html", shown, [recording])
     assert "regimes" in page.ids
@@ -379,4 +379,4 @@ def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
     assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08°" in page.text
     assert f"{beyond.sentence}." in page.text
     assert "could not have shown, whatever its size: cogging" in page.text
-    assert "backlash would have shown from" in page.text
+    assert "dead zone would have shown from" in page.text

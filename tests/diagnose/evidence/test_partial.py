@@ -21,7 +21,8 @@ from servosight.diagnose.evidence import (
 from servosight.diagnose.evidence._spread import Spread
 from servosight.diagnose.experiment import Proposal, Separation
 from servosight.diagnose.residuals import TEST, Finding, Judged
-from servosight.diagnose.result.wording import Levels, headline_and_summary, next_experiment
+from servosight.diagnose.result.next_step import next_experiment
+from servosight.diagnose.result.wording import Levels, headline_and_summary
 from servosight.models.core import Recording
 
 TIME_S = np.arange(0.0, 5.0, 0.01)
