@@ -35,6 +35,7 @@ VARIED_STARTS = 4
 """From the cheapest of so many variations of a fit so many descents begin; one goes on;"""
 VARIED_BY = 0.25
 """they have this standard deviation on a logarithmic scale, itself varied by a factor of two."""
+FAR = 4.0
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
 
@@ -42,11 +43,12 @@ ROUNDS, IN_VAIN = 5, 2
 def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> Solution:
     """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
 
-    An rms error of ``enough_deg`` ends the search.
+    An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
+    not varied: what it lacks is an effect, not a lower minimum.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
-    finished = map(ended, begun[:FINISHED])
-    return fit_varied(_first_enough(finished, enough_deg), enough_deg)
+    fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg)
+    return fit if 0.0 < FAR * enough_deg < fit.rmse_deg else fit_varied(fit, enough_deg)
 
 
 def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
