@@ -47,7 +47,8 @@ _RIVALS = 2  # parts that are tried where the frames refuse the first one
 class Footage:
     """The frames in which the camera rests, and what the user wants measured in them.
 
-    ``stamps_s`` (frames,) are the file's own times.
+    ``stamps_s`` (frames,) are the file's own times, ``missing`` how many pictures before each frame
+    could not be used.
     """
 
     film: Film
@@ -55,13 +56,16 @@ class Footage:
     sample: FrameSample
     steady: SteadySample
     stamps_s: Array
+    missing: tuple[int, ...]
     hint: Hint | None
 
     @classmethod
     def of(cls, film: Film, options: TrackOptions) -> Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
         sample = FrameSample(_as_it_is)
-        stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
+        rows = [(frame.time_s, frame.missing) for frame in sample.watch(frames(film.path))]
+        stamps_s = np.array([time_s for time_s, _ in rows])
+        missing = tuple(count for _, count in rows)
         steady = SteadySample.of(sample)
         if len(steady.pictures) < _LEAST_FRAMES:
             raise TrackRefused(
@@ -69,7 +73,8 @@ class Footage:
                 "least in which it stays in place, cut the video or mount the camera.",
                 refusal_picture(film.images),
             )
-        return cls(film, options, sample, steady, stamps_s, _hint(film, options, steady, stamps_s))
+        hint = _hint(film, options, steady, stamps_s)
+        return cls(film, options, sample, steady, stamps_s, missing, hint)
 
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
@@ -139,7 +144,8 @@ class Footage:
                 progress(frame.index + 1, self.film.header.count)
         inside = np.arange(len(fits)) >= first
         inside &= np.arange(len(fits)) <= last
-        track = track_of(self.film, self.options, meter, self.stamps_s[: len(fits)], fits)
+        stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
+        track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
         return self._confirmed(track, meter, fits, inside, settled), inside
 
     def _confirmed(

@@ -31,13 +31,14 @@ def flags_of(fit: AngleFit | None) -> int:
     return covered | cut | (Flag.SATURATED if fit.saturated > 0.3 else Flag.NONE)
 
 
-def gaps(time_s: Array) -> NDArray[np.bool_]:
-    """The frames before which others are missing, of a steady rate; (frames,)."""
+def gaps(time_s: Array, missing: Sequence[int] = ()) -> NDArray[np.bool_]:
+    """The frames before which others are missing, of a steady rate or by count; (frames,)."""
     step = np.diff(time_s)
     usual = float(np.median(step))
     # Without a steady frame rate gaps cannot be recognised.
     steady = np.mean(np.abs(step - usual) < 0.2 * usual) > 0.8
-    return np.concatenate([[False], (step > _GAP * usual) & steady])
+    late = np.concatenate([[False], (step > _GAP * usual) & steady])
+    return late | (np.array(missing) > 0) if len(missing) else late
 
 
 def columns(
