@@ -20,19 +20,22 @@ from servosight.tracking.composite import (
     SteadySample,
     distrust,
     entering,
+    find_parts,
     found_about,
     outline_of,
+    parts_otherwise,
 )
 from servosight.tracking.core import (
     Candidate,
     Track,
     TrackOptions,
     TrackRefused,
+    median_of,
     outline_at,
 )
 from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite_track import first_rad, in_video, track_of
-from servosight.tracking.methods._verified import verify
+from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, Frame, frame_at, frames
 
@@ -97,10 +100,28 @@ class Footage:
         """The share from which a part is looked at more closely."""
         return min(_LEAST_TRIED, self.least_explained)
 
+    def parts(self, found: list[FoundPart] | None = None) -> list[FoundPart]:
+        """The parts that turn, the one that explains most of the change first; or further ones
+        than ``found``. Not the part that was tracked before."""
+        pictures, content = self.steady.pictures, self.steady.content
+        first = elsewhere(self.options, self.film, pictures.shape[1:])
+        if first is not None:
+            pictures = np.where(first, median_of(pictures), pictures)
+        if found is None:
+            parts = find_parts(pictures, self.hint, content)
+        else:
+            parts = parts_otherwise(pictures, found, self.hint, content)
+        if first is None:
+            return parts
+        return [
+            replace(one, beside=first if one.beside is None else first | one.beside)
+            for one in parts
+        ]
+
     def chosen(self, parts: Sequence[FoundPart]) -> FoundPart:
         """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
         pick = self.options.pick
-        if len(parts) < pick or parts[pick - 1].explained < self.least_tried:
+        if len(parts) < pick or parts[pick - 1].explained_there < self.least_tried:
             raise self.nothing(parts)
         return parts[pick - 1]
 
@@ -181,9 +202,11 @@ class Footage:
         """That the part is not there, with the parts that were found drawn."""
         options = self.options
         if options.pick > 1:
+            one = len(parts) == 1
+            found = "1 part that may turn is" if one else f"{len(parts)} parts that may turn are"
             why = (
-                f"--pick is {options.pick}, and {len(parts)} parts that may turn are found; "
-                "expected the number of one of them, or point at it with --tip X,Y"
+                f"--pick is {options.pick}, and {found} found; expected the number of "
+                "one that is found, or point at it with --tip X,Y"
             )
         elif options.pointed:
             why = (

@@ -24,8 +24,8 @@ def test_the_part_that_explains_most_is_measured_or_the_one_picked(
 ) -> None:
     unused = cast(Any, None)
     footage = Footage(unused, options, unused, unused, unused, (), None)
-    parts = [cast(Any, SimpleNamespace(explained=share)) for share in SHARES]
-    assert footage.chosen(parts).explained == expected
+    parts = [cast(Any, SimpleNamespace(explained_there=share)) for share in SHARES]
+    assert footage.chosen(parts).explained_there == expected
 
 
 @pytest.mark.parametrize(
