@@ -11,7 +11,7 @@ from servosight.sources._film import Part as Part
 from servosight.sources._film import Parts as Parts
 from servosight.sources._film import Tracking as Tracking
 from servosight.sources._film import follow_folder as follow_folder
-from servosight.sources._film import measure as measure
+from servosight.sources._film import measured as measured
 from servosight.sources._film import track_folder as track_folder
 from servosight.sources._film import track_video as track_video
 from servosight.sources._read import Options as Options

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,6 +65,13 @@ def follow_folder(
     ``given`` are ``TrackOptions`` that go before what the folder says. Nothing is written. Raises
     InputError where the folder holds no video.
     """
+    return list(_followed(folder, how, progress, **given))[-1]
+
+
+def _followed(
+    folder: RecordingFolder, how: Tracking, progress: StageProgress, **given: Any
+) -> Iterator[tuple[list[Track], Offset]]:
+    """As ``follow_folder``, once more after each part."""
     from servosight.models.core import InputError
     from servosight.sources._clock import known_camera, video_offset
 
@@ -80,9 +87,10 @@ def follow_folder(
         "readout_s": settings.readout_s if settings.shutter_given else None,
     }
     how_known = replace(how, camera=how.camera or known_camera(folder))
-    tracks = measure(folder.video, how_known, progress, **{**known, **given})
-    offset = video_offset(folder, tracks[0], how.light_px)
-    return [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
+    offset: Offset | None = None
+    for tracks in measured(folder.video, how_known, progress, **{**known, **given}):
+        offset = offset or video_offset(folder, tracks[0], how.light_px)
+        yield [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
 
 
 def track_folder(
@@ -93,17 +101,24 @@ def track_folder(
 ) -> list[Track]:
     """Track a recording's video and write its ``angle.csv``, on the command's clock.
 
-    Where the surface lies in the picture goes beside it, into track.toml.
+    Where the surface lies in the picture goes beside it, into track.toml. The first part is written
+    before a second one is looked for.
     """
+    tracks: list[Track] = []
+    for tracks, offset in _followed(folder, how, progress):
+        _keep(folder, output or folder.angle, tracks, offset)
+    return tracks
+
+
+def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Offset) -> None:
+    """Write what was tracked of a recording's video."""
     from servosight.models import io as shared_error
     from servosight.models.io import set_keys, write_shared
     from servosight.sources._surface import Geometry, digest
 
-    tracks, offset = follow_folder(folder, how, progress)
     assert folder.video is not None
     offset.keep(folder)
     surface, later_s, scale = tracks[0], offset.offset_s, folder.settings.unit_scale
-    place = output or folder.angle
     if place == folder.angle:
         if surface.shutters is not None and surface.shutters.note is not None:
             found_s = float(surface.shutters.exposures_s[0])
@@ -119,26 +134,30 @@ def track_folder(
         }
         Geometry.of(surface, folder.video).save(folder.path, written)
     _write_tracks(place, tracks, later_s, scale)
-    return tracks
 
 
 def track_video(
     video: Path, output: Path, how: Tracking = Tracking(), progress: StageProgress = silent
 ) -> list[Track]:
-    """Track a video, write ``output`` and, for a second part, horn.csv beside it."""
-    tracks = measure(video, how, progress)
-    _write_tracks(output, tracks)
+    """Track a video, write ``output`` and, for a second part, horn.csv beside it.
+
+    The first part is written before the second one is looked for.
+    """
+    tracks: list[Track] = []
+    for tracks in measured(video, how, progress):
+        _write_tracks(output, tracks)
     return tracks
 
 
-def measure(
+def measured(
     video: Path, how: Tracking = Tracking(), progress: StageProgress = silent, **known: Any
-) -> list[Track]:
-    """Track the surface in a video and, where one is wanted, a second part.
+) -> Iterator[list[Track]]:
+    """The surface in a video; then, where one is wanted, both it and a second part.
 
-    ``known`` are the ``TrackOptions`` of times and exposure.
+    A second part that is refused raises ``TrackRefused`` after the first was given. ``known`` are
+    the ``TrackOptions`` of times and exposure.
     """
-    from servosight.tracking.core import TrackOptions
+    from servosight.tracking.core import TrackOptions, TrackRefused
     from servosight.tracking.track import track
 
     surface, second = how.parts.surface, how.parts.second
@@ -155,14 +174,19 @@ def measure(
     if how.marker is not None:
         family, number = how.marker
         options = replace(options, method="marker", marker_family=family, marker_id=number)
-    found = [track(video, options, progress=_paced(progress, ""))]
+    first = track(video, options, progress=_paced(progress, ""))
+    yield [first]
     if second is None or how.marker is not None:
-        return found
+        return
     beside = replace(
         options, pivot=second.pivot, template=second.template, tip=None, at_s=None, pick=1,
-        beside=found[0],
+        beside=first,
     )  # fmt: skip
-    return [*found, track(video, beside, progress=_paced(progress, "second part, "))]
+    try:
+        yield [first, track(video, beside, progress=_paced(progress, "second part, "))]
+    except TrackRefused as refused:
+        sentence = f"{str(refused).rstrip('.')}; this is of the second part, the first is measured."
+        raise TrackRefused(sentence, refused.picture, refused.measured) from refused
 
 
 def _write_tracks(

@@ -29,7 +29,8 @@ _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _PICTURES = 20
 _REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
 _MARGIN = 1.25  # of a part's radius, in which it is learnt anew
-_LEFT_SHARE = 0.1  # of the change, beside a part, for which another one is looked for
+_LEFT_SHARE = 0.015  # of the squared change, beside a part, for which another one is looked for
+_MUCH_LEFT = 0.1  # of it: what is less is to be explained as well as by a part that is believed
 _GAP_PX, _SHADOW_PX = 15, 11
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
@@ -105,18 +106,30 @@ def _ways(pictures: Single, hint: Hint | None, content: Mask | None) -> tuple[bo
 
 def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
     """The parts in chosen pictures. Without a hint, a second search follows where the best part
-    does not pass, if enough changes there."""
+    does not pass, if enough changes there: a smaller part with less contrast is some hundredths of
+    the squared change. Its pivot is to be in the picture: about one far away anything turns."""
     found = _parts(seen, hint)
     if found and hint is None:
         beside = _swept(seen.shape[1:], found[0])
         away = np.where(beside, median_of(seen), seen)
         share = float(Change.of(away).energy.sum() / max(Change.of(seen).energy.sum(), 1.0))
         if share > _LEFT_SHARE:
-            others = _parts(away, None, 1)
+            least = TRUST.least_explained if share < _MUCH_LEFT else 0.0
+            others = [
+                one
+                for one in _parts(away, None, 1)
+                if one.explained >= least and _in_view(one, seen.shape[1:])
+            ]
             found += [
                 replace(one, explained=share * one.explained, beside=beside) for one in others
             ]
     return found
+
+
+def _in_view(part: FoundPart, shape: tuple[int, ...]) -> bool:
+    """Whether a part's pivot lies in pictures (height, width)."""
+    x, y = part.pivot_px
+    return 0.0 <= x < shape[1] and 0.0 <= y < shape[0]
 
 
 def found_about(

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import FrameProgress, Mask
-from servosight.tracking.composite import find_parts, parts_otherwise
 from servosight.tracking.core import Candidate, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.video import Film
@@ -39,10 +38,10 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
     """The track of the part that explains most of the change in the channel of the footage."""
-    stabilised, hint, number = footage.stabilised, footage.hint, footage.options.pick
-    parts = find_parts(stabilised.pictures, hint, stabilised.content)
+    stabilised, number = footage.stabilised, footage.options.pick
+    parts = footage.parts()
     if number > len(parts):
-        parts += parts_otherwise(stabilised.pictures, parts, hint, stabilised.content)
+        parts += footage.parts(parts)
     try:
         track, inside = footage.measured(footage.chosen(parts), progress)
     except TrackRefused as refused:
@@ -53,7 +52,7 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
         if not stabilised.channel.luma:
             raise
         tried = len(parts) if refused.measured else 1
-        parts += parts_otherwise(stabilised.pictures, parts, hint, stabilised.content)
+        parts += footage.parts(parts)
         track, inside, number = footage.instead(parts, tried, refused, progress)
     candidates: tuple[Candidate, ...] = ()
     if track.channel.luma:  # in which --pick counts

@@ -25,9 +25,10 @@ _FAR_OFF = 5.0  # times the median: a hand before one side
 
 def track_of(
     film: Film, options: TrackOptions, meter: PartMeter, stamps_s: Array,
-    fits: list[PoseFit | None],
+    missing: list[int], fits: list[PoseFit | None],
 ) -> Track:  # fmt: skip
-    """The track of frames with these presentation times (frames,) and fits."""
+    """The track of frames with these presentation times (frames,) and fits; ``missing`` (frames,)
+    is how many pictures before each could not be used."""
     found = np.array([fit is not None for fit in fits])
     known = np.flatnonzero(found)
     if known.size == 0:
@@ -50,7 +51,7 @@ def track_of(
     time_s = film.times(stamps_s.tolist(), middle_s)
     covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
     flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
-    flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
+    flags |= np.where(gaps(time_s, missing), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     scale = meter.stabilised.scale
     outline = in_video(meter.outline(first_rad(fits)), scale)
     x, y = in_video(meter.pivot_px, scale)
@@ -65,7 +66,7 @@ def track_of(
         template_px=_box(outline, film.images[0].shape),
         outline_px=outline,
         plane=PICTURE,
-        notes=tuple(film.notes(stamps_s.tolist())),
+        notes=tuple(film.notes(stamps_s.tolist(), missing)),
         shutters=film.shutters,
         channel=meter.stabilised.channel,
     )

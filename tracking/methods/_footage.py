@@ -20,19 +20,22 @@ from servosight.tracking.composite import (
     StabilisedSample,
     distrust,
     entering,
+    find_parts,
     found_about,
     outline_of,
+    parts_otherwise,
 )
 from servosight.tracking.core import (
     Candidate,
     Track,
     TrackOptions,
     TrackRefused,
+    median_of,
     outline_at,
 )
 from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite_track import first_rad, in_video, track_of
-from servosight.tracking.methods._verified import verify
+from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, Frame, frame_at, frames
 
@@ -47,7 +50,8 @@ _RIVALS = 2  # parts that are tried where the frames refuse the first one
 class Footage:
     """The frames in which the camera rests, and what the user wants measured in them.
 
-    ``stamps_s`` (frames,) are the file's own times.
+    ``stamps_s`` (frames,) are the file's own times, ``missing`` how many pictures before each frame
+    could not be used.
     """
 
     film: Film
@@ -55,13 +59,16 @@ class Footage:
     sample: FrameSample
     stabilised: StabilisedSample
     stamps_s: Array
+    missing: tuple[int, ...]
     hint: Hint | None
 
     @classmethod
     def of(cls, film: Film, options: TrackOptions) -> Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
         sample = FrameSample(_as_it_is)
-        stamps_s = np.array([frame.time_s for frame in sample.watch(frames(film.path))])
+        rows = [(frame.time_s, frame.missing) for frame in sample.watch(frames(film.path))]
+        stamps_s = np.array([time_s for time_s, _ in rows])
+        missing = tuple(count for _, count in rows)
         stabilised = StabilisedSample.of(sample)
         if len(stabilised.pictures) < _LEAST_FRAMES:
             raise TrackRefused(
@@ -69,9 +76,8 @@ class Footage:
                 "least in which it stays in place, cut the video or mount the camera.",
                 refusal_picture(film.images),
             )
-        return cls(
-            film, options, sample, stabilised, stamps_s, _hint(film, options, stabilised, stamps_s)
-        )
+        hint = _hint(film, options, stabilised, stamps_s)
+        return cls(film, options, sample, stabilised, stamps_s, missing, hint)
 
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
@@ -94,10 +100,28 @@ class Footage:
         """The share from which a part is looked at more closely."""
         return min(_LEAST_TRIED, self.least_explained)
 
+    def parts(self, found: list[FoundPart] | None = None) -> list[FoundPart]:
+        """The parts that turn, the one that explains most of the change first; or further ones
+        than ``found``. Not the part that was tracked before."""
+        pictures, content = self.stabilised.pictures, self.stabilised.content
+        first = elsewhere(self.options, self.film, pictures.shape[1:])
+        if first is not None:
+            pictures = np.where(first, median_of(pictures), pictures)
+        if found is None:
+            parts = find_parts(pictures, self.hint, content)
+        else:
+            parts = parts_otherwise(pictures, found, self.hint, content)
+        if first is None:
+            return parts
+        return [
+            replace(one, beside=first if one.beside is None else first | one.beside)
+            for one in parts
+        ]
+
     def chosen(self, parts: Sequence[FoundPart]) -> FoundPart:
         """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
         pick = self.options.pick
-        if len(parts) < pick or parts[pick - 1].explained < self.least_tried:
+        if len(parts) < pick or parts[pick - 1].explained_there < self.least_tried:
             raise self.nothing(parts)
         return parts[pick - 1]
 
@@ -141,7 +165,8 @@ class Footage:
                 progress(frame.index + 1, self.film.header.count)
         inside = np.arange(len(fits)) >= first
         inside &= np.arange(len(fits)) <= last
-        track = track_of(self.film, self.options, meter, self.stamps_s[: len(fits)], fits)
+        stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
+        track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
         return self._confirmed(track, meter, fits, inside, settled), inside
 
     def _confirmed(
@@ -177,9 +202,11 @@ class Footage:
         """That the part is not there, with the parts that were found drawn."""
         options = self.options
         if options.pick > 1:
+            one = len(parts) == 1
+            found = "1 part that may turn is" if one else f"{len(parts)} parts that may turn are"
             why = (
-                f"--pick is {options.pick}, and {len(parts)} parts that may turn are found; "
-                "expected the number of one of them, or point at it with --tip X,Y"
+                f"--pick is {options.pick}, and {found} found; expected the number of "
+                "one that is found, or point at it with --tip X,Y"
             )
         elif options.pointed:
             why = (

@@ -107,7 +107,7 @@ def track_frames(
         notes=(
             *(angles.notes or (part.view.note,)),
             *shutter_notes,
-            *film.notes(measured.stamps_s),
+            *film.notes(measured.stamps_s, measured.missing),
         ),
         shared_deg=np.rad2deg(angles.shared_rad),
         shutters=setup.shutters,
@@ -184,12 +184,23 @@ def measure(
     )
     for seen in starts.watch(followed):
         frame = seen.frame
-        rows.append((frame.time_s, frame.sigma_px, seen.fit, seen.exposure, seen.repeated))
+        rows.append(
+            (
+                frame.time_s,
+                frame.sigma_px,
+                seen.fit,
+                seen.exposure,
+                seen.repeated,
+                frame.missing,
+            )
+        )
         if progress is not None:
             progress(frame.index + 1, film.header.count)
-    stamps, alignment, fits, exposures, repeated = (list(c) for c in zip(*rows, strict=True))
+    stamps, alignment, fits, exposures, repeated, missing = (
+        list(c) for c in zip(*rows, strict=True)
+    )
     measured = FrameMeasurements(
-        stamps, alignment, fits, exposures, repeated, radius_px, starts.sigma_rad
+        stamps, alignment, fits, exposures, repeated, radius_px, starts.sigma_rad, missing
     )
     if all(fit is None for fit in measured.fits):
         raise InputError(

@@ -64,7 +64,7 @@ def _surer(
 
 def _may_be_composite(options: TrackOptions) -> bool:
     """Whether what is given leaves the choice of the model open."""
-    return options.beside is None and options.camera is None
+    return options.camera is None
 
 
 def prepare(film: Film, part: MovingPart) -> TrackingSetup:

@@ -61,7 +61,7 @@ def verify(
             rolls,
             entering(np.stack(pictures))
             if entering is not None
-            else _elsewhere(options, film, scene.usual.shape),
+            else elsewhere(options, film, scene.usual.shape),
         )
         why = contradiction(evidence, options.pointed)
     if why is None:
@@ -75,8 +75,8 @@ def verify(
     )
 
 
-def _elsewhere(options: TrackOptions, film: Film, shape: tuple[int, ...]) -> Mask | None:
-    """The pixels of the part that was tracked before, in the sample's size."""
+def elsewhere(options: TrackOptions, film: Film, shape: tuple[int, ...]) -> Mask | None:
+    """Where the part that was tracked before passes, in pictures of this shape (height, width)."""
     if options.beside is None:
         return None
     mask = swept(options.beside, film.images[0].shape).astype(np.uint8)

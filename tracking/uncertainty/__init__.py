@@ -9,5 +9,5 @@ from servosight.tracking.uncertainty._evaluate import (
 from servosight.tracking.uncertainty._evaluate import (
     evaluate as evaluate,
 )
-from servosight.tracking.uncertainty._lasting import even_scatter as even_scatter
+from servosight.tracking.uncertainty._scatter import even_scatter as even_scatter
 from servosight.tracking.uncertainty._sigma import gaps as gaps

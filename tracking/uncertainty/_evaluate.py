@@ -35,7 +35,8 @@ class FrameMeasurements:
 
     Presentation times [s], sigma of the frame's alignment with the first one [px], the fit (None
     where the part was not found), the motion while exposed, whether the picture is the one before;
-    the radius of the part's tip [px]; and the sigma of the angles by the start of their fits [rad].
+    the radius of the part's tip [px]; the sigma of the angles by the start of their fits [rad]; and
+    how many pictures before each frame could not be used, none where empty.
     """
 
     stamps_s: Sequence[float]
@@ -45,6 +46,7 @@ class FrameMeasurements:
     repeated: Sequence[bool]
     radius_px: float
     by_start_rad: float = 0.0
+    missing: Sequence[int] = ()
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def evaluate(
     where the pixels' own errors do not account for it: a predicting codec, a moving camera.
     """
     flags = np.array([flags_of(fit) for fit in measured.fits], np.uint8)
-    flags |= np.where(gaps(time_s), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
+    flags |= np.where(gaps(time_s, measured.missing), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
     refined = refine_pivot(measured.fits, view, learnt)
     fits = refined.fits
     if shutters.readout_s != 0.0:

@@ -11,17 +11,14 @@ from scipy import ndimage
 from servosight.models.core import Array
 from servosight.tracking.core import Flag
 from servosight.tracking.fit import AngleFit, lag
+from servosight.tracking.uncertainty._scatter import EIGHTH, differences
 
 _NEIGHBOURS = 15  # frames over which the correlation of residuals is averaged
 _ODD = 1.6  # a frame whose correlation exceeds this factor times theirs keeps its own
 _GAP = 1.5  # frame times
 _SAME = 0.9  # of the information on the angle: a repeated picture, but for the codec's changes
-_MEDIAN = 0.6745  # median of the absolute value of unit normal scatter
-_SCATTER = 15  # frames over which scatter is averaged
-_OUTLYING = 3.5  # times the neighbours' scatter
 _NEAR = 7  # frames
 _FEWEST = 50  # frames to estimate a scatter
-_EIGHTH = 12870.0  # sum of the squares of the weights of an eighth difference
 _FAR_OUT = 25.0  # times the median of a square: 3.4 standard deviations
 
 
@@ -34,13 +31,14 @@ def flags_of(fit: AngleFit | None) -> int:
     return covered | cut | (Flag.SATURATED if fit.saturated > 0.3 else Flag.NONE)
 
 
-def gaps(time_s: Array) -> NDArray[np.bool_]:
-    """The frames before which others are missing, of a steady rate; (frames,)."""
+def gaps(time_s: Array, missing: Sequence[int] = ()) -> NDArray[np.bool_]:
+    """The frames before which others are missing, of a steady rate or by count; (frames,)."""
     step = np.diff(time_s)
     usual = float(np.median(step))
     # Without a steady frame rate gaps cannot be recognised.
     steady = np.mean(np.abs(step - usual) < 0.2 * usual) > 0.8
-    return np.concatenate([[False], (step > _GAP * usual) & steady])
+    late = np.concatenate([[False], (step > _GAP * usual) & steady])
+    return late | (np.array(missing) > 0) if len(missing) else late
 
 
 def columns(
@@ -115,29 +113,14 @@ def shown_share(fits: Sequence[AngleFit | None]) -> float:
     angle = np.array([fit.angle_rad if fit else np.nan for fit in fits])
     if angle.size < _FEWEST:
         return 1.0
-    low, high = (sigma[4:-4] ** 2 for sigma in _alike(fits))
-    ratio = np.diff(angle, 8) ** 2 / _EIGHTH / high
+    low, high = (sigma[EIGHTH // 2 : -EIGHTH // 2] ** 2 for sigma in _alike(fits))
+    ratio = differences(angle) ** 2 / high
     known = np.isfinite(ratio)
     if np.count_nonzero(known) < _FEWEST:
         return 1.0
     ratio, least = ratio[known], float(np.mean(low[known] / high[known]))
     near = ratio < _FAR_OUT * np.median(ratio)
     return float(np.clip((np.mean(ratio[near]) - least) / max(1.0 - least, 1e-6), 0.0, 1.0))
-
-
-def scatter(angle: Array) -> Array:
-    """Scatter of the angle from frame to frame about a smooth motion; (frames,).
-
-    By fourth differences, which remove a smooth motion over five frames; the mean square over some
-    neighbours, in which a start or a stop counts little. At least that of neighbours and all frames
-    together: where a codec's errors last for some frames, they hardly scatter there.
-    """
-    size = np.abs(np.convolve(angle, (1.0, -4.0, 6.0, -4.0, 1.0), "valid")) / np.sqrt(70.0)
-    near = ndimage.median_filter(size, min(_SCATTER, size.size), mode="nearest") / _MEDIAN
-    limited = np.minimum(size, _OUTLYING * near) ** 2
-    local = ndimage.uniform_filter1d(limited, min(_SCATTER, size.size), mode="nearest")
-    shared = 0.5 * (local + limited.mean())
-    return np.asarray(np.pad(np.sqrt(np.maximum(local, shared)), 2, "edge"))
 
 
 def speeds(angle: Array, time_s: Array) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ from servosight.tracking.video._container import check as check
 from servosight.tracking.video._film import Film as Film
 from servosight.tracking.video._film import open_film as open_film
 from servosight.tracking.video._frame_table import read_frame_table as read_frame_table
+from servosight.tracking.video._rate import even_times as even_times
 from servosight.tracking.video._stabilisation import (
     LEAST_PX as LEAST_PX,
 )
@@ -25,9 +26,6 @@ from servosight.tracking.video._video import (
 )
 from servosight.tracking.video._video import (
     calm_frames as calm_frames,
-)
-from servosight.tracking.video._video import (
-    even_times as even_times,
 )
 from servosight.tracking.video._video import (
     frame_at as frame_at,

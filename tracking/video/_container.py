@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from av.container import InputContainer
 
 MIN_FRAMES = 50
+_TRANSPORT = (188, 192, 204)  # bytes of a packet
 _PROGRESSIVE = 1  # FFmpeg's order of fields: 0 is unknown, 2 to 5 are interlaced
 
 
@@ -70,7 +71,8 @@ class Header:
 
     The number of pictures; the unit of their times [s]; the declared frame rate, if any; the name
     of the codec where it predicts pictures from earlier ones, with loss; the end that the file
-    declares [s] where it stops much earlier, else None; whether it says that it is interlaced.
+    declares [s] where it stops much earlier, else None; whether it says that it is interlaced;
+    whether it ends within a packet; the bits of a sample of its pictures.
     """
 
     count: int
@@ -79,6 +81,8 @@ class Header:
     predicting: str | None
     missing_until_s: float | None = None
     interlaced: bool = False
+    cut: bool = False
+    bits: int = 8
 
 
 def check(video: Path) -> Header:
@@ -96,6 +100,7 @@ def check(video: Path) -> Header:
         frame_s = (end_s or last_s) / max(len(stamps), 1)
         early = end_s is not None and end_s - last_s > max(4.0 * frame_s, 0.1)
         codec, rate = stream.codec_context.codec, stream.base_rate
+        pixels = stream.codec_context.format
         predicting = codec.name if codec.lossy and not codec.intra_only else None
         header = Header(
             len(stamps),
@@ -104,6 +109,8 @@ def check(video: Path) -> Header:
             predicting,
             (end_s or last_s) if broken or (early and not _whole(stream, len(stamps))) else None,
             stream.codec_context.field_order > _PROGRESSIVE,
+            _cut(video, container),
+            pixels.components[0].bits if pixels is not None else 8,
         )
     if header.count < MIN_FRAMES:
         raise InputError(
@@ -124,6 +131,13 @@ def _stamps(container: InputContainer, stream: Any) -> tuple[list[int | None], b
             raise
         return stamps, True
     return stamps, False
+
+
+def _cut(video: Path, container: InputContainer) -> bool:
+    """Whether a transport stream, which declares no length, ends within a packet: its packets are
+    all of one size, by the kind of the stream."""
+    size = video.stat().st_size
+    return container.format.name == "mpegts" and all(size % packet for packet in _TRANSPORT)
 
 
 def _whole(stream: Any, count: int) -> bool:

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
-from servosight.models.io import EXPOSURE_SHARE
 from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
+from servosight.tracking.video._given import check_interval, given_shutters
 from servosight.tracking.video._prefetch import prefetch
+from servosight.tracking.video._rate import even_times, varying_rate
 from servosight.tracking.video._stabilisation import LEAST_PX, CameraMotion, Stabiliser
 from servosight.tracking.video._video import (
     Frame,
     calm_frames,
-    even_times,
     frame_at,
     frames,
     stretches,
@@ -28,9 +28,9 @@ from servosight.tracking.video._video import (
 _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
-_LONGEST_S = 10.0
 _RUNS, _RUN_FRAMES = 8, 40
 _KEPT_BYTES = 160_000_000  # of the decoded runs: 98 MB at 640 x 480
+_BITS = 8  # a sample, in which pictures are read
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
 _MOUNTED = CameraMotion(0.0, 0.0)
 
@@ -140,8 +140,9 @@ class Film:
             return self.table_time_s
         return even_times(np.array(stamps_s), self.header.tick_s) + middle_s
 
-    def notes(self, stamps_s: Sequence[float]) -> tuple[str, ...]:
-        """Remarks on times, codec and camera motion, a sentence each."""
+    def notes(self, stamps_s: Sequence[float], missing: Sequence[int] = ()) -> tuple[str, ...]:
+        """Remarks on times, codec and camera motion, a sentence each; ``missing`` (frames,) is how
+        many pictures before each frame could not be used."""
         notes = []
         step_s = np.diff(stamps_s)
         rate_hz = 1.0 / float(np.median(step_s))
@@ -153,7 +154,8 @@ class Film:
                 f"say {rate_hz:.4g}: the times are used; a video replayed slower or faster needs "
                 "a frames.csv"
             )
-        notes += self._missing(stamps_s) + self._seen_as()
+        notes += varying_rate(np.asarray(step_s), self.header.tick_s)
+        notes += self._missing(stamps_s, sum(missing)) + self._seen_as()
         if self.header.predicting is not None:
             notes.append(
                 f"{self.header.predicting} predicts pictures from earlier ones: pixels that were "
@@ -168,17 +170,28 @@ class Film:
             )
         return tuple(notes)
 
-    def _missing(self, stamps_s: Sequence[float]) -> list[str]:
-        """A sentence where the file breaks off before the end that it declares."""
-        fewer = self.header.count - len(stamps_s)
-        if self.header.missing_until_s is None and fewer <= _BUFFERED:
-            return []
+    def _missing(self, stamps_s: Sequence[float], left_out: int) -> list[str]:
+        """A sentence each where pictures are left out, and where the file breaks off."""
+        notes = []
+        if left_out:
+            notes.append(
+                f"{left_out} of the file's pictures cannot be decoded or have a time that does not "
+                "rise: they are left out, and the frames after them are flagged"
+            )
+        fewer = self.header.count - len(stamps_s) - left_out
         until_s = self.header.missing_until_s
-        declared = f", and it declares {until_s:.3f} s" if until_s is not None else ""
-        return [
-            f"the file's pictures can be read up to {stamps_s[-1]:.3f} s{declared}: the angle "
-            "ends there"
-        ]
+        if until_s is not None or fewer > _BUFFERED:
+            declared = f", and it declares {until_s:.3f} s" if until_s is not None else ""
+            notes.append(
+                f"the file's pictures can be read up to {stamps_s[-1]:.3f} s{declared}: the angle "
+                "ends there"
+            )
+        elif self.header.cut:
+            notes.append(
+                f"the file ends within a packet, and so breaks off: the angle ends with its last "
+                f"picture, at {stamps_s[-1]:.3f} s, which may be incomplete"
+            )
+        return notes
 
     def _seen_as(self) -> list[str]:
         """A sentence each where the pictures are not used as they are stored."""
@@ -198,6 +211,10 @@ class Film:
                 "the video is interlaced: the field that was exposed first is used of each frame, "
                 "with half of the lines"
             )
+        if self.header.bits > _BITS:
+            notes.append(
+                f"its pictures have {self.header.bits} bits a sample, of which {_BITS} are used"
+            )
         return notes
 
     def _still(self, frame: Frame) -> Frame:
@@ -216,14 +233,14 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         _check_length(table, len(times[0]), video, header.count)
     kept: list[list[Frame]] = []
     calm = tuple(calm_frames(_keeping(stretches(video, _RUNS, _RUN_FRAMES), kept)))
-    shutters = _given_shutters(
+    shutters = given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )
     if shutters is not None:
         every_s = 1.0 / header.declared_hz if header.declared_hz else np.inf
         if times is not None:
             every_s = float(np.median(np.diff(times[0])))
-        _check_interval(table or video, float(np.median(shutters.exposures_s)), every_s)
+        check_interval(table or video, float(np.median(shutters.exposures_s)), every_s)
     return Film(
         video,
         header,
@@ -245,37 +262,6 @@ def _keeping(runs: Iterable[list[Frame]], kept: list[list[Frame]]) -> Iterator[l
         else:
             kept.clear()
         yield run
-
-
-def _given_shutters(
-    video: Path, options: TrackOptions, exposures_s: Array | None, tag_deg: int
-) -> Shutters | None:
-    """The given shutters, else those of a part tracked before; None where nothing is given.
-
-    ``exposures_s`` (frames,) are a frames.csv's. The readout is that of the sensor's rows, which a
-    tag may turn: upside down it runs upwards, sideways it is no model of the picture's rows.
-    """
-    exposure_s, readout_s = options.exposure_s, options.readout_s
-    for name, value in (("exposure_s", exposure_s), ("readout_s", readout_s)):
-        if value is not None and not (np.isfinite(value) and 0.0 <= value < _LONGEST_S):
-            raise InputError(
-                f"{video}: {name} is {value:g}; expected seconds from 0 to {_LONGEST_S:g}, set "
-                f"camera.{name} in recording.toml to such a value."
-            )
-    if exposures_s is None and exposure_s is None and readout_s is None:
-        return options.beside.shutters if options.beside is not None else None
-    every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
-    if tag_deg % 180:
-        return Shutters(every_s, 0.0, readout_s or 0.0)
-    return Shutters(every_s, -(readout_s or 0.0) if tag_deg else readout_s or 0.0)
-
-
-def _check_interval(source: Path, exposure_s: float, every_s: float) -> None:
-    if exposure_s > EXPOSURE_SHARE * every_s:
-        raise InputError(
-            f"{source}: the frames are {every_s:.3g} s apart and their exposure is "
-            f"{exposure_s:.3g} s; expected a shorter exposure, correct the times or the exposure."
-        )
 
 
 def _check_length(table: Path | None, rows: int, video: Path, count: int) -> None:

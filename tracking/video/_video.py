@@ -6,17 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servosight.models.core import Array, Image, InputError, Single
+from servosight.models.core import Image, InputError, Single
 from servosight.tracking.core import Channel
 from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
-from servosight.tracking.video._upright import colours, progressive, tag_deg, upright
-
-if TYPE_CHECKING:
-    from av.container import InputContainer
+from servosight.tracking.video._decode import TimedPicture, timed_pictures
+from servosight.tracking.video._upright import colours, tag_deg, upright
 
 _PART = 10  # of so many frames the calmest is taken
 _BEYOND_S = 0.1
@@ -29,7 +26,8 @@ class Frame:
     ``sigma_px`` is the uncertainty of the camera's position, where its motion was removed;
     ``roll_rad`` by how much the picture had turned counter-clockwise with the camera before that;
     ``tag_deg`` by how much a tag of the file turned it counter-clockwise. ``colour`` (2, height,
-    width) are its differences of colour Cb and Cr, None where they were not asked for.
+    width) are its differences of colour Cb and Cr, None where they were not asked for. ``missing``
+    is how many pictures of the file before it, after the frame before, could not be used.
     """
 
     index: int
@@ -39,6 +37,7 @@ class Frame:
     tag_deg: int = 0
     roll_rad: float = 0.0
     colour: Image | None = None
+    missing: int = 0
 
     def seen_in(self, channel: Channel) -> Single:
         """The picture in a channel of colour (height, width)."""
@@ -50,57 +49,25 @@ def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
     """Stream the pictures of a video in order, ``coloured`` ones with their colour; memory does not
     grow with its length.
 
-    Times are presentation times (pts x time base), the start of exposure; the declared rate
-    serves only a file without them. An error of decoding ends the stream, where 50 pictures came
-    before it. Raises ``InputError`` for a file that cannot be decoded, that changes its picture
-    size, or whose time does not advance.
+    Times are presentation times, the start of exposure. What is damaged is left out, as
+    ``timed_pictures`` says. Raises ``InputError`` for a file that cannot be decoded, that changes
+    its picture size, or whose time does not advance.
     """
     with opened(video) as container:
         stream = container.streams.video[0]
-        rate = stream.average_rate or stream.guessed_rate
         shape: tuple[int, ...] | None = None
-        last_s = -np.inf
-        for index, picture in enumerate(_decoded(container, stream, MIN_FRAMES)):
-            time_s = _after(video, index, _time_s(video, index, picture, rate), last_s)
-            image = upright(video, index, picture, shape)
-            shape, last_s = image.shape, time_s
-            colour = colours(picture) if coloured else None
-            yield Frame(index, time_s, image, tag_deg=tag_deg(picture), colour=colour)
-
-
-def _decoded(container: InputContainer, stream: Any, least: int) -> Iterator[Any]:
-    """The pictures up to the file's end or, where ``least`` came before it, to an error."""
-    import av
-
-    count = 0
-    try:
-        for picture in progressive(container.decode(stream)):
-            yield picture
-            count += 1
-    except av.FFmpegError:
-        if count < least:
-            raise
-
-
-def _time_s(video: Path, index: int, picture: Any, rate: Fraction | None) -> float:
-    if picture.pts is not None and picture.time_base is not None:
-        return float(picture.pts * picture.time_base)
-    if rate:
-        return float(index / rate)
-    raise InputError(
-        f"{video}: frame {index} has neither a presentation time nor a frame rate; expected one "
-        "of them, remux the file or give the times in a frames.csv."
-    )
-
-
-def _after(video: Path, index: int, time_s: float, last_s: float) -> float:
-    """The time of a frame, rejected where it is not after the last one's."""
-    if time_s > last_s:
-        return time_s
-    raise InputError(
-        f"{video}: frame {index} has the time {time_s:.6f} s, not after the frame before it "
-        f"({last_s:.6f} s); expected rising presentation times, remux the file so that they rise."
-    )
+        for index, seen in enumerate(timed_pictures(video, container, stream, MIN_FRAMES)):
+            image = upright(video, index, seen.picture, shape)
+            shape = image.shape
+            colour = colours(seen.picture) if coloured else None
+            yield Frame(
+                index,
+                seen.time_s,
+                image,
+                tag_deg=tag_deg(seen.picture),
+                colour=colour,
+                missing=seen.missing,
+            )
 
 
 def frame_at(video: Path, at_s: float) -> Frame:
@@ -128,29 +95,26 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
     with opened(video) as container:
         stream = container.streams.video[0]
         base = float(stream.time_base or Fraction(1, 1000))
-        decoder = _decoded(container, stream, 1)
+        decoder = timed_pictures(video, container, stream, 1)
         first = next(decoder, None)
         if first is None:
             raise InputError(
                 f"{video}: holds no readable frame; expected a video, record it again."
             )
-        rate = stream.average_rate or stream.guessed_rate
-        start_s = _time_s(video, 0, first, rate)
-        image = upright(video, 0, first)
+        start_s = first.time_s
+        image = upright(video, 0, first.picture)
         sampled = [Frame(0, start_s, image)]
         end_s = declared_end_s(stream, container)
-        if end_s is None or first.pts is None or end_s <= start_s:
-            return sampled + _by_decoding(decoder, count, video, rate)
+        if end_s is None or first.picture.pts is None or end_s <= start_s:
+            return sampled + _by_decoding(decoder, count, video)
         for target_s in np.linspace(start_s, end_s, count + 1)[1:-1]:
             if target_s <= sampled[-1].time_s:
                 continue
             container.seek(int(target_s / base), stream=stream)
-            for picture in _decoded(container, stream, 0):
-                time_s = _time_s(video, len(sampled), picture, rate)
-                if time_s >= target_s:
-                    sampled.append(
-                        Frame(len(sampled), time_s, upright(video, len(sampled), picture))
-                    )
+            for seen in timed_pictures(video, container, stream, 0):
+                if seen.time_s >= target_s:
+                    number = len(sampled)
+                    sampled.append(Frame(number, seen.time_s, upright(video, number, seen.picture)))
                     break
         return [frame for frame in sampled if frame.image.shape == image.shape]
 
@@ -178,14 +142,9 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             if number:
                 container.seek(int(target_s / base), stream=stream)
             run: list[Frame] = []
-            for picture in _decoded(container, stream, 0 if number else length):
-                time_s = _time_s(video, len(run), picture, rate)
-                if time_s >= max(target_s, last_s + 1e-9):
-                    index = round((time_s - start_s) * float(rate))
-                    if run:
-                        _after(video, index, time_s, run[-1].time_s)
-                    image = upright(video, index, picture, shape)
-                    run.append(Frame(index, time_s, image, tag_deg=tag_deg(picture)))
+            for seen in timed_pictures(video, container, stream, 0 if number else length):
+                if seen.time_s >= max(target_s, last_s + 1e-9):
+                    run.append(_of_run(video, seen, (seen.time_s - start_s) * float(rate), shape))
                     shape = run[-1].image.shape
                 if len(run) == length:
                     break
@@ -214,23 +173,25 @@ def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
         starts_s = [start_s + (number / count) * (end_s - start_s) for number in range(count)]
         run: list[Frame] = []
         last_s, shape = -np.inf, None
-        for picture in _decoded(container, stream, length):
-            time_s = _time_s(video, len(run), picture, rate)
-            if time_s < max(starts_s[0], last_s + 1e-9):
+        for seen in timed_pictures(video, container, stream, length):
+            if seen.time_s < max(starts_s[0], last_s + 1e-9):
                 continue
-            index = round((time_s - start_s) * float(rate))
-            if run:
-                _after(video, index, time_s, run[-1].time_s)
-            image = upright(video, index, picture, shape)
-            run.append(Frame(index, time_s, image, tag_deg=tag_deg(picture)))
-            shape = image.shape
+            run.append(_of_run(video, seen, (seen.time_s - start_s) * float(rate), shape))
+            shape = run[-1].image.shape
             if len(run) == length:
                 yield run
-                last_s, run, starts_s = time_s, [], starts_s[1:]
+                last_s, run, starts_s = seen.time_s, [], starts_s[1:]
                 if not starts_s:
                     return
         if run:
             yield run
+
+
+def _of_run(video: Path, seen: TimedPicture, place: float, shape: tuple[int, ...] | None) -> Frame:
+    """The frame of a picture at about this ``place`` in the file."""
+    index = round(place)
+    image = upright(video, index, seen.picture, shape)
+    return Frame(index, seen.time_s, image, tag_deg=tag_deg(seen.picture))
 
 
 def calm_frames(runs: Iterable[list[Frame]]) -> list[Frame]:
@@ -255,39 +216,16 @@ def calm_frames(runs: Iterable[list[Frame]]) -> list[Frame]:
     return calm
 
 
-def _by_decoding(
-    decoder: Iterator[Any], count: int, video: Path, rate: Fraction | None
-) -> list[Frame]:
+def _by_decoding(decoder: Iterator[TimedPicture], count: int, video: Path) -> list[Frame]:
     """Thin a stream of unknown length to at most ``count``: halve the sample when it is full."""
     kept: list[Frame] = []
     stride = 4
-    for index, picture in enumerate(decoder, start=1):
+    for index, seen in enumerate(decoder, start=1):
         if index % stride == 0:
-            kept.append(
-                Frame(index, _time_s(video, index, picture, rate), upright(video, index, picture))
-            )
+            kept.append(Frame(index, seen.time_s, upright(video, index, seen.picture)))
             if len(kept) >= 2 * count:
                 kept, stride = kept[1::2], 2 * stride
     return kept
-
-
-def even_times(time_s: Array, tick_s: float) -> Array:
-    """Presentation times without their rounding, where they are those of an even rate.
-
-    A container that counts milliseconds shifts every frame by up to half of one: at 300 deg/s,
-    0.15 deg. Where one line through all stamps explains them to within half a tick, they are
-    that line, rounded; where none does (dropped frames, a free-running clock), they stay.
-    """
-    number = np.arange(len(time_s))
-    if len(time_s) < 3:
-        return time_s
-    slope, start = np.polyfit(number, time_s, 1)
-    line = start + slope * number
-    half = 0.5 * tick_s
-    error = time_s - line
-    if np.ptp(error) > 2.0 * half * 1.001 + 1e-9 or np.ptp(error) < 1e-9:
-        return time_s
-    return np.asarray(line + 0.5 * (error.max() + error.min()))
 
 
 def read_frame(video: Path, index: int) -> Image:

@@ -147,10 +147,10 @@ def _tracked(
     from dataclasses import replace
 
     from servosight.models.io import inspect_folder
-    from servosight.sources import follow_folder, measure
+    from servosight.sources import follow_folder, measured
 
     if not place.is_dir():
-        return measure(place, how, progress, **known)[0]
+        return next(measured(place, how, progress, **known))[0]
     tracks, offset = follow_folder(inspect_folder(place), how, progress, **known)
     return replace(tracks[0], time_s=tracks[0].time_s + offset.offset_s)
 

@@ -18,8 +18,9 @@ from servosight.models.excitation import Excitation
 from servosight.models.io import load_recording
 from servosight.sim.bench import Trajectory
 from servosight.sim.film import render_video
+from servosight.tracking import track as track_module
 from servosight.tracking.acquisition._parts import swept, without
-from servosight.tracking.core import Flag, Track, TrackOptions
+from servosight.tracking.core import Flag, Track, TrackOptions, TrackRefused
 from servosight.tracking.track import track
 
 RATE_HZ = 120.0
@@ -30,12 +31,18 @@ FIN_DEG = 9 * np.sin(np.arange(120) / 9)
 HORN_DEG = 14 * np.sin(np.arange(120) / 9 + 0.3)
 
 
-def with_horn(pictures: list[NDArray[np.uint8]], pivot_px: tuple[float, float] = PIVOT_PX) -> None:
+def with_horn(
+    pictures: list[NDArray[np.uint8]],
+    pivot_px: tuple[float, float] = PIVOT_PX,
+    contrast: float = 40.0,
+) -> None:
     """Draw a speckled bar that turns about ``pivot_px``, at three times the size, in place."""
     rng = np.random.default_rng(5)
     height, width = pictures[0].shape
     size = (width * FINER, height * FINER)
-    print_ = 128 + 40 * cv2.GaussianBlur(rng.standard_normal((size[1], size[0])), (0, 0), 4) * 12
+    print_ = (
+        128 + contrast * cv2.GaussianBlur(rng.standard_normal((size[1], size[0])), (0, 0), 4) * 12
+    )
     pivot = (np.array(pivot_px) + 0.5) * FINER - 0.5
     cover = np.zeros((size[1], size[0]), np.float32)
     x, y = np.round(pivot).astype(int)
@@ -174,3 +181,42 @@ def test_horn_of_the_twins_bench(tmp_path: Path) -> None:
     error = error_deg(horn, truth.motor_deg)
     assert error < 0.02
     assert 0.5 < error / np.median(horn.sigma_deg) < 2.0
+
+
+def test_a_second_part_that_is_not_found_leaves_the_first(
+    fin: Track, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2 and one sentence, with the first part's angle written."""
+
+    def tracked(video: Path, options: TrackOptions, progress: Any = None) -> Track:
+        if options.beside is None:
+            return fin
+        raise TrackRefused(f"{video}: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+
+    monkeypatch.setattr(track_module, "track", tracked)
+    (tmp_path / "video.mkv").write_bytes(b"")
+    assert main(["track", str(tmp_path / "video.mkv"), "--second"]) == 2
+    said = capsys.readouterr().err
+    assert "nothing turns; this is of the second part, the first is measured" in said
+    rows = np.loadtxt(tmp_path / "angle.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(rows[:, 1], fin.angle_deg[fin.measured], atol=1e-5)
+    assert not (tmp_path / "horn.csv").exists()
+
+
+def test_a_plain_part_beside_the_first_is_found(
+    drawn: Callable[..., Path],
+    scene: Callable[..., Any],
+    write: Callable[..., Path],
+    pictures_of: Callable[[Path], list[Any]],
+    fin: Track,
+    tmp_path: Path,
+) -> None:
+    """A bar without texture, on a bench nearly as light: by the second way. Bound: sigma."""
+    pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
+    with_horn(pictures, contrast=0.0)
+    place = write(tmp_path / "video.mkv", pictures, np.arange(len(pictures)) / RATE_HZ)
+    horn = track(place, TrackOptions(beside=replace(fin, video=place)))
+    assert any("as one model" in note for note in horn.notes)
+    assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 1.0
+    assert error_deg(horn, HORN_DEG) < np.median(horn.sigma_deg) < 0.3
+    np.testing.assert_allclose(horn.time_s, fin.time_s, atol=1e-9)

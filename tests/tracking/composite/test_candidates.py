@@ -23,9 +23,9 @@ def test_the_part_that_explains_most_is_measured_or_the_one_picked(
     options: TrackOptions, expected: float
 ) -> None:
     unused = cast(Any, None)
-    footage = Footage(unused, options, unused, unused, unused, None)
-    parts = [cast(Any, SimpleNamespace(explained=share)) for share in SHARES]
-    assert footage.chosen(parts).explained == expected
+    footage = Footage(unused, options, unused, unused, unused, (), None)
+    parts = [cast(Any, SimpleNamespace(explained_there=share)) for share in SHARES]
+    assert footage.chosen(parts).explained_there == expected
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_the_more_telling_refusal_is_raised(
     """Of two parts that the frames refuse; the second is measured where it may explain enough,
     which is 40 % about a rough pivot."""
     unused = cast(Any, None)
-    footage = Footage(unused, TrackOptions(), unused, unused, unused, None)
+    footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
 
     def measured(self: Footage, part: Any, progress: Any) -> Any:
         assert again is not None

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array
 from servosight.tracking.uncertainty._lasting import lasting, with_scatter
-from servosight.tracking.uncertainty._sigma import scatter
+from servosight.tracking.uncertainty._scatter import scatter
 
 FRAMES = 600
 SIZE_DEG = 0.02
@@ -52,13 +52,14 @@ def test_few_frames_tell_nothing() -> None:
 
 
 def test_smooth_errors_are_seen_although_they_decrease_with_the_order() -> None:
-    """Errors of 0.02 deg that a codec corrects within some two frames: 0.005 deg of scatter."""
+    """Errors of 0.02 deg that a codec corrects within some two frames: 0.004 deg of scatter. What
+    lasts of them counts up to 4.5 times that: more may be motion."""
     error = ndimage.gaussian_filter1d(errors_deg(0.0), 0.82)
     error *= SIZE_DEG / error.std()
     angle = 10.0 * np.sin(np.arange(FRAMES) / 16.0) + error
     usual = np.sqrt(np.mean(scatter(angle) ** 2))
     assert usual < 0.3 * SIZE_DEG
-    assert SIZE_DEG < lasting(angle) * usual < 1.5 * SIZE_DEG
+    assert 0.75 * SIZE_DEG < lasting(angle) * usual < 1.5 * SIZE_DEG
 
 
 def test_what_the_residuals_show_of_such_errors_does_not_count_twice() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from servosight.tracking.fit import AngleFit
-from servosight.tracking.uncertainty._sigma import columns, scatter, shown_share
+from servosight.tracking.uncertainty._scatter import scatter
+from servosight.tracking.uncertainty._sigma import columns, shown_share
 
 PLAIN_RAD, OWN_RAD = 1e-5, 2e-5
 FRAMES = 2000

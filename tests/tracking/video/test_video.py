@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import av
@@ -16,14 +14,12 @@ import pytest
 from servosight.models.core import InputError
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
-from servosight.tracking.video import _video as video_module
 from servosight.tracking.video import (
     check,
     even_times,
     frames,
     open_film,
     read_frame_table,
-    stretches,
 )
 
 Write = Callable[..., Path]
@@ -143,15 +139,16 @@ def test_a_video_that_breaks_off_is_read_up_to_there(tmp_path: Path, write: Writ
 
 
 def test_pictures_that_cannot_be_decoded_end_the_video(tmp_path: Path, write: Write) -> None:
-    """The last packets are zeros: FFmpeg reads the file, and cannot decode them."""
+    """40 packets in a row are zeros: FFmpeg reads the file, and cannot decode them. What comes
+    after so many is not looked for."""
     path = write(tmp_path / "tail.mkv", noise(120), np.arange(120) / 100)
     data = bytearray(path.read_bytes())
     size = len(data)
-    data[size * 3 // 4 : size * 19 // 20] = bytes(size * 19 // 20 - size * 3 // 4)
+    data[size * 6 // 10 : size * 19 // 20] = bytes(size * 19 // 20 - size * 6 // 10)
     path.write_bytes(data)
     film = open_film(path, TrackOptions())
     stamps = [frame.time_s for frame in film.frames()]
-    assert 80 <= len(stamps) <= 92
+    assert 62 <= len(stamps) <= 74
     assert any(f"up to {stamps[-1]:.3f} s" in note for note in film.notes(stamps))
 
 
@@ -172,31 +169,6 @@ def test_names_in_another_encoding(tmp_path: Path, write: Write) -> None:
     """What the file says of itself in Latin-1 does not matter to the pictures."""
     path = write(tmp_path / "title.mkv", noise(60), np.arange(60) / 100)
     assert check(changed(path, b"Lavf", b"L\xe4\xffv")).count == 60
-
-
-def test_two_frames_at_one_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """FFmpeg writes no such file; a damaged one has such blocks, each read as it is here."""
-    pictures = [
-        SimpleNamespace(
-            pts=n // 2, time_base=Fraction(1, 100), width=96, height=64,
-            interlaced_frame=False, rotation=0,
-            to_ndarray=lambda format, picture=picture: picture,
-        )
-        for n, picture in enumerate(noise(60))
-    ]  # fmt: skip
-    stream = SimpleNamespace(
-        average_rate=Fraction(100), guessed_rate=None, time_base=Fraction(1, 100), start_time=0,
-        duration=60,
-    )  # fmt: skip
-    container = SimpleNamespace(
-        streams=SimpleNamespace(video=[stream]),
-        decode=lambda of: iter(pictures),
-        seek=lambda place, stream: None,
-        duration=None,
-    )
-    monkeypatch.setattr(video_module, "opened", lambda path: nullcontext(container))
-    for read in (lambda: list(frames(tmp_path)), lambda: list(stretches(tmp_path, 2, 8))):
-        refused(read, "not after the frame before")
 
 
 def test_a_pivot_out_of_reach(tmp_path: Path, write: Write) -> None:
