@@ -31,8 +31,9 @@ _ROUNDS = 8  # of the finer steps, three steps at most each
 _SURE = 4.0
 # The surface is learnt from pictures of the same shutter, which is a small error in all of them:
 # on the twin's videos readouts came out within 2 % of a frame time, exposures within 5 %.
-_TIMES, _AT_LEAST = 2.0, 0.02
+_TIMES, _EXPOSURE_AT_LEAST, _READOUT_AT_LEAST = 2.0, 0.05, 0.02
 _UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
+_FROM_ZERO = 2.0 * _UNKNOWN  # the same about zero
 
 Left = Callable[[Shutter], Array]
 
@@ -65,9 +66,10 @@ def find_shutter(
         note = (
             "exposure and readout of the camera are not given, and the motion is too small to "
             "find them: "
-            "sigma allows for a rolling shutter with a readout of up to a frame time"
+            "sigma allows for an exposure, and for a rolling shutter with a readout, of up to a "
+            "frame time"
         )
-        return Shutters(np.zeros(1), 0.0, unknown, note)
+        return Shutters(np.zeros(1), 0.0, unknown, note, _FROM_ZERO * frame_s)
 
     rough = refine.thinned(_THINNED)
     found = best_shutter(
@@ -76,8 +78,11 @@ def find_shutter(
     )  # fmt: skip
     opens_s, rolls_s = found.shutter.exposure_s, found.shutter.readout_s
     opens_doubt_s, rolls_doubt_s = (
-        float(np.hypot(_TIMES * doubt_s, _AT_LEAST * frame_s))
-        for doubt_s in (found.exposure_doubt_s, found.readout_doubt_s)
+        float(np.hypot(_TIMES * doubt_s, least * frame_s))
+        for doubt_s, least in (
+            (found.exposure_doubt_s, _EXPOSURE_AT_LEAST),
+            (found.readout_doubt_s, _READOUT_AT_LEAST),
+        )
     )
     if sideways:
         rolls_s, rolls_doubt_s = 0.0, unknown
@@ -91,7 +96,7 @@ def find_shutter(
         f"{1e3 * rolls_doubt_s:.1g} ms: values given in [camera] of recording.toml are more "
         "accurate"
     )
-    return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note)
+    return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note, opens_doubt_s)
 
 
 @dataclass(frozen=True)
@@ -114,10 +119,10 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
     """
 
     def readout(at_s: Array, opens_s: float, by: Left = left) -> tuple[float, float]:
-        return _least(at_s, [by(Shutter(opens_s, s)) for s in at_s.tolist()])
+        return least_residual(at_s, [by(Shutter(opens_s, s)) for s in at_s.tolist()])
 
     def exposure(at_s: Array, rolls_s: float, by: Left = left) -> tuple[float, float]:
-        return _least(at_s, [by(Shutter(s, rolls_s)) for s in at_s.tolist()])
+        return least_residual(at_s, [by(Shutter(s, rolls_s)) for s in at_s.tolist()])
 
     step_s = frame_s / _STEPS
     coarse: Array = step_s * np.arange(-_STEPS, _STEPS + 1.0)
@@ -164,9 +169,10 @@ def _left(refine: SurfaceEstimator, moving: Sequence[_Moving], shutter: Shutter)
     return found
 
 
-def _least(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
-    """The least total residual, by the parabola about the lowest value; and its sigma by the
-    jackknife, leaving out one frame after the other."""
+def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
+    """The value with the least total of the residuals ``left`` (frames,) at each of ``at_s``, by
+    the parabola about the lowest; and its sigma by the jackknife, leaving out one frame after the
+    other: residuals that are correlated within a frame count as one."""
     table = np.array(left)
     table = table[:, np.isfinite(table).all(0)]
     count = table.shape[1]
