@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.calibration.shutter import least_residual
+from servosight.tracking.calibration.shutter import least_residual, share_by_width
 from servosight.tracking.composite._measure import PartMeter
 from servosight.tracking.composite._model import CompositeModel
 from servosight.tracking.composite._raster import PartRaster
@@ -110,20 +110,9 @@ def _found_share(
         return None
     share, scatter = least_residual(_SHARES, list(left))
     turn_rad = frame_s * float(np.median([model.further(s) for s in speed[fast].tolist()]))
-    shared = _by_width(turn_rad * meter.radius_px), _by_likeness(left)
+    shared = share_by_width(_WIDTH_PX2, turn_rad * meter.radius_px), _by_likeness(left)
     sigma = float(np.linalg.norm((_TIMES * scatter, _AT_LEAST, *shared)))
     return (share, sigma) if sigma < _TELLS * _UNKNOWN else None
-
-
-def _by_width(pace_px: float) -> float:
-    """Sigma of the exposure's share where the tip moves by some pixels from frame to frame.
-
-    A blur over ``share * pace_px`` has a twelfth of its square as mean square width; at a half.
-
-    >>> round(_by_width(1.0), 3), round(_by_width(10.0), 3)
-    (0.6, 0.006)
-    """
-    return 12.0 * _WIDTH_PX2 / max(pace_px, 1e-3) ** 2
 
 
 def _by_likeness(left: Array) -> float:
