@@ -57,8 +57,9 @@ def _line(one: Outcome) -> str:
     return (
         f"{one.number:4d} {one.outcome:8s}{one.method:10s}{scene.kind:7s}{scene.motion:6s}"
         f"{np.rad2deg(scene.amplitude_rad):6.0f} deg {scene.length_px:4.0f} px  error "
-        f"{one.error_deg:.3f} deg, {one.sigmas:.2f} sigma, share {one.share:.2f}, pivot "
-        f"{one.pivot_px:.1f} px, {one.seconds:.0f} s [{with_}] {one.words[:150]}"
+        f"{one.error_deg:.3f} deg ({one.by_frame_deg:.3f} by frame), {one.sigmas:.2f} sigma, share "
+        f"{one.share:.2f}, pivot {one.pivot_px:.1f} px, {one.seconds:.0f} s [{with_}] "
+        f"{one.words[:150]}"
     )
 
 

@@ -25,13 +25,17 @@ class WildTruth:
     """One turning part of a clip.
 
     Mean angle [deg] of each frame's exposure (frames,), frames after the pan that no hand
-    crosses, and the pivot in the frames at rest [px].
+    crosses, and what is drawn: its pivot is that in the frames at rest.
     """
 
     angle_deg: Array
     usable: Array
-    pivot_px: tuple[float, float]
-    turns: bool
+    part: WildScene
+
+    def at_deg(self, time_s: Array) -> Array:
+        """The angle [deg] at times of the video (n,), of which zero is the start of the first
+        frame's exposure."""
+        return np.rad2deg(angles_rad(self.part, time_s))
 
 
 def filmed(number: int, folder: Path) -> tuple[Path, tuple[WildTruth, ...]]:
@@ -50,9 +54,7 @@ def filmed(number: int, folder: Path) -> tuple[Path, tuple[WildTruth, ...]]:
         np.savez(table, angle_deg=np.rad2deg(angle), usable=usable)
     with np.load(table) as known:
         parts = zip(known["angle_deg"], known["usable"], parts_of(scene), strict=True)
-        return video, tuple(
-            WildTruth(angle, usable, one.pivot_px, one.turns) for angle, usable, one in parts
-        )
+        return video, tuple(WildTruth(angle, usable, one) for angle, usable, one in parts)
 
 
 def encode(scene: WildScene, video: Path) -> Array:

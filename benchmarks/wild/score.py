@@ -21,11 +21,16 @@ _LEAST_SHARE = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """One clip: ``error_deg`` and ``sigmas`` are rms, over frames that are usable and measured."""
+    """One clip: ``error_deg`` and ``sigmas`` are rms, over frames that are usable and measured.
+
+    They are of the angle at the track's own times, so that a wrong time counts; ``by_frame_deg``
+    is the rms error of the same angles as those of the frames, whatever their times.
+    """
 
     number: int
     outcome: str
     error_deg: float
+    by_frame_deg: float
     sigmas: float
     share: float
     pivot_px: float
@@ -49,7 +54,7 @@ def hinted(number: int, truth: WildTruth, hint: str | None) -> TrackOptions:
         "tip": [0.85 * along],
         "template": [s * along + w * across for s in (-0.1, 1.0) for w in (-1, 1)],
     }
-    points = (np.array(places[hint]) + truth.pivot_px) @ view[:, :2].T + view[:, 2]
+    points = (np.array(places[hint]) + truth.part.pivot_px) @ view[:, :2].T + view[:, 2]
     x, y = (float(v) for v in points[0])
     at_s = frame / scene.rate_hz
     if hint == "pivot":
@@ -74,8 +79,19 @@ def _away_px(found: Track, seen: Array, truth: WildTruth) -> float:
 
     ``seen`` (frames, 2, 3) holds the views: a track names its pivot in one of the frames.
     """
-    pivots = seen[:, :, :2] @ np.array(truth.pivot_px) + seen[:, :, 2]
+    pivots = seen[:, :, :2] @ np.array(truth.part.pivot_px) + seen[:, :, 2]
     return float(np.hypot(*(np.array(found.pivot_px) - pivots).T).min())
+
+
+def _relative(error_deg: Array) -> Array:
+    """Differences of angles (n,) less their median, within half a turn."""
+    turn = np.exp(1j * np.deg2rad(error_deg))
+    away = np.rad2deg(np.angle(turn / np.mean(turn)))
+    return np.asarray(away - np.median(away))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
@@ -90,26 +106,25 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
         found = track(video, options)
     except InputError as error:
         return Outcome(
-            number=number, outcome="refused" if truths[0].turns else "right", error_deg=np.nan,
-            sigmas=np.nan, share=0.0, pivot_px=np.nan, method="-",
+            number=number, outcome="refused" if truths[0].part.turns else "right", error_deg=np.nan,
+            by_frame_deg=np.nan, sigmas=np.nan, share=0.0, pivot_px=np.nan, method="-",
             seconds=time.process_time() - start, words=str(error).removeprefix(f"{video}: "),
         )  # fmt: skip
     seconds = time.process_time() - start
     seen = views(scene_of(number))
     truth = min(truths if hint is None else truths[:1], key=lambda one: _away_px(found, seen, one))
     used = found.measured & truth.usable
-    error = np.deg2rad(found.angle_deg - truth.angle_deg)
-    error -= np.angle(np.mean(np.exp(1j * error[used])))
-    error = np.rad2deg(np.angle(np.exp(1j * error)))
-    error -= np.median(error[used])
+    angle_deg, sigma_deg = found.angle_deg[used], found.sigma_deg[used]
     share = float(used.sum() / max(truth.usable.sum(), 1))
-    away, score = np.abs(error[used]), np.abs(error[used] / found.sigma_deg[used])
-    good = truth.turns and np.mean((away <= LARGEST_DEG) & (score <= MOST_SIGMAS)) >= _WITHIN
+    away = np.abs(_relative(angle_deg - truth.at_deg(found.time_s[used])))
+    score = away / sigma_deg
+    good = truth.part.turns and np.mean((away <= LARGEST_DEG) & (score <= MOST_SIGMAS)) >= _WITHIN
     return Outcome(
         number=number,
         outcome=("right" if share >= _LEAST_SHARE else "refused") if good else "wrong",
-        error_deg=float(np.sqrt(np.mean(away**2))),
-        sigmas=float(np.sqrt(np.mean(score**2))),
+        error_deg=_rms(away),
+        by_frame_deg=_rms(_relative(angle_deg - truth.angle_deg[used])),
+        sigmas=_rms(score),
         share=share,
         pivot_px=_away_px(found, seen, truth),
         method=_method(found),

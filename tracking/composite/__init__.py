@@ -1,6 +1,7 @@
 """Footage as people film it: part and background as one model, from dense pictures alone."""
 
 from servosight.tracking.composite._entering import entering as entering
+from servosight.tracking.composite._exposure import find_exposure as find_exposure
 from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter
 from servosight.tracking.composite._measure import outline_of as outline_of

@@ -14,11 +14,10 @@ from servosight.tracking.composite._direct import Background
 from servosight.tracking.composite._model import (
     CompositeModel,
     PoseFit,
-    cover_in,
-    covers_in,
     pivot_step,
 )
 from servosight.tracking.composite._part import Gains, TurningPart
+from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of

@@ -6,26 +6,23 @@ it does not cover is the background. A plain bar is located by its edges against
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
-from scipy import ndimage
 
-from servosight.models.core import Array, Mask, Single
+from servosight.models.core import Array, Single
 from servosight.tracking.composite._cells import normal_equation, residuals
-from servosight.tracking.core import Index, known_median, turning
+from servosight.tracking.composite._raster import PartRaster
+from servosight.tracking.core import Index, turning
 from servosight.tracking.verification import PolarView
 
-_GROW_PX = 3.0
-_EDGE_PX = 1.0
 _ROUNDS = 6
 _COMMON_PX = 0.1
 _USUAL_SHIFT_PX, _CORRELATED_PX2 = 3.0, 20.0  # before the pivot is known; of residuals
 _BLOCK_PX = 8  # along a side: a block of the codec, over which residuals are correlated
 _MOST_CELLS = 20_000
+_FAR_OFF2 = 3600.0  # grey levels squared: a larger difference counts no more
 _FARTHEST_RAD = np.deg2rad(12.0)
 
 
@@ -38,7 +35,8 @@ class PoseFit:
     background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3). ``sides_rad`` is the
     angle by the leading half of the cells less that by the trailing one. A shift by one pixel,
     as of a pivot that is off, is taken for ``per_px_rad`` at most: much of an arm, hardly anything
-    of a wheel.
+    of a wheel. ``left`` is the mean square of the residuals, ``per_left_rad`` the turn that would
+    leave as much as the background alone does.
     """
 
     angle_rad: float
@@ -49,6 +47,8 @@ class PoseFit:
     noise: float
     sides_rad: float
     per_px_rad: float
+    left: float
+    per_left_rad: float
 
     @property
     def sigma_rad(self) -> float:
@@ -81,35 +81,31 @@ class CompositeModel:
         cls, pictures: Single, angle_rad: Array, pivot_px: tuple[float, float],
         cover: Single, view: PolarView, usual: Single | None = None, grain: int = 1,
     ) -> CompositeModel:  # fmt: skip
-        """From pictures (n, height, width) at known angles, and the part's shape on a raster.
+        """Of a part that is not blurred, learnt as ``PartRaster.of`` does."""
+        return cls.on(PartRaster.of(pictures, angle_rad, pivot_px, cover, view, usual, grain))
 
-        ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part,
-        ``usual`` (height, width) the pictures' median if it is known, ``grain`` how many pixels
-        along a side share one sample.
-        """
-        tiled = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)
-        soft = np.asarray(tiled[:, view.columns : 2 * view.columns], np.float32)
-        grown = ndimage.binary_dilation(np.tile(cover > 0.5, (1, 3)), iterations=int(_GROW_PX))
-        near = grown[:, view.columns : 2 * view.columns]
-        usual = known_median(pictures) if usual is None else usual
-        behind = _background(pictures, angle_rad, view, near, usual)
-        level, shown = _levels(pictures, angle_rad, view, soft, near, behind)
-        rows, columns = np.nonzero(near & shown)
-        every = 1 + rows.size // _MOST_CELLS
+    @classmethod
+    def on(
+        cls, raster: PartRaster, reach_rad: float = 0.0, most: int = _MOST_CELLS
+    ) -> CompositeModel:
+        """From the part's raster: ``most`` of the cells that a blur over ``reach_rad`` reaches."""
+        view, soft, level = raster.view, raster.cover, raster.level
+        rows, columns = np.nonzero(raster.reached(reach_rad))
+        every = 1 + rows.size // most
         rows, columns = rows[::every], columns[::every]
         step = view.step_rad
         by_angle = [(np.roll(f, -1, 1) - np.roll(f, 1, 1)) / (2.0 * step) for f in (soft, level)]
         by_radius = [np.gradient(f, view.step_px, axis=0) for f in (soft, level)]
         radius = np.asarray(view.radius_px[rows], np.float64)
-        side = _BLOCK_PX * grain
+        side = _BLOCK_PX * raster.grain
         block = (radius // side).astype(int) * 100_000
         block += (columns * step * radius // side).astype(int)
         return cls(
-            pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
+            view.pivot_px, radius, np.asarray(columns * step), soft[rows, columns].astype(float),
             level[rows, columns].astype(float),
             np.stack([f[rows, columns] for f in (*by_angle, *by_radius)]).astype(np.float64),
-            np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32),
-            np.asarray(np.unique(block, return_inverse=True)[1], np.intp), step * every, grain,
+            raster.behind, np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
+            step * every, raster.grain,
         )  # fmt: skip
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
@@ -144,12 +140,17 @@ class CompositeModel:
         covariance = np.zeros((3, 3))
         covariance[:unknowns, :unknowns] = inverse @ (score @ score.T) @ inverse
         inside = self.cover > 0.5
-        model = float((area * np.minimum(left**2, 3600.0))[inside].sum())
-        plain = float((area * np.minimum(still**2, 3600.0))[inside].sum())
+        model = float((area * np.minimum(left**2, _FAR_OFF2))[inside].sum())
+        plain = float((area * np.minimum(still**2, _FAR_OFF2))[inside].sum())
         kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
         explained = 1.0 - model / max(plain, 1e-9)
         sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
-        return PoseFit(angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px))
+        whole = float((area * np.minimum(left**2, _FAR_OFF2)).sum() / max(area.sum(), 1e-9))
+        per_left = np.sqrt(plain / max(float((area * rows[0] ** 2).sum()), 1e-9))
+        return PoseFit(
+            angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px), whole,
+            float(per_left),
+        )  # fmt: skip
 
     def _sides(self, pull: Array, hold: Array) -> float:
         """The difference of the angles that both halves of the cells give, from their terms of the
@@ -163,77 +164,6 @@ class CompositeModel:
         """The direction of the part's middle."""
         weight = self.cover * self.radius_px**2
         return float(np.angle((weight * np.exp(1j * self.phi_rad)).sum()))
-
-
-def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
-    """The picture at places (n,); NaN beyond a constant ``border``."""
-    # OpenCV takes at most 32,767 points in a row.
-    wide = -(-x.size // 1024) * 1024
-    x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
-    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=border, borderValue=float("nan"))
-    return np.asarray(seen, np.float64).ravel()
-
-
-def cover_in(view: PolarView, near: Mask, angle_rad: float, shape: tuple[int, ...]) -> Mask:
-    """A shape on the raster as pixels of a picture (height, width), turned by an angle."""
-    return next(covers_in(view, near, [angle_rad], shape))
-
-
-def covers_in(
-    view: PolarView, near: Mask, angles_rad: Iterable[float], shape: tuple[int, ...]
-) -> Iterator[Mask]:
-    """As ``cover_in``, at each of the angles."""
-    rows = np.flatnonzero(near.any(1))
-    reached = int(rows[-1]) + 1 if rows.size else 0
-    y, x = np.indices(shape, dtype=np.float32)
-    dx, dy = x - np.float32(view.pivot_px[0]), np.float32(view.pivot_px[1]) - y
-    row = np.rint(np.hypot(dx, dy) / view.step_px - 0.5).astype(np.intp)
-    pixels = np.flatnonzero(row < reached)
-    start = np.maximum(row.ravel()[pixels], 0) * view.columns
-    column = np.arctan2(dy.ravel()[pixels], dx.ravel()[pixels]) / view.step_rad
-    for angle in angles_rad:
-        turned = np.rint(column - angle / view.step_rad).astype(np.intp) % view.columns
-        cover = np.zeros(shape, bool)
-        cover.ravel()[pixels] = near.ravel()[start + turned]
-        yield cover
-
-
-def _levels(
-    pictures: Single, angle_rad: Array, view: PolarView, soft: Single, near: Mask, behind: Single
-) -> tuple[Single, Mask]:
-    """The part's grey levels times its cover ``soft``, and where it is shown at all; (rows,
-    columns) each, zero away from the cells ``near`` it and their neighbours, on which slopes
-    depend."""
-    wide = ndimage.binary_dilation(np.tile(near, (1, 3)))[:, view.columns : 2 * view.columns]
-    rows, columns = np.nonzero(wide)
-    radius = view.radius_px[rows].astype(np.float32)
-    phi = view.step_rad * columns
-    seen = np.empty((len(pictures), rows.size), np.float32)
-    left = np.empty_like(seen)
-    clear = 1.0 - soft[rows, columns]
-    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
-        turned = phi + angle
-        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
-        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
-        here, still = (_at(one, x, y, cv2.BORDER_CONSTANT)[: x.size] for one in (picture, behind))
-        seen[number] = here
-        left[number] = here - clear * np.where(np.isfinite(still), still, here)
-    level, shown = np.zeros(near.shape, np.float32), np.zeros(near.shape, bool)
-    level[rows, columns] = np.nan_to_num(known_median(left))
-    shown[rows, columns] = np.isfinite(seen).any(0)
-    return level, shown
-
-
-def _background(
-    pictures: Single, angle_rad: Array, view: PolarView, near: Mask, usual: Single
-) -> Single:
-    """Median of the pictures where the part is not, ``usual`` where it never is; NaN where it
-    always is."""
-    covers = np.stack(list(covers_in(view, near, angle_rad.tolist(), pictures.shape[1:])))
-    swept = covers.any(0)
-    behind = usual.copy()
-    behind[swept] = known_median(np.where(covers[:, swept], np.float32(np.nan), pictures[:, swept]))
-    return behind
 
 
 def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:

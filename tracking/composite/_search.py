@@ -10,7 +10,7 @@ import numpy as np
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.composite._entering import enough_left, without_entering
 from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite._model import CompositeModel, cover_in, covers_in, pivot_step
+from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.composite._part import (
     Change,
     Gains,
@@ -20,6 +20,7 @@ from servosight.tracking.composite._part import (
     learnt,
 )
 from servosight.tracking.composite._pivots import APART, promising_pivots, scaled
+from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.core import median_of
 

@@ -25,13 +25,14 @@ class Shutter:
 @dataclass(frozen=True)
 class Shutters:
     """Those of a video's frames: ``exposures_s`` of each (frames,), or of all of them (1,), and the
-    ``readout_s`` of all, below zero where the last row came first; sigma of the readout [s], and a
+    ``readout_s`` of all, below zero where the last row came first; sigma of both [s], and a
     sentence on how they were found, if so."""
 
     exposures_s: Array
     readout_s: float
     readout_doubt_s: float = 0.0
     note: str | None = None
+    exposure_doubt_s: float = 0.0
 
     def __call__(self, index: int) -> Shutter:
         """A frame's, by its number."""
@@ -41,7 +42,17 @@ class Shutters:
     @property
     def middle_s(self) -> float:
         """From the start of the first exposure to the middle of the middle row's."""
-        return 0.5 * (float(np.median(self.exposures_s)) + abs(self.readout_s))
+        return 0.5 * (self.usual_s + abs(self.readout_s))
+
+    @property
+    def middle_doubt_s(self) -> float:
+        """Sigma of that time."""
+        return 0.5 * float(np.hypot(self.exposure_doubt_s, self.readout_doubt_s))
+
+    @property
+    def usual_s(self) -> float:
+        """The usual exposure."""
+        return float(np.median(self.exposures_s))
 
 
 @dataclass(frozen=True)

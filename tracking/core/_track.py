@@ -63,8 +63,8 @@ class Track(Result):
         plane: the plane of motion in the picture.
         notes: remarks on view, times and camera, a sentence each.
         shared_deg: change of the angles [deg] with one sigma of each error that all frames share
-            (pivot, plane, readout), (frames, errors); None where not known. ``sigma_deg`` includes
-            them, but they do not average out over frames.
+            (pivot, plane, exposure, readout), (frames, errors); None where not known.
+            ``sigma_deg`` includes them, but they do not average out over frames.
         shutters: exposure and readout, given or found.
         candidates: the parts among which this one was chosen, the one that explains most first;
             empty where only one was looked for. ``TrackOptions.pick`` takes another.

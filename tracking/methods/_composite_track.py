@@ -8,8 +8,16 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.acquisition import POINT
-from servosight.tracking.composite import PartMeter, PoseFit
-from servosight.tracking.core import PICTURE, Box, Flag, Track, TrackOptions, TrackRefused
+from servosight.tracking.composite import TRUST, PartMeter, PoseFit, find_exposure
+from servosight.tracking.core import (
+    PICTURE,
+    Box,
+    Flag,
+    Shutters,
+    Track,
+    TrackOptions,
+    TrackRefused,
+)
 from servosight.tracking.drawing import refusal_picture
 from servosight.tracking.uncertainty import even_scatter, gaps
 from servosight.tracking.video import Film
@@ -45,10 +53,11 @@ def track_of(
     sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
     sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
     sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
+    sigma = np.hypot(sigma, [unexplained_rad(fit) if fit is not None else np.nan for fit in fits])
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
     last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
-    middle_s = film.shutters.middle_s if film.shutters is not None else 0.0
-    time_s = film.times(stamps_s.tolist(), middle_s)
+    shutters = _shutters(film, meter, angle, film.times(stamps_s.tolist(), 0.0))
+    time_s = film.times(stamps_s.tolist(), shutters.middle_s if shutters is not None else 0.0)
     covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
     flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
     flags |= np.where(gaps(time_s, missing), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
@@ -66,10 +75,26 @@ def track_of(
         template_px=_box(outline, film.images[0].shape),
         outline_px=outline,
         plane=PICTURE,
-        notes=tuple(film.notes(stamps_s.tolist(), missing)),
-        shutters=film.shutters,
+        notes=(
+            *((shutters.note,) if shutters is not None and shutters.note else ()),
+            *film.notes(stamps_s.tolist(), missing),
+        ),
+        shutters=shutters,
         channel=meter.stabilised.channel,
     )
+
+
+def _shutters(film: Film, meter: PartMeter, angle_rad: Array, start_s: Array) -> Shutters | None:
+    """Those that are given, else the exposure by the part's blur; None where the frames' own times
+    are given without it.
+
+    ``angle_rad`` (frames,) is NaN where the part is not found, ``start_s`` (frames,) the start of
+    each frame's exposure.
+    """
+    if film.shutters is not None or film.table_time_s is not None:
+        return film.shutters
+    speed = np.gradient(angle_rad, start_s)
+    return find_exposure(meter, angle_rad, speed, float(np.median(np.diff(start_s))))
 
 
 def in_video(points: Array, scale: float) -> Array:
@@ -99,6 +124,11 @@ def excess_noise(noise: Sequence[float]) -> Array:
     """
     ratio = np.array(noise) / max(float(np.nanmedian(noise)), 1e-9)
     return np.asarray(np.maximum(ratio, 1.0))
+
+
+def unexplained_rad(fit: PoseFit) -> float:
+    """The turn that would leave as much as is left beyond what a part in full view leaves."""
+    return fit.per_left_rad * float(np.sqrt(max(TRUST.least_explained - fit.explained, 0.0)))
 
 
 def _apart(sides_rad: Sequence[float]) -> float:

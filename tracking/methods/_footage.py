@@ -35,6 +35,7 @@ from servosight.tracking.core import (
 )
 from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite_track import first_rad, in_video, track_of
+from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, Frame, frame_at, frames
@@ -173,7 +174,7 @@ class Footage:
         self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
         part: FoundPart,
     ) -> Track:  # fmt: skip
-        """The track with the sigma of its pivot, where the frames confirm it."""
+        """The track with the sigma of its pivot and of its times, where the frames confirm it."""
         pictures = list(self.stabilised.pictures)
         seen = replace(
             self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
@@ -193,7 +194,7 @@ class Footage:
             x, y = track.pivot_px
             sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
             raise TrackRefused(sentence, draw(), measured=True)
-        return track
+        return with_delay(track)
 
     def _frames(self) -> Iterator[Frame]:
         return frames(self.film.path, coloured=not self.stabilised.channel.luma)

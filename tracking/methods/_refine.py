@@ -13,6 +13,7 @@ from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import composite
+from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
 from servosight.tracking.video import Film
 
@@ -39,7 +40,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
             raise TrackRefused(str(refused), again.picture) from again
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is None or not _may_be_composite(options):
-        return track
+        return with_delay(track)
     return _surer(track, why, film, options, progress)
 
 
@@ -53,7 +54,7 @@ def _surer(
         return composite(film, options, progress)
     except TrackRefused as again:
         if options.pointed:
-            return track
+            return with_delay(track)
         x, y = track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "

@@ -1,5 +1,6 @@
 """From the fits of all frames to angles and their sigma."""
 
+from servosight.tracking.uncertainty._delay import by_delay as by_delay
 from servosight.tracking.uncertainty._evaluate import (
     EvaluatedAngles as EvaluatedAngles,
 )

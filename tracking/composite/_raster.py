@@ -1,0 +1,165 @@
+"""A part's picture and shape on a raster about its pivot, over the background; and its blur.
+
+A part that turns while it is exposed is seen as the mean of itself at the angles it passes: on the
+raster, a running mean along the directions of the cover, and of the grey level times the cover.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import known_median
+from servosight.tracking.verification import PolarView
+
+_GROW_PX = 3.0
+_EDGE_PX = 1.0
+
+
+@dataclass(frozen=True)
+class PartRaster:
+    """A part at angle zero on the raster ``view``; (rows, columns) each.
+
+    ``cover`` from 0 to 1, ``level`` its grey level times that; ``near`` marks the cells that
+    are compared with pictures. ``behind`` (height, width) is the background's picture, ``grain``
+    how many pixels along a side share one sample.
+    """
+
+    view: PolarView
+    cover: Single
+    level: Single
+    near: Mask
+    behind: Single
+    grain: int = 1
+
+    @classmethod
+    def of(
+        cls, pictures: Single, angle_rad: Array, pivot_px: tuple[float, float],
+        cover: Single, view: PolarView, usual: Single | None = None, grain: int = 1,
+    ) -> PartRaster:  # fmt: skip
+        """From pictures (n, height, width) at known angles, and the part's shape on a raster.
+
+        ``view`` is the raster about ``pivot_px`` in these pictures, ``cover`` 1 on the part,
+        ``usual`` (height, width) the pictures' median if it is known, ``grain`` how many pixels
+        along a side share one sample.
+        """
+        tiled = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)
+        soft = np.asarray(tiled[:, view.columns : 2 * view.columns], np.float32)
+        grown = ndimage.binary_dilation(np.tile(cover > 0.5, (1, 3)), iterations=int(_GROW_PX))
+        near = grown[:, view.columns : 2 * view.columns]
+        usual = known_median(pictures) if usual is None else usual
+        behind = _background(pictures, angle_rad, view, near, usual)
+        level, shown = _levels(pictures, angle_rad, view, soft, near, behind)
+        whole = np.asarray(np.where(np.isfinite(behind), behind, usual), np.float32)
+        return cls(view, soft, level, near & shown, whole, grain)
+
+    def blurred(self, turn_rad: float) -> PartRaster:
+        """As seen while the part turns by an angle."""
+        columns = turn_rad / self.view.step_rad
+        cover, level = (_running_mean(field, columns) for field in (self.cover, self.level))
+        return replace(self, cover=cover, level=level)
+
+    def reached(self, turn_rad: float) -> Mask:
+        """The cells near the part while it turns by an angle about its own."""
+        half = int(np.ceil(0.5 * turn_rad / self.view.step_rad))
+        near = self.near.astype(np.uint8)
+        wide = ndimage.maximum_filter1d(near, 2 * half + 1, axis=1, mode="wrap")
+        return np.asarray(wide > 0)
+
+
+def _running_mean(values: Single, columns: float) -> Single:
+    """The mean over some columns, a fraction of one included, about each of them; (rows, columns).
+
+    The integral along the row, interpolated linearly half of them before and behind.
+    """
+    if columns < 1e-6:
+        return values
+    count = values.shape[1]
+    whole = np.hstack([values, values, values]).astype(np.float64)
+    total = np.hstack([np.zeros((len(values), 1)), np.cumsum(whole, axis=1)])
+    middle = count + 0.5 + np.arange(count)
+    ends = [_between(total, middle + sign * 0.5 * columns) for sign in (1.0, -1.0)]
+    return np.asarray((ends[0] - ends[1]) / columns, np.float32)
+
+
+def _between(table: Array, at: Array) -> Array:
+    """A table (rows, n) interpolated linearly at columns (m,); (rows, m)."""
+    low = np.floor(at).astype(np.intp)
+    share = at - low
+    return np.asarray((1.0 - share) * table[:, low] + share * table[:, low + 1])
+
+
+def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
+    """The picture at places (n,); NaN beyond a constant ``border``."""
+    # OpenCV takes at most 32,767 points in a row.
+    wide = -(-x.size // 1024) * 1024
+    x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
+    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=border, borderValue=float("nan"))
+    return np.asarray(seen, np.float64).ravel()
+
+
+def cover_in(view: PolarView, near: Mask, angle_rad: float, shape: tuple[int, ...]) -> Mask:
+    """A shape on the raster as pixels of a picture (height, width), turned by an angle."""
+    return next(covers_in(view, near, [angle_rad], shape))
+
+
+def covers_in(
+    view: PolarView, near: Mask, angles_rad: Iterable[float], shape: tuple[int, ...]
+) -> Iterator[Mask]:
+    """As ``cover_in``, at each of the angles."""
+    rows = np.flatnonzero(near.any(1))
+    reached = int(rows[-1]) + 1 if rows.size else 0
+    y, x = np.indices(shape, dtype=np.float32)
+    dx, dy = x - np.float32(view.pivot_px[0]), np.float32(view.pivot_px[1]) - y
+    row = np.rint(np.hypot(dx, dy) / view.step_px - 0.5).astype(np.intp)
+    pixels = np.flatnonzero(row < reached)
+    start = np.maximum(row.ravel()[pixels], 0) * view.columns
+    column = np.arctan2(dy.ravel()[pixels], dx.ravel()[pixels]) / view.step_rad
+    for angle in angles_rad:
+        turned = np.rint(column - angle / view.step_rad).astype(np.intp) % view.columns
+        cover = np.zeros(shape, bool)
+        cover.ravel()[pixels] = near.ravel()[start + turned]
+        yield cover
+
+
+def _levels(
+    pictures: Single, angle_rad: Array, view: PolarView, soft: Single, near: Mask, behind: Single
+) -> tuple[Single, Mask]:
+    """The part's grey levels times its cover ``soft``, and where it is shown at all; (rows,
+    columns) each, zero away from the cells ``near`` it and their neighbours, on which slopes
+    depend."""
+    wide = ndimage.binary_dilation(np.tile(near, (1, 3)))[:, view.columns : 2 * view.columns]
+    rows, columns = np.nonzero(wide)
+    radius = view.radius_px[rows].astype(np.float32)
+    phi = view.step_rad * columns
+    seen = np.empty((len(pictures), rows.size), np.float32)
+    left = np.empty_like(seen)
+    clear = 1.0 - soft[rows, columns]
+    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
+        turned = phi + angle
+        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
+        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
+        here, still = (_at(one, x, y, cv2.BORDER_CONSTANT)[: x.size] for one in (picture, behind))
+        seen[number] = here
+        left[number] = here - clear * np.where(np.isfinite(still), still, here)
+    level, shown = np.zeros(near.shape, np.float32), np.zeros(near.shape, bool)
+    level[rows, columns] = np.nan_to_num(known_median(left))
+    shown[rows, columns] = np.isfinite(seen).any(0)
+    return level, shown
+
+
+def _background(
+    pictures: Single, angle_rad: Array, view: PolarView, near: Mask, usual: Single
+) -> Single:
+    """Median of the pictures where the part is not, ``usual`` where it never is; NaN where it
+    always is."""
+    covers = np.stack(list(covers_in(view, near, angle_rad.tolist(), pictures.shape[1:])))
+    swept = covers.any(0)
+    behind = usual.copy()
+    behind[swept] = known_median(np.where(covers[:, swept], np.float32(np.nan), pictures[:, swept]))
+    return behind
