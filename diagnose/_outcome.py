@@ -18,6 +18,7 @@ from servosight.diagnose.selection import (
     Split,
     StepwiseSelector,
     Trial,
+    latencies_left,
     own_latencies,
 )
 from servosight.models.core import StageProgress, Table
@@ -82,6 +83,9 @@ def select(
     if auto:
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
+        last = selected.steps[-1].trial
+        if not criterion.explained(last.score):
+            latencies += latencies_left(models, last, data.runs)
     return Outcome(
         models=models,
         criterion=criterion,
