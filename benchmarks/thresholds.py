@@ -53,6 +53,10 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
     "hopeless": (10.0, 60.0),
     "fewest": (100, 1000),
     "together": (4, 8),
+    "core": (2, 4),
+    "worth_going_on": (0.02, 0.15),
+    "near": (1.0, 4.0),
+    "unloaded": (1, 6),
 }
 """Values on either side of each threshold of the policy.
 

@@ -266,6 +266,7 @@ def test_the_script_that_users_start_from(place: Path, project_root: Path) -> No
     made.save(place / "run7")
     other.save(place / "run8")
     filmed(place / "fin.mp4")
+    Path("command.csv").write_text("time_s,command_deg\n0.0,0.0\n0.5,5.0\n1.5,0.0\n")
     logged = recorded(1.0, 9, rate_hz=100.0)  # a log has command and angle at one time
     t, y, u = logged.time_s, logged.angle_deg, logged.command_at(logged.time_s)
     rows = np.column_stack([1e3 * t, y, u])

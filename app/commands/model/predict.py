@@ -39,7 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Simulate and write ``time_s,command_deg,angle_deg``; of a recording, print the error too."""
+    """Simulate and write ``time_s,angle_deg,command_deg``; of a recording, print the error too."""
     import numpy as np
 
     from servosight.app.inputs import load
@@ -60,8 +60,8 @@ def run(args: argparse.Namespace) -> None:
         error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
     time_s = recording.time_s
-    columns = (time_s, recording.command_at(time_s), angle)
-    write_text(args.output, table_text(("time_s", "command_deg", "angle_deg"), columns))
+    columns = (time_s, angle, recording.command_at(time_s))
+    write_text(args.output, table_text(("time_s", "angle_deg", "command_deg"), columns))
     out.print(
         f"{args.output}: {time_s.size} samples, {angle.min():.4g} to {angle.max():.4g} deg, {words}"
     )

@@ -21,7 +21,7 @@ class BestSoFar:
         best = self._words()
         if best != self.best:
             self.best = best
-            self.shown(best, 0)
+            self.shown(best, 0, 1)
         self.shown(stage, done, total)
 
     def _words(self) -> str:

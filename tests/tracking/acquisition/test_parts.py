@@ -211,12 +211,15 @@ def test_a_plain_part_beside_the_first_is_found(
     fin: Track,
     tmp_path: Path,
 ) -> None:
-    """A bar without texture, on a bench nearly as light: by the second way. Bound: sigma."""
+    """A bar without texture, on a bench nearly as light: by the second way.
+
+    Bound: sigma, most of which is an exposure that its motion does not determine.
+    """
     pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
     with_horn(pictures, contrast=0.0)
     place = write(tmp_path / "video.mkv", pictures, np.arange(len(pictures)) / RATE_HZ)
     horn = track(place, TrackOptions(beside=replace(fin, video=place)))
     assert any("as one model" in note for note in horn.notes)
     assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 1.0
-    assert error_deg(horn, HORN_DEG) < np.median(horn.sigma_deg) < 0.3
+    assert error_deg(horn, HORN_DEG) < np.median(horn.sigma_deg) < 0.5
     np.testing.assert_allclose(horn.time_s, fin.time_s, atol=1e-9)

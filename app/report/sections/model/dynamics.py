@@ -19,6 +19,7 @@ from servosight.models.effects import Effect
 from servosight.models.plant import bandwidth_hz, natural_frequency_hz
 
 SIZE = (3.9, 3.3)
+LONGEST_LABEL = 24
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 CORE_FIGURES = ("natural_frequency_hz", "bandwidth_hz", "resonance_db")
 STEP_FIGURES = ("rise_time_s", "overshoot", "settling_time_s", "final_change_deg")
@@ -100,6 +101,11 @@ def _cell(one: Estimate | None, factor: float = 1.0, unit: str | None = None) ->
     return words if shown == "-" else f"{words} {shown}"
 
 
+def _label(name: str) -> str:
+    """A name as a legend has room for it: the end of a long path."""
+    return name if len(name) <= LONGEST_LABEL else f"…{name[1 - LONGEST_LABEL :]}"
+
+
 def _bode(models: Sequence[Named]) -> Markup:
     """Gain and phase of the linear cores, analytically, with natural frequency and bandwidth."""
     last = models[-1][1]
@@ -111,7 +117,7 @@ def _bode(models: Sequence[Named]) -> Markup:
         for (name, actuator, _), (colour, look) in zip(models, LOOKS, strict=False):
             response = actuator.linear_response(at)
             style = {"color": colour, "linewidth": 1.3}
-            gains.semilogx(at, 20.0 * np.log10(np.abs(response)), look, label=name, **style)
+            gains.semilogx(at, 20.0 * np.log10(np.abs(response)), look, label=_label(name), **style)
             turned = 180.0 if actuator.value("k") < 0.0 else 0.0
             phases.semilogx(at, np.degrees(np.unwrap(np.angle(response))) - turned, look, **style)
         marks = (
@@ -145,7 +151,7 @@ def _step(
         command = np.where(time_s < 0.0, 0.0, size_deg)
         axes.plot(time_s, command, color=NOISE, linewidth=1.1, label="command")
         for (name, _, _), angle, (colour, look) in zip(models, responses, LOOKS, strict=False):
-            axes.plot(time_s, angle, look, color=colour, linewidth=1.3, label=name)
+            axes.plot(time_s, angle, look, color=colour, linewidth=1.3, label=_label(name))
         axes.set_xlim(time_s[0], time_s[-1])
         axes.set_xlabel("time after the step [s]")
         axes.set_ylabel("angle [deg]")
