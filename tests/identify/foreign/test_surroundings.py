@@ -146,13 +146,13 @@ def test_the_commands_take_an_fmu(
     out = str(tmp_path / "angle.csv")
     assert main(["predict", str(fmu), rec, "--trust", "-o", out]) == 0
     assert "rms difference from the measured angle" in capsys.readouterr().out
-    angle = np.loadtxt(out, delimiter=",", skiprows=1)[:, 2]
+    angle = np.loadtxt(out, delimiter=",", skiprows=1)[:, 1]
     assert angle == pytest.approx(CARD.predict(seen), abs=1e-3)
     command = tmp_path / "command.csv"
     command.write_text("time_s,command_deg\n" + "".join(f"{t},{5 * (t > 3)}\n" for t in range(9)))
     assert main(["predict", str(fmu), str(command), "--trust", "-o", out, "--force"]) == 0
     assert "to 4.706 deg, from rest" in capsys.readouterr().out
-    angle = np.loadtxt(out, delimiter=",", skiprows=1)[:, 2]
+    angle = np.loadtxt(out, delimiter=",", skiprows=1)[:, 1]
     assert angle.size == 801
     assert ss.predict(fmu, command, trust=True) == pytest.approx(angle)
     report = str(tmp_path / "compared.html")
