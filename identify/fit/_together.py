@@ -35,7 +35,7 @@ VARIED_STARTS = 4
 """From the cheapest of so many variations of a fit so many descents begin; one goes on;"""
 VARIED_BY = 0.25
 """they have this standard deviation on a logarithmic scale, itself varied by a factor of two."""
-FAR = 4.0
+FAR = 10.0
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
 
