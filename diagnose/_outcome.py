@@ -30,7 +30,7 @@ class Outcome:
 
     ``auto`` is True where effects were added, False where only single candidates were ranked;
     ``simulations`` is what the search took, without the check of its stability; ``latencies`` are
-    sentences on recordings whose angles were taken as earlier than their stamps.
+    sentences on recordings whose angles lag those of others, taken out or not.
     """
 
     models: ModelSelection
@@ -84,8 +84,8 @@ def select(
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
         last = selected.steps[-1].trial
-        if not criterion.explained(last.score):
-            latencies += latencies_left(models, last, data.runs)
+        if not latencies and not criterion.explained(last.score):
+            latencies = latencies_left(last, _names(data))
     return Outcome(
         models=models,
         criterion=criterion,
@@ -137,10 +137,14 @@ def _models(
     found = own_latencies(models, data.runs)
     if found is not None:
         late_s = tuple(found.late_s.tolist())
-        names = [one.name for one in (*data.fitted, *data.validate)]
-        notes = found.sentences(names, REMEDY)
+        notes = found.sentences(_names(data), REMEDY)
         models = models.with_split(models.split.earlier(late_s))
     score = models.first().score
     if criterion.settled(score) and not criterion.explained(score) and not data.validate:
         models = models.with_split(Split.of(*groups, choice=1).earlier(late_s))
     return models, notes
+
+
+def _names(data: DiagnosisData) -> list[str]:
+    """What the recording of each stretch to fit or to validate is called."""
+    return [data.whole[run].name for run in data.runs]

@@ -11,7 +11,7 @@ from servosight.identify.problem import Problem, linear_start
 
 WORTH = 0.25
 """A latency is taken out before anything is fitted where the error falls by this share. Where much
-else is missing, a latency stands in for some of it: of six of BAM's servos for 5 to 9 %."""
+else is missing, a latency stands in for some of it: in five of 16 of BAM's servos for 5 to 9 %."""
 REMEDY = (
     "it is diagnosed with its angles earlier by as much: give latency_s = {late_s} in its "
     "recording.toml if that holds for it always"
@@ -35,11 +35,14 @@ def own_latencies(models: ModelSelection, runs: Sequence[int]) -> OwnLatencies |
     return found if most else None
 
 
-def latencies_left(models: ModelSelection, last: Trial, runs: Sequence[int]) -> tuple[str, ...]:
-    """A sentence for each fitted recording that clearly lags others where the last model ends."""
-    fitted = models.recordings
-    found = clear_latencies(last.fit, runs[: len(fitted)])
-    return () if found is None else found.sentences([one.name for one in fitted], LEFT)
+def latencies_left(last: Trial, names: Sequence[str]) -> tuple[str, ...]:
+    """A sentence for each fitted recording that clearly lags others where the last model ends.
+
+    ``names`` (recordings,) are those of the runs that each is a part of.
+    """
+    own = names[: len(last.fit.problem.recordings)]
+    found = clear_latencies(last.fit, [own.index(name) for name in own])
+    return () if found is None else found.sentences(own, LEFT)
 
 
 def _fit_to_all(models: ModelSelection) -> Solution:

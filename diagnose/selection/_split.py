@@ -69,7 +69,7 @@ class Split:
         )
 
     def earlier(self, late_s: Sequence[float]) -> Split:
-        """The same samples with the angles of ``late_s`` earlier, and with other uses of none."""
+        """The same uses of the same samples, with the angles earlier by ``late_s``."""
         count = len(self.recordings)
         return replace(
             self,

@@ -39,7 +39,10 @@ class OwnLatencies:
     shared_rmse_deg: float
 
     def sentences(self, names: Sequence[str], remedy: str) -> tuple[str, ...]:
-        """One for each recording that lags; ``remedy`` says what is done, with {late_s} in it."""
+        """One for each run that lags; ``remedy`` says what is done, with {late_s} in it.
+
+        ``names`` (recordings,) are those of the runs, the same for the parts of one.
+        """
         found = []
         for name, late, sigma in zip(names, self.late_s, self.sigma_s, strict=True):
             if late > CLEAR * sigma:
@@ -50,7 +53,7 @@ class OwnLatencies:
                     f"{self.rmse_deg:.3g} deg instead of {self.shared_rmse_deg:.3g}); "
                     f"{remedy.format(late_s=f'{late:.4g}')}"
                 )
-        return tuple(found)
+        return tuple(dict.fromkeys(found))
 
 
 def latency_notes(fit: Solution) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ _TIMES, _AT_LEAST = 2.0, 0.04
 _WIDTH_PX2 = 0.05  # by so much the mean square width of the learnt part's blur may be off
 _LIKE, _AROUND = 0.005, 2  # of the residuals: by so much the best value may leave more
 _UNKNOWN = 1.0 / np.sqrt(12.0)  # uniform up to the time from frame to frame
-_TELLS = 0.5  # of that sigma
+_DETERMINED = 0.5  # of that sigma
 
 
 @dataclass(frozen=True)
@@ -70,14 +70,14 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     the motion does not determine it, the middle of what is possible.
     """
     index = meter.stabilised.index
-    told = np.isfinite(speed[index])
-    pictures, index = meter.stabilised.pictures[told], index[told]
+    known = np.isfinite(speed[index])
+    pictures, index = meter.stabilised.pictures[known], index[known]
     found = _found_share(meter, pictures, angle_rad[index], speed[index], frame_s)
     if found is None:
         half_ms, doubt_s = 500.0 * frame_s, _UNKNOWN * frame_s
         note = (
-            "the exposure of the camera is not given, and the motion does not tell it: taken as "
-            f"half of the time from frame to frame, {half_ms:.2g} ms, with a sigma of "
+            "the exposure of the camera is not given, and the motion does not determine it: taken "
+            f"as half of the time from frame to frame, {half_ms:.2g} ms, with a sigma of "
             f"{1e3 * doubt_s:.2g} ms, which sigma includes; exposure_s in [camera] of "
             "recording.toml is more accurate"
         )
@@ -94,7 +94,7 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
 def _found_share(
     meter: PartMeter, pictures: Single, angle_rad: Array, speed: Array, frame_s: float
 ) -> tuple[float, float] | None:
-    """Exposure and its sigma as shares of ``frame_s``; None where the pictures do not tell it."""
+    """Exposure and its sigma as shares of ``frame_s``; None where these are not determined."""
     if len(pictures) < _LEAST_SLOW + _LEAST_FAST:
         return None
     model = BlurModel.of(meter, pictures, angle_rad, speed)
@@ -112,7 +112,7 @@ def _found_share(
     turn_rad = frame_s * float(np.median([model.further(s) for s in speed[fast].tolist()]))
     shared = share_by_width(_WIDTH_PX2, turn_rad * meter.radius_px), _by_likeness(left)
     sigma = float(np.linalg.norm((_TIMES * scatter, _AT_LEAST, *shared)))
-    return (share, sigma) if sigma < _TELLS * _UNKNOWN else None
+    return (share, sigma) if sigma < _DETERMINED * _UNKNOWN else None
 
 
 def _by_likeness(left: Array) -> float:

@@ -111,7 +111,7 @@ def test_a_slow_part_does_not_tell_the_exposure(tmp_path: Path, write: Write) ->
     assert track.shutters is not None
     assert track.shutters.usual_s == pytest.approx(0.5 / RATE_HZ, rel=1e-4)
     assert track.shutters.exposure_doubt_s == pytest.approx(1.0 / RATE_HZ / np.sqrt(12.0), rel=1e-4)
-    assert any("the motion does not tell it" in note for note in track.notes)
+    assert any("the motion does not determine it" in note for note in track.notes)
     assert np.sqrt(np.mean((error_deg(track, SLOW_HZ) / track.sigma_deg) ** 2)) < 1.3
 
 
