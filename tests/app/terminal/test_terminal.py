@@ -5,12 +5,24 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from servosight.app.terminal import progress, set_amount, write_json
 from servosight.models.core import InputError
+
+
+@contextmanager
+def amount(*, quiet: bool = False, verbose: bool = False) -> Iterator[None]:
+    """So much is shown within, and as much as usual behind it."""
+    set_amount(quiet=quiet, verbose=verbose)
+    try:
+        yield
+    finally:
+        set_amount(quiet=False, verbose=False)
 
 
 def test_json_to_files_and_nowhere(tmp_path: Path) -> None:
@@ -70,14 +82,10 @@ def test_progress_leaves_the_terminal_to_a_question(monkeypatch: pytest.MonkeyPa
 
 
 def test_verbose_says_what_took_how_long(capsys: pytest.CaptureFixture[str]) -> None:
-    set_amount(quiet=False, verbose=True)
-    try:
-        with progress("diagnosing") as show:
-            show("1 frames/s", 1, 2)
-            show("2 frames/s", 2, 2)
-            show("trying backlash", 0, 1)
-    finally:
-        set_amount(quiet=False, verbose=False)
+    with amount(verbose=True), progress("diagnosing") as show:
+        show("1 frames/s", 1, 2)
+        show("2 frames/s", 2, 2)
+        show("trying backlash", 0, 1)
     captured = capsys.readouterr()
     assert captured.out == ""
     lines = [re.sub(r"\d+\.\d s$", "N s", line) for line in captured.err.splitlines()]
@@ -99,12 +107,8 @@ def searching() -> None:
 def test_the_best_so_far_is_a_line_and_is_told_when_interrupted(
     verbose: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    set_amount(quiet=False, verbose=verbose)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            searching()
-    finally:
-        set_amount(quiet=False, verbose=False)
+    with amount(verbose=verbose), pytest.raises(KeyboardInterrupt):
+        searching()
     captured = capsys.readouterr()
     assert captured.out == ""
     lines = captured.err.splitlines()
@@ -114,12 +118,8 @@ def test_the_best_so_far_is_a_line_and_is_told_when_interrupted(
 
 
 def test_quiet_says_nothing_of_it(capsys: pytest.CaptureFixture[str]) -> None:
-    set_amount(quiet=True, verbose=False)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            searching()
-    finally:
-        set_amount(quiet=False, verbose=False)
+    with amount(quiet=True), pytest.raises(KeyboardInterrupt):
+        searching()
     assert capsys.readouterr() == ("", "")
 
 
