@@ -13,7 +13,7 @@ from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers import Request
 from servosight.models.io.importers.formats._bam import read_bam
 from servosight.models.io.importers.formats._mat import EMPS_SCALE, read_mat
 

@@ -18,7 +18,6 @@ import pytest
 from servosight.app.main import main
 from servosight.models.core import Actuator, Estimate, FrameProgress
 from servosight.models.effects import catalogue
-from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
 from servosight.sources import geometry_of
 from servosight.tracking.core import Flag, Shutters, Track, TrackOptions
@@ -319,7 +318,7 @@ def test_add(tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: dict[str
 def test_effects_show_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects"]) == 0
     told = capsys.readouterr().out
-    for name in CATALOGUE:
+    for name in catalogue():
         assert f"{name}  (" in told
     assert main(["effects", "rate_limit"]) == 0
     told = capsys.readouterr().out

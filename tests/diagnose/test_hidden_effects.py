@@ -15,11 +15,10 @@ import pytest
 
 from servosight.diagnose import Diagnosis, diagnose
 from servosight.models.effects import catalogue
-from servosight.models.effects._registry import CATALOGUE
 from servosight.scenarios.draws import SHOWN_ALONE
 
 NOISE_DEG = 0.03
-NAMES = [name for name in CATALOGUE if name in SHOWN_ALONE]
+NAMES = [name for name in catalogue() if name in SHOWN_ALONE]
 SAME = {"cogging": "sensor_nonlinearity", "sensor_nonlinearity": "cogging"}
 """One equation at one gain of the loop: a torque and a false reading that repeat with the angle."""
 

@@ -18,8 +18,7 @@ from support.refusal import refused
 from servosight.app.main import main
 from servosight.models.core import InputError, Recording
 from servosight.models.io import load_recording, save_recording
-from servosight.models.io.importers import Request, import_recording, parse_map
-from servosight.models.io.importers._request import Column
+from servosight.models.io.importers import Column, Request, import_recording, parse_map
 
 
 def bam_log(count: int = 100, **changes: Any) -> dict[str, Any]:
