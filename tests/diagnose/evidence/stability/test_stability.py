@@ -110,7 +110,7 @@ def test_only_models_with_the_same_parameters_held_compete() -> None:
     models = ModelSelection(Split.of([judged().recording]), catalogue())
     linear, unloaded = models.linear(), models.unloaded()
     assert unloaded is not None
-    last = models.together(unloaded, ("gravity_load",))
+    last = models.extended(unloaded, "gravity_load")
     assert rivals(models, CRITERION, last) == [last, unloaded]
     free = models.extended(linear, "gravity_load")
     assert rivals(models, CRITERION, free) == [free, linear]
