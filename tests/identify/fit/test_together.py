@@ -79,7 +79,7 @@ def test_what_is_drawn_for_an_effect_does_not_depend_on_the_rest_of_the_catalogu
 
 
 def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: Problem) -> None:
-    """A descent from a servo whose friction is the same at any speed ends there, far from the noise.
+    """A descent from one whose friction is the same at any speed ends there, far from the noise.
 
     So does one from a start that is 2 % off in all parameters; what rounding decides is no test.
     """
