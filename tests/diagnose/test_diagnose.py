@@ -33,9 +33,9 @@ def few() -> PriorKnowledge:
 
 
 @pytest.fixture(scope="module")
-def found(twin: Any) -> Any:
+def found(diagnosed: Any) -> Any:
     """Backlash, diagnosed to the end."""
-    return diagnose([twin("backlash")[0]], catalogue=catalogue(), auto=True)
+    return diagnosed("backlash")
 
 
 def test_a_weight_that_all_but_falls_over_does_not_stand_for_what_is_missing(twin: Any) -> None:

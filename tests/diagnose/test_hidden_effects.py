@@ -44,9 +44,8 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
-    recording, truth = twin(name)
-    found = diagnose([recording], catalogue=catalogue(), auto=True)
+def test_it_is_named_on_the_twin(name: str, twin: Any, diagnosed: Any) -> None:
+    truth, found = twin(name)[1], diagnosed(name)
     linear = found.ladder[0].train_rmse_deg
     assert linear > 5.0 * found.floor_deg, "the effect does not show"
     best = found.candidates[0]
