@@ -19,7 +19,7 @@ from servosight.identify.fit import identify
 from servosight.models.core import Camera, Recording, write_text
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 from servosight.sim.run import angle_recording, run
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "sysid.md"

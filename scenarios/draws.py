@@ -10,7 +10,8 @@ import numpy as np
 
 from servosight.models.core import Camera, check_seed
 from servosight.models.effects import catalogue
-from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings, LinearServo
 
 Range = tuple[float, float]
 

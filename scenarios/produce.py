@@ -20,8 +20,7 @@ from servosight.models.core import (
 )
 from servosight.models.io import FILES, save_recording, table_text, write_angle
 from servosight.scenarios.camera_settings import filming_tables
-from servosight.scenarios.limits import check_scenario
-from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.scenario import Scenario, check_scenario
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording, run
 

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 from msgspec import Meta
 
-from servosight.models import excitation as shapes
 from servosight.models.core import (
     APART,
-    DISTURBANCE,
-    Array,
     Camera,
     InputError,
-    Signals,
+    check_fields,
     read_settings,
+    require,
     validated,
     validated_value,
     within,
 )
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
-from servosight.scenarios.camera_settings import TABLES, read_filming
-from servosight.scenarios.limits import LARGEST_DEG, check_scenario
-from servosight.sim.bench import SHORTEST_T_S, BenchParameters
+from servosight.scenarios.camera_settings import (
+    TABLES,
+    check_camera,
+    check_filming,
+    read_filming,
+)
+from servosight.scenarios.limits import check_effects, check_film, check_motion, check_work
+from servosight.scenarios.settings import (
+    KINDS,
+    CommandSettings,
+    DisturbanceSettings,
+    LinearServo,
+)
 from servosight.sim.effects import resolve
 from servosight.sim.film import VideoSettings
 
@@ -36,67 +43,6 @@ _TABLES = Meta(
     extra={"fix": "write [effects.backlash] and below it gap = 2.0"},
 )
 Effects = Annotated[Mapping[str, Annotated[Mapping[str, float], _TABLES]], _TABLES]
-
-
-@dataclass(frozen=True)
-class LinearServo:
-    """The true linear servo: gain k [-], T [s], xi [-], and the angle at zero command [deg]."""
-
-    k: Annotated[float, within(-100.0, 100.0, "and not 0")] = 1.0
-    T: Annotated[float, within(SHORTEST_T_S, 2.0, "seconds")] = 0.02
-    xi: Annotated[float, within(0.02, 20.0, "as a ratio")] = 0.6
-    bias: Annotated[float, within(-LARGEST_DEG, LARGEST_DEG, "degrees")] = 0.0
-
-    def bench(self) -> BenchParameters:
-        """A test bench with this transfer function."""
-        return BenchParameters.with_response(self.k, self.T, self.xi, self.bias)
-
-
-@dataclass(frozen=True)
-class CommandSettings:
-    """The command: a ``kind`` of ``limits.KINDS``, in rows at ``rate_hz``.
-
-    ``dwell_s`` is for steps, ``frequency_hz`` for sine and triangle, ``low_hz`` and ``high_hz``
-    for chirp and multisine.
-    """
-
-    kind: str = "standard"
-    amplitude_deg: Annotated[float, within(-LARGEST_DEG, LARGEST_DEG, "degrees")] = 20.0
-    rate_hz: Annotated[float, within(1.0, 1e4, "Hz")] = 250.0
-    dwell_s: Annotated[float, within(1e-3, 600.0, "seconds")] = 0.8
-    frequency_hz: Annotated[float, within(1e-3, 5e3, "Hz")] = 1.0
-    low_hz: Annotated[float, within(1e-3, 5e3, "Hz and less than high_hz")] = 0.5
-    high_hz: Annotated[float, within(1e-3, 5e3, "Hz and more than low_hz")] = 9.0
-
-
-@dataclass(frozen=True)
-class DisturbanceSettings:
-    """Pulses of a known disturbance for effects that need one, up and down in turn."""
-
-    amplitude: Annotated[float, within(-1e6, 1e6, "in its unit")] = 20.0
-    period_s: Annotated[float, within(1e-2, 600.0, "seconds")] = 1.7
-    width_s: Annotated[float, within(1e-3, 600.0, "seconds and less than period_s")] = 0.4
-    unit: str = "N"
-
-    def signals(self, duration_s: float) -> Signals:
-        """The rows at which it changes."""
-        starts = np.arange(0.5 * self.period_s, duration_s, self.period_s)
-        sizes = np.where(np.arange(starts.size) % 2 == 0, self.amplitude, -self.amplitude)
-        width = min(self.width_s, 0.999 * self.period_s)
-        time_s = np.concatenate([[0.0], np.stack([starts, starts + width], axis=1).ravel()])
-        values = np.concatenate([[0.0], np.stack([sizes, 0.0 * sizes], axis=1).ravel()])
-        return Signals(time_s, {f"{DISTURBANCE}{self.unit}": values})
-
-
-CommandFunction = Callable[[Array, CommandSettings, int], Array]
-
-_SHAPES: Mapping[str, CommandFunction] = {
-    "steps": lambda t, m, seed: shapes.steps(t, m.amplitude_deg, m.dwell_s, seed),
-    "chirp": lambda t, m, seed: shapes.chirp(t, m.amplitude_deg, m.low_hz, m.high_hz),
-    "triangle": lambda t, m, seed: shapes.triangle(t, m.amplitude_deg, m.frequency_hz),
-    "sine": lambda t, m, seed: shapes.sine(t, m.amplitude_deg, m.frequency_hz),
-    "multisine": lambda t, m, seed: shapes.multisine(t, m.amplitude_deg, m.low_hz, m.high_hz, seed),
-}
 
 
 @dataclass(frozen=True)
@@ -140,18 +86,11 @@ class Scenario:
 
     def excitation(self) -> Excitation:
         """The command's rows, and the known disturbance where an effect needs one."""
-        rows = self._command()
+        rows = self.motion.rows(self.duration_s, self.seed)
         known = catalogue()
         if not any(known[name].needs_disturbance for name in self.effects if name in known):
             return rows
         return replace(rows, disturbance=self.disturbance.signals(self.duration_s))
-
-    def _command(self) -> Excitation:
-        motion = self.motion
-        if motion.kind == "standard":
-            return shapes.standard(self.duration_s, motion.amplitude_deg, self.seed, motion.rate_hz)
-        time_s = np.arange(round(self.duration_s * motion.rate_hz) + 1) / motion.rate_hz
-        return Excitation(time_s, _SHAPES[motion.kind](time_s, motion, self.seed))
 
     def truth(self) -> dict[str, float]:
         """All true parameters by the names that a model card uses."""
@@ -163,6 +102,20 @@ class Scenario:
                 for name, value in values.items()
             },
         }
+
+
+def check_scenario(scenario: Scenario, source: str) -> None:
+    """Raise InputError, which names ``source`` and the key, for a value that makes no sense."""
+    servo, motion, camera = scenario.servo, scenario.motion, scenario.camera
+    require(motion.kind in KINDS, source, "motion.kind", motion.kind, f"one of {', '.join(KINDS)}")
+    check_fields(scenario, source)
+    check_motion(servo, motion, scenario.duration_s, source)
+    check_camera(camera, source)
+    check_filming(scenario.filming, camera, source)
+    check_effects(scenario.effects, source)
+    check_work(servo, scenario.effects, scenario.duration_s, source)
+    if scenario.video:
+        check_film(camera, scenario.duration_s, source)
 
 
 def with_effects(scenario: Scenario, ids: Sequence[str], settings: Mapping[str, float]) -> Scenario:

@@ -13,7 +13,7 @@ from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers import Request
 from servosight.models.io.importers.formats._bam import read_bam
 from servosight.models.io.importers.formats._mat import EMPS_SCALE, read_mat
 
@@ -29,22 +29,25 @@ def data(*parts: str) -> Path:
     return Path(str(DATA)).joinpath(*parts)
 
 
-def emps_thinned(every: int) -> tuple[Recording, dict[str, float]]:
+def emps_thinned(every: int, rows: int | None = None) -> tuple[Recording, dict[str, float]]:
     """One in so many of EMPS's 24,841 samples, and what its file says of the loop."""
     whole = read_mat(data("emps", "DATA_EMPS.mat"), Request())
     thinned = Recording(
         whole.name,
-        whole.command_time_s,
-        whole.command_deg,
-        whole.time_s[::every],
-        whole.angle_deg[::every],
+        whole.command_time_s[:rows],
+        whole.command_deg[:rows],
+        whole.time_s[:rows:every],
+        whole.angle_deg[:rows:every],
     )
     return thinned, whole.details["source"]
 
 
 def test_the_ladder_names_coulomb_friction_on_emps() -> None:
-    """With a tolerance of two micrometres: by default the linear model is good enough."""
-    recording, _ = emps_thinned(40)
+    """With a tolerance of two micrometres: by default the linear model is good enough.
+
+    The first half of the run tells as much, in half the time.
+    """
+    recording, _ = emps_thinned(20, 12_420)
     found = diagnose([recording], catalogue=catalogue(), auto=True, tolerance=2e-4)
     assert found.effects == ("coulomb_friction",)
     assert found.verdict == "explained"

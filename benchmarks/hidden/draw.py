@@ -19,7 +19,7 @@ from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.scenarios.draws import DRAWS, SHOWN_ALONE, scaled
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.run import angle_recording
 

@@ -26,6 +26,7 @@ MAKING = (
     "sim",
     "scenarios/draws.py",
     "scenarios/scenario.py",
+    "scenarios/settings.py",
     "benchmarks/hidden/compound",
     "benchmarks/hidden/draw.py",
     "benchmarks/hidden/film.py",

@@ -12,7 +12,8 @@ from servosight.models.effects import catalogue
 from servosight.models.excitation import Excitation
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import UNCATALOGUED_DRAWS
-from servosight.scenarios.scenario import Effects, LinearServo
+from servosight.scenarios.scenario import Effects
+from servosight.scenarios.settings import LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.run import SETTLE, run

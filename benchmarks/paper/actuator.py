@@ -15,7 +15,7 @@ from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Difference, Linear, to_difference
 from servosight.scenarios.produce import produce
-from servosight.scenarios.scenario import CommandSettings
+from servosight.scenarios.settings import CommandSettings
 from servosight.sources import read
 
 from .actuator_model import (

@@ -16,7 +16,8 @@ from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Difference, Plant, Stimulus
-from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings, LinearServo
 
 TRUE = LinearServo(1.027, 0.0078, 0.55, 0.0)
 PRINTED = Difference(0.01, -0.56, 0.33, 0.198, 0.34, 0.198)

@@ -18,7 +18,8 @@ from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
-from servosight.scenarios.scenario import LinearServo, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import LinearServo
 
 WITHIN = 1.01
 """A fit has converged within 1 % of the least-squares cost."""

@@ -10,7 +10,7 @@ from servosight.diagnose.residuals import rms
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator
 from servosight.models.effects import catalogue
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers import Request
 from servosight.models.io.importers.formats._mat import EMPS_SCALE, read_mat
 
 from .logs import RunResult, data

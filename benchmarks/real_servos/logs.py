@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Recording
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers import Request
 from servosight.models.io.importers.formats._bam import read_bam
 
 RunResult = dict[str, Any]

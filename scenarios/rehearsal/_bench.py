@@ -34,7 +34,7 @@ from servosight.scenarios.rehearsal._camera import (
     VirtualCamera,
     VirtualLight,
 )
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 from servosight.sim.effects import resolve
 from servosight.sim.live import LiveTwin
 

@@ -21,6 +21,7 @@ from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus, bandwidth_hz
 
 KNOWN = ("backlash", "coulomb_friction")
+OTHERS = [name for name in catalogue() if name not in KNOWN]
 RATE_HZ = 60.0
 K, T, XI, GAP = 1.0, 0.03, 0.5, 0.5
 
@@ -48,8 +49,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 @pytest.fixture(scope="module")
 def found(recording: Recording) -> Diagnosis:
     """Of two effects to choose from, which takes a moment."""
-    others = [name for name in catalogue() if name not in KNOWN]
-    return ss.diagnose(recording, without_effects=others)
+    return ss.diagnose(recording, without_effects=OTHERS)
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +67,7 @@ def section(page: str, name: str) -> str:
     return " ".join(re.sub(r"<[^>]+>", " ", body).split())
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_residuals_name_the_samples_that_are_tested(
     page: str, recording: Recording, found: Diagnosis, tmp_path: Path
 ) -> None:
@@ -75,7 +76,9 @@ def test_residuals_name_the_samples_that_are_tested(
     path = tmp_path / "report.html"
     write_report(path, ss.compare(found.actuator, recording), [recording])
     assert "All samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
-    whole = ss.diagnose(recording, test=recording, with_effects=KNOWN[:1], auto=False)
+    whole = ss.diagnose(
+        recording, test=recording, with_effects=KNOWN[:1], without_effects=OTHERS, auto=False
+    )
     write_report(path, whole, [recording, recording])
     assert "Test samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
 
@@ -140,6 +143,7 @@ def test_figures_can_be_enlarged(page: str) -> None:
     assert page.count("<figure") >= 6
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_report_from_saved_json(
     found: Diagnosis, recording: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

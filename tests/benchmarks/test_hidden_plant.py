@@ -16,7 +16,7 @@ from hidden.truth import OUTSIDE, equation, fixed_steps, known
 from servosight.models.effects import catalogue
 from servosight.models.excitation import standard
 from servosight.scenarios.draws import DRAWS
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 
 BOUND_DEG = {
     "coulomb_friction": 0.01,

@@ -8,7 +8,9 @@ from functools import cache
 
 import pytest
 
+from servosight.diagnose import Diagnosis, diagnose
 from servosight.models.core import Recording
+from servosight.models.effects import catalogue
 from servosight.scenarios.draws import hidden_effect
 from servosight.scenarios.scenario import Scenario
 from servosight.sim.run import angle_recording, run
@@ -35,6 +37,17 @@ def twin() -> Twin:
         return _record(replace(scenario, duration_s=duration_s), with_sigma, "+".join(effects))
 
     return record
+
+
+@pytest.fixture(scope="session")
+def diagnosed(twin: Twin) -> Callable[[str], Diagnosis]:
+    """The diagnosis, to the end, of the twin's recording with an effect hidden in it."""
+
+    @cache
+    def of(name: str) -> Diagnosis:
+        return diagnose([twin(name)[0]], catalogue=catalogue(), auto=True)
+
+    return of
 
 
 def _record(scenario: Scenario, with_sigma: bool, name: str) -> tuple[Recording, dict[str, float]]:

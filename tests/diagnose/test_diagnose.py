@@ -19,7 +19,6 @@ from servosight.identify.fit import identify
 from servosight.models.base import json_text
 from servosight.models.core import Actuator, Estimate, InputError, Recording
 from servosight.models.effects import catalogue
-from servosight.models.effects._registry import CATALOGUE
 from servosight.models.plant import Plant, Stimulus
 
 WHATS = {"reversal", "standstill", "slew", "step", "high_frequency"}
@@ -29,14 +28,14 @@ FEW = ("dead_zone", "coulomb_friction", "gravity_load", "backlash")
 @pytest.fixture(scope="module")
 def few() -> PriorKnowledge:
     """Four effects to choose from, where a test is of the split or of the words, not the choice."""
-    others = [name for name in CATALOGUE if name not in FEW]
+    others = [name for name in catalogue() if name not in FEW]
     return PriorKnowledge.of(catalogue(), without_effects=others)
 
 
 @pytest.fixture(scope="module")
-def found(twin: Any) -> Any:
+def found(diagnosed: Any) -> Any:
     """Backlash, diagnosed to the end."""
-    return diagnose([twin("backlash")[0]], catalogue=catalogue(), auto=True)
+    return diagnosed("backlash")
 
 
 def test_a_weight_that_all_but_falls_over_does_not_stand_for_what_is_missing(twin: Any) -> None:
@@ -91,7 +90,7 @@ def test_json_to_the_letter(found: Any) -> None:
     assert (last["added"], last["effects"], last["explained"]) == ("backlash", ["backlash"], True)
     assert last["parameters"]["backlash.gap"]["unit"] == "deg"
 
-    offered = set(CATALOGUE) - {"known_disturbance"}  # the recording has none
+    offered = set(catalogue()) - {"known_disturbance"}  # the recording has none
     assert {one["effect"] for one in answer["candidates"]} == offered
     for one in answer["candidates"]:
         assert one.keys() >= {"effect", "held_out_rmse_deg", "evidence", "confounded_with"}

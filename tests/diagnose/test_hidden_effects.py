@@ -15,11 +15,10 @@ import pytest
 
 from servosight.diagnose import Diagnosis, diagnose
 from servosight.models.effects import catalogue
-from servosight.models.effects._registry import CATALOGUE
 from servosight.scenarios.draws import SHOWN_ALONE
 
 NOISE_DEG = 0.03
-NAMES = [name for name in CATALOGUE if name in SHOWN_ALONE]
+NAMES = [name for name in catalogue() if name in SHOWN_ALONE]
 SAME = {"cogging": "sensor_nonlinearity", "sensor_nonlinearity": "cogging"}
 """One equation at one gain of the loop: a torque and a false reading that repeat with the angle."""
 
@@ -45,9 +44,8 @@ def assert_explained(found: Diagnosis, effects: set[str], truth: dict[str, float
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_named_on_the_twin(name: str, twin: Any) -> None:
-    recording, truth = twin(name)
-    found = diagnose([recording], catalogue=catalogue(), auto=True)
+def test_it_is_named_on_the_twin(name: str, twin: Any, diagnosed: Any) -> None:
+    truth, found = twin(name)[1], diagnosed(name)
     linear = found.ladder[0].train_rmse_deg
     assert linear > 5.0 * found.floor_deg, "the effect does not show"
     best = found.candidates[0]

@@ -9,7 +9,8 @@ from scipy.optimize import least_squares
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.draws import DRAWS, SHOWN_ALONE
-from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings, LinearServo
 from servosight.sim.run import run
 
 # The weakest corner of each range: the end of each parameter, T and xi at which the misfit is

@@ -12,7 +12,8 @@ import pytest
 
 from servosight.models.core import InputError
 from servosight.scenarios.camera_settings import TABLES
-from servosight.scenarios.scenario import CommandSettings, LinearServo, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings, LinearServo
 from servosight.sim.bench import Trajectory
 from servosight.sim.effects import TWIN_EFFECTS
 from servosight.sim.film import VideoSettings

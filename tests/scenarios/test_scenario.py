@@ -17,14 +17,9 @@ from servosight.scenarios.draws import (
     hidden_effect,
     hidden_effects,
 )
-from servosight.scenarios.limits import KINDS
 from servosight.scenarios.produce import simulated
-from servosight.scenarios.scenario import (
-    CommandSettings,
-    Scenario,
-    parse_settings,
-    with_effects,
-)
+from servosight.scenarios.scenario import Scenario, parse_settings, with_effects
+from servosight.scenarios.settings import KINDS, CommandSettings
 from servosight.sim.effects import HIDDEN_EFFECTS
 from servosight.sim.effects._uncatalogued import UNCATALOGUED
 

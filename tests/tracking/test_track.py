@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from servosight.tracking.acquisition._indicator import find_light
+from servosight.tracking.acquisition import find_light
 from servosight.tracking.core import Flag, Track, TrackOptions, outline_at
 from servosight.tracking.track import track
 from servosight.tracking.video import read_frame

@@ -17,7 +17,7 @@ from servosight.sim.bench import Trajectory
 from servosight.sim.camera import TiltedLens
 from servosight.sim.film import VideoSettings, render_video
 from servosight.sim.film._film import FrameTable
-from servosight.tracking.acquisition._indicator import find_light
+from servosight.tracking.acquisition import find_light
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 

@@ -20,7 +20,7 @@ from servosight.models.core import Camera, Recording
 from servosight.models.excitation import Excitation, standard
 from servosight.models.io import read_sheet
 from servosight.scenarios.rehearsal import CameraFaults, Rehearsal, VirtualBench, virtual_bench
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 
 pytestmark = pytest.mark.pty
 

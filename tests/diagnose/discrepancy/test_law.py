@@ -20,7 +20,7 @@ from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
 from servosight.models.core import Camera, Recording
 from servosight.models.effects import catalogue
-from servosight.scenarios.scenario import LinearServo
+from servosight.scenarios.settings import LinearServo
 from servosight.sim.run import angle_recording
 
 NOISE_DEG = 0.03

@@ -26,10 +26,11 @@ from servosight.diagnose.residuals import (
     quantile,
     response,
     swings,
+    turning_points,
     turns,
     whiteness,
 )
-from servosight.diagnose.residuals._events import rests, turning_points
+from servosight.diagnose.residuals._events import rests
 from servosight.diagnose.selection import Split
 from servosight.models.core import Array, Recording, Signals
 from servosight.models.excitation import CommandLimits, Excitation, chirp, design

@@ -16,7 +16,8 @@ from servosight.identify.fit import clear_latencies
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.scenarios.produce import simulated
-from servosight.scenarios.scenario import CommandSettings, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings
 
 LATE_S = 0.012
 

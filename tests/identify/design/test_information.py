@@ -7,8 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from servosight.identify.design import assess, better_command, optimal, predicted_experiment
-from servosight.identify.design._information import Information
+from servosight.identify.design import (
+    Information,
+    assess,
+    better_command,
+    optimal,
+    predicted_experiment,
+)
 from servosight.identify.fit import identify
 from servosight.models.core import Actuator, Estimate, InputError, Recording
 from servosight.models.effects import catalogue

@@ -15,7 +15,8 @@ from servosight.identify.fit import identify
 from servosight.models.core import Recording
 from servosight.models.io import load_recording, save_recording
 from servosight.scenarios.produce import simulated
-from servosight.scenarios.scenario import CommandSettings, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings
 
 NOISE_DEG = 0.03
 LATE_MS = 8.0

@@ -21,15 +21,15 @@ TRUE = {
     "stribeck_friction.speed": 16.0,
     "gravity_load.sine": 12.0,
 }
-WRONG = {
+WITHOUT_EXCESS = {
     "k": 1.0,
-    "T": 0.014,
-    "xi": 0.2,
-    "torque_saturation.limit": 3.0,
-    "stribeck_friction.level": 2.4,
-    "stribeck_friction.excess": 2.8,
-    "stribeck_friction.speed": 40.0,
-    "gravity_load.sine": 12.0,
+    "T": 0.0203,
+    "xi": 0.581,
+    "torque_saturation.limit": 5.94,
+    "stribeck_friction.level": 1.73,
+    "stribeck_friction.speed": 134.0,
+    "gravity_load.sine": 11.6,
+    "gravity_load.cosine": -0.0219,
 }
 UNLIMITED = {
     "k": 1.0,
@@ -71,16 +71,20 @@ def test_what_is_drawn_for_an_effect_does_not_depend_on_the_rest_of_the_catalogu
 ) -> None:
     few = {name: catalogue()[name] for name in reversed(NAMES)}
     other = Problem.of(problem.recordings, few, NAMES, held={"k": 1.0})
-    drawn = [spread(one, linear(one)) for one in (problem, other)]
+    base = linear(problem)
+    drawn = [spread(one, base) for one in (problem, other)]
     columns = [[c.name for c in one.coordinates] for one in (problem, other)]
     place = [columns[1].index(name) for name in columns[0]]
-    np.testing.assert_allclose(drawn[1][:, place], drawn[0], rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(drawn[1][:, place], drawn[0])
 
 
 def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: Problem) -> None:
-    """A descent from a servo of twice the friction and half the limit ends far from the noise."""
+    """A descent from one whose friction is the same at any speed ends there, far from the noise.
+
+    So does one from a start that is 2 % off in all parameters; what rounding decides is no test.
+    """
     start = [
-        coordinate.to_search(WRONG[coordinate.name]) if coordinate.name in WRONG else 0.0
+        coordinate.to_search(WITHOUT_EXCESS.get(coordinate.name, 0.0))
         for coordinate in problem.coordinates
     ]
     stuck = polish(problem, [np.clip(start, *problem.bounds)])

@@ -101,8 +101,9 @@ def test_a_diagnosis_names_what_is_missing_around_an_fmu(
     fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     seen = _angle({"backlash.gap": 1.2}, 0.03)
-    few = {name: catalogue()[name] for name in ("coulomb_friction", "linkage_geometry", "backlash")}
-    why = diagnose_fmu(Interface(fmu), [seen], trust=True, catalogue=few, auto=True)
+    few = ("coulomb_friction", "linkage_geometry", "backlash")
+    others = [name for name in catalogue() if name not in few]
+    why = diagnose_fmu(Interface(fmu), [seen], trust=True, without_effects=others, auto=True)
     assert why.effects == ("backlash",)
     assert why.headline == "What was missing: backlash"
     assert why.summary.startswith("The FMU model of this servo lacks backlash.")
@@ -120,7 +121,7 @@ def test_a_diagnosis_names_what_is_missing_around_an_fmu(
     with pytest.raises(InputError, match="cannot hold what is inside"):
         _ = again.actuator
     save_recording(seen, tmp_path / "rec")
-    once = diagnose_fmu(Interface(fmu), [seen], trust=True, catalogue=few)
+    once = diagnose_fmu(Interface(fmu), [seen], trust=True, without_effects=others)
     assert once.next_experiment == "Add backlash: use --auto."
     words = ["report", str(tmp_path / "why.json"), str(tmp_path / "rec")]
     assert main([*words, "-o", str(tmp_path / "again.html")]) == 2

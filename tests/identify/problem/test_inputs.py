@@ -22,7 +22,8 @@ from servosight.models.effects import catalogue
 from servosight.models.io import load_recording, save_recording
 from servosight.models.plant import Plant, Stimulus
 from servosight.scenarios.produce import simulated
-from servosight.scenarios.scenario import CommandSettings, Scenario
+from servosight.scenarios.scenario import Scenario
+from servosight.scenarios.settings import CommandSettings
 
 GAIN = 0.15
 NOISE_DEG = 0.03

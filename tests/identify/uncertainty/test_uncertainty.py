@@ -11,8 +11,8 @@ import pytest
 
 from servosight.identify.fit import fit_effects, identify, polish
 from servosight.identify.problem import Problem, Work
-from servosight.identify.uncertainty import Uncertainty
-from servosight.identify.uncertainty._correlation import autoregression, weighted_normal
+from servosight.identify.uncertainty import Uncertainty, weighted_normal
+from servosight.identify.uncertainty._correlation import autoregression
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.models.excitation import multisine

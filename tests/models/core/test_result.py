@@ -16,8 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servosight.models.core import Array, Estimate, InputError
-from servosight.models.core._result import Result, Table
+from servosight.models.core import Array, Estimate, InputError, Result, Table
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ import pytest
 from servosight.app.main import main
 from servosight.identify.fit import identify
 from servosight.models.effects import catalogue
-from servosight.models.effects._registry import CATALOGUE
 from servosight.models.io import load_recording
 
 PAGE = Path(__file__).parents[3] / "docs" / "plugin.md"
@@ -28,7 +27,7 @@ def test_the_page_holds_what_it_shows(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.chdir(tmp_path)
     runpy.run_path("make_cable.py")
     effects = catalogue([Path("cable.py")])
-    assert [*effects] == [*CATALOGUE, "taut_cable"]
+    assert [*effects] == [*catalogue(), "taut_cable"]
     recording = load_recording(Path("cable"))
     found = identify([recording], ["taut_cable"], catalogue=effects, method="gradient")
     for name, truth in {"stiffness": 0.4, "slack": 6.0}.items():
@@ -42,7 +41,7 @@ def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     """Every effect with its words, and each parameter's unit, bounds and neutral value."""
     assert main(["effects", "--json", "-"]) == 0
     told = json.loads(capsys.readouterr().out)["effects"]
-    assert [one["id"] for one in told] == list(CATALOGUE)
+    assert [one["id"] for one in told] == list(catalogue())
     for one, effect in zip(told, catalogue().values(), strict=True):
         assert one["remedy"] == effect.remedy
         for shown, parameter in zip(one["parameters"], effect.parameters, strict=True):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.acquisition._indicator import Pattern, find_light, patterns
+from servosight.tracking.acquisition import find_light
+from servosight.tracking.acquisition._indicator import Pattern, patterns
 from servosight.tracking.core import Track
 
 Write = Callable[[Path, list[Image], Array], Path]

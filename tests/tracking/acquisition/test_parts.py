@@ -19,7 +19,7 @@ from servosight.models.io import load_recording
 from servosight.sim.bench import Trajectory
 from servosight.sim.film import render_video
 from servosight.tracking import track as track_module
-from servosight.tracking.acquisition._parts import swept, without
+from servosight.tracking.acquisition import swept, without
 from servosight.tracking.core import Flag, Track, TrackOptions, TrackRefused
 from servosight.tracking.track import track
 

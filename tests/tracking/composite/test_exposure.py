@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite._model import PoseFit
+from servosight.tracking.composite import PoseFit
 from servosight.tracking.composite._raster import PartRaster
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite

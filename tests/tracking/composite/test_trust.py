@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.tracking.composite._model import PoseFit
-from servosight.tracking.composite._trust import TRUST, distrust, worst_third
+from servosight.tracking.composite import TRUST, PoseFit, distrust
+from servosight.tracking.composite._trust import worst_third
 
 
 def fit(angle_rad: float, explained: float) -> PoseFit:

@@ -107,11 +107,10 @@ def test_a_larger_model_does_not_win_for_want_of_what_it_contains() -> None:
 
 def test_only_models_with_the_same_parameters_held_compete() -> None:
     """Beside a model with k held at 1, a linear one with another k has an assumption more."""
-    effects = {"gravity_load": catalogue()["gravity_load"]}
-    models = ModelSelection(Split.of([judged().recording]), effects)
+    models = ModelSelection(Split.of([judged().recording]), catalogue())
     linear, unloaded = models.linear(), models.unloaded()
     assert unloaded is not None
-    last = models.together(unloaded, ("gravity_load",))
+    last = models.extended(unloaded, "gravity_load")
     assert rivals(models, CRITERION, last) == [last, unloaded]
     free = models.extended(linear, "gravity_load")
     assert rivals(models, CRITERION, free) == [free, linear]

@@ -57,10 +57,9 @@ def _recording(k: float = 1.0) -> Recording:
 
 
 def _models(names: Collection[str], k: float = 1.0) -> ModelSelection:
-    """A choice between these effects; all choices share the one small kernel that is compiled."""
-    effects = {name: one for name, one in catalogue().items() if name in (*KNOWN, "current_limit")}
-    known = PriorKnowledge(without_effects=tuple(name for name in effects if name not in names))
-    return ModelSelection(Split.of([_recording(k)]), effects, known)
+    """A choice between these effects of the catalogue, whose kernel is compiled already."""
+    known = PriorKnowledge(without_effects=tuple(name for name in catalogue() if name not in names))
+    return ModelSelection(Split.of([_recording(k)]), catalogue(), known)
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from servosight.diagnose.selection import (
     SelectionPolicy,
     Step,
 )
-from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited
-from servosight.diagnose.selection.search._wide import _simplest, fitted_jointly
+from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited, fitted_jointly
+from servosight.diagnose.selection.search._wide import _simplest
 from servosight.models.core import silent
 
 CRITERION = AcceptanceCriterion(0.1, 0.0, SelectionPolicy(ordinary=("a", "b", "c", "d")))

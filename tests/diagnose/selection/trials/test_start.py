@@ -19,8 +19,7 @@ from servosight.models.effects import catalogue
 @pytest.fixture(scope="module")
 def models(twin: Any) -> ModelSelection:
     recording, _ = twin("coulomb_friction", duration_s=6.0)
-    names = ("coulomb_friction", "stribeck_friction", "dead_time")
-    return ModelSelection(Split.of([recording]), {name: catalogue()[name] for name in names})
+    return ModelSelection(Split.of([recording]), catalogue())
 
 
 def test_the_parameters_of_a_special_case_come_first_in_what_contains_it() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from servosight.identify.fit import fit_effects, identify
 from servosight.identify.problem import Problem, thinned
-from servosight.identify.problem.samples._thin import MOST_SAMPLES
+from servosight.identify.problem.samples import MOST_SAMPLES
 from servosight.identify.uncertainty import Uncertainty
 from servosight.models.effects import catalogue
 

@@ -13,7 +13,8 @@ import pytest
 from servosight.models.core import InputError, Parameter
 from servosight.models.effects import Effect, GuessFeatures, Place, catalogue
 from servosight.models.plant import Layout, Plant, Stimulus
-from servosight.models.plant.kernel._codegen import cache_folder, kernel, kernel_source
+from servosight.models.plant.kernel import kernel, kernel_source
+from servosight.models.plant.kernel._codegen import cache_folder
 
 STIMULUS = Stimulus(
     np.array([0.0, 0.05, 0.2]),
