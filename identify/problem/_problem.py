@@ -7,12 +7,14 @@ each recording.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from servosight.identify.problem._noise import sample_noise_deg
 from servosight.identify.problem._restarts import restarts
 from servosight.identify.problem._standstill import standstill_errors
 from servosight.identify.problem.samples import sample_weights
@@ -93,7 +95,8 @@ class Problem:
     linear core, or of ``bias``. ``held`` parameters stay at their values: their bounds are these.
     Those of effects that are not fitted are ignored. ``work`` counts every simulation, where it
     is given. ``horizon_s``: the model predicts so far at a time, beginning anew from the measured
-    motion; the whole recording if None.
+    motion; the whole recording if None. ``noises_deg`` is the noise of each recording where it was
+    estimated already.
     """
 
     recordings: tuple[Recording, ...]
@@ -104,6 +107,7 @@ class Problem:
     held: Mapping[str, float] = field(default_factory=dict)
     horizon_s: float | None = None
     work: Work | None = field(default=None, compare=False)
+    noises_deg: tuple[float, ...] | None = field(default=None, compare=False)
 
     @classmethod
     def of(
@@ -116,6 +120,7 @@ class Problem:
         held: Mapping[str, float] | None = None,
         work: Work | None = None,
         horizon_s: float | None = None,
+        noises_deg: tuple[float, ...] | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
@@ -129,6 +134,7 @@ class Problem:
             dict(held or {}),
             horizon_s,
             work,
+            noises_deg,
         )
 
     @property
@@ -196,6 +202,12 @@ class Problem:
     def weights(self) -> tuple[Array, ...]:
         """For each recording its samples' weights: ones where no sigma is known."""
         return sample_weights(self.recordings)
+
+    @cached_property
+    def sample_noises_deg(self) -> tuple[Array, ...]:
+        """For each recording the standard deviation of its measured angles [deg], (samples,)."""
+        known = self.noises_deg or itertools.repeat(None)
+        return tuple(map(sample_noise_deg, self.recordings, known))
 
     @cached_property
     def shared(self) -> Array:
