@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
 from servosight.models.plant.kernel import ENTRIES, Layout, kernel, not_compiled
 
 _MOST_PIECES = 1_000_000
+Steps = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,23 @@ class Stimulus:
             values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
             object.__setattr__(self, name, values)
 
+    @cached_property
+    def digest(self) -> bytes:
+        """The same for stimuli that ask the same: a hash of all that they hold."""
+        found = hashlib.blake2b(f"{self.linear} {self.horn}".encode(), digest_size=16)
+        for values in (
+            self.time_s, self.command_deg, self.samples_s, self.weights,
+            self.disturbance, self.restarts,
+        ):  # fmt: skip
+            found.update(str(values.shape).encode())
+            found.update(values.tobytes())
+        return found.digest()
+
+    @property
+    def duration_s(self) -> float:
+        """From the first sample to the last."""
+        return float(self.samples_s[-1] - self.samples_s[0])
+
     @classmethod
     def of(cls, recording: Recording) -> Stimulus:
         """What a recording asks of the plant."""
@@ -62,7 +83,7 @@ class Plant:
     """The plant equation for a registry of effects, with the layout of its parameter rows."""
 
     layout: Layout
-    run: Callable[..., int | None]
+    run: Callable[..., Steps | None]
     shape: Callable[..., int]
     transmit: Callable[..., None]
     restartable: bool = True
@@ -92,8 +113,9 @@ class Plant:
 
     def simulate_counted(
         self, rows: Array, stimulus: Stimulus, step_s: float | None = None
-    ) -> tuple[Array, int | None]:
-        """The same, and how many steps it took; None where the plant does not tell, as an FMU."""
+    ) -> tuple[Array, Steps | None]:
+        """The same, and how many steps each row took, (batch,); None where the plant does not tell,
+        as an FMU."""
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")

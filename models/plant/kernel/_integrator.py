@@ -187,13 +187,13 @@ def simulate_rows(rows, times, values, linear, pushes, restarts, samples, horn, 
 
     ``pushes`` (2, rows) are the times and values of the known disturbance, ``restarts`` (3, n) the
     times, angles and speeds at which the motion begins anew.
-    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns how many steps all
-    of them took: what the batch costs, the same on every machine.
+    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns how many steps each
+    of them took, (batch,): what it costs, the same on every machine.
     """
-    taken = 0
+    taken = np.empty(rows.shape[0], np.int64)
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
-        taken += _row(
+        taken[b] = _row(
             rows[b], times, values, linear, pushes, restarts, samples, horn, steps, out[b]
         )
     return taken

@@ -14,7 +14,6 @@ from servosight.models.effects import catalogue
 
 def cost(problem: Problem, **values: float) -> float:
     """What one simulation costs with these parameters, the others from a linear start."""
-    assert problem.work is not None
     point = linear_start(problem.linear)
     names = [one.name for one in problem.linear.coordinates]
     known = {**dict(zip(names, point, strict=True)), **values}
@@ -46,7 +45,6 @@ def test_a_simulation_costs_as_many_steps_as_it_takes(record: Any) -> None:
 def test_equal_rows_are_simulated_once(record: Any) -> None:
     """As where a held parameter is varied for a difference quotient."""
     problem = Problem.of([record(3.0)], catalogue(), [], work=Work())
-    assert problem.work is not None
     point = linear_start(problem)
     other = point + np.eye(point.size)[0]
     before = problem.work.simulations
