@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant.kernel import ENTRIES, Layout, kernel, not_compiled
+from servosight.models.plant.kernel import Layout, kernel, not_compiled
 
 _MOST_PIECES = 1_000_000
 Steps = NDArray[np.int64]
@@ -168,5 +168,5 @@ class Plant:
 @functools.lru_cache(maxsize=8)
 def _plant(effects: tuple[Effect, ...]) -> Plant:
     registry = {effect.id: effect for effect in effects}
-    run, shape, transmit = (kernel(registry, name) for name in ENTRIES)
+    run, shape, transmit = kernel(registry)
     return Plant(Layout.of(effects), run, shape, transmit)

@@ -84,10 +84,10 @@ class _TextLoader(SourceFileLoader):
         return self.source_to_code(self.get_data(path), path)
 
 
-def kernel(effects: Mapping[str, Effect], name: str = "simulate_rows") -> Callable[..., Any]:
-    """A compiled function of the kernel for these effects, from the cache where it stands already.
+def kernel(effects: Mapping[str, Effect]) -> tuple[Callable[..., Any], ...]:
+    """The functions :data:`ENTRIES` of the kernel for these effects, in that order.
 
-    It is compiled when it is called: :data:`ENTRIES` has the names.
+    Each is compiled when it is called, or comes from the cache where it stands already.
     """
     text = kernel_source(effects.values())
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -108,8 +108,7 @@ def kernel(effects: Mapping[str, Effect], name: str = "simulate_rows") -> Callab
         module = importlib.util.module_from_spec(spec)
         sys.modules[module_name] = module
         loader.exec_module(module)
-    function: Callable[..., Any] = getattr(sys.modules[module_name], name)
-    return function
+    return tuple(getattr(sys.modules[module_name], name) for name in ENTRIES)
 
 
 def not_compiled(effects: Iterable[Effect], error: Exception) -> Exception:
