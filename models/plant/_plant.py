@@ -19,6 +19,11 @@ _MOST_PIECES = 1_000_000
 Steps = NDArray[np.int64]
 
 
+def _own_layout(values: Array) -> Array:
+    """In the one layout in memory for which the kernel is compiled: another costs half a minute."""
+    return np.require(values, np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
+
+
 @dataclass(frozen=True)
 class Stimulus:
     """The command's rows and the instants at which the output is wanted.
@@ -41,10 +46,8 @@ class Stimulus:
     restarts: Array = field(default_factory=lambda: np.zeros((3, 0)))
 
     def __post_init__(self) -> None:
-        # The kernel is compiled anew, half a minute long, for every other layout in memory.
         for name in ("time_s", "command_deg", "samples_s", "disturbance", "restarts"):
-            values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, _own_layout(getattr(self, name)))
 
     @cached_property
     def digest(self) -> bytes:
@@ -86,6 +89,7 @@ class Plant:
     run: Callable[..., Steps | None]
     shape: Callable[..., int]
     transmit: Callable[..., None]
+    filter: Callable[..., None]
     restartable: bool = True
     """False where the motion cannot begin anew on the way, as that of an FMU."""
 
@@ -164,9 +168,18 @@ class Plant:
             raise not_compiled(self.layout.effects, error) from error
         return out
 
+    def filtered(self, numerator: Array, denominator: Array, rows: Array) -> Array:
+        """``rows`` (many, samples) behind a difference equation of second order, from rest.
+
+        ``numerator`` and ``denominator`` (3,) are those of :func:`loop_filter`.
+        """
+        out = np.empty(rows.shape)
+        self.filter(_own_layout(numerator), _own_layout(denominator), _own_layout(rows), out)
+        return out
+
 
 @functools.lru_cache(maxsize=8)
 def _plant(effects: tuple[Effect, ...]) -> Plant:
     registry = {effect.id: effect for effect in effects}
-    run, shape, transmit = kernel(registry)
-    return Plant(Layout.of(effects), run, shape, transmit)
+    run, shape, transmit, filtering = kernel(registry)
+    return Plant(Layout.of(effects), run, shape, transmit, filtering)

@@ -59,6 +59,7 @@ ENTRIES = {
     "simulate_rows": f"njit(parallel=True, {_CALLED})",
     "shape_command": f"njit({_CALLED})",
     "shape_output": f"njit({_CALLED})",
+    "filter_rows": f"njit({_CALLED})",
 }
 """The functions that are called from outside, and how they are compiled: they alone need the
 wrappers by which Python calls them, which cost a sixth of the time to compile."""
