@@ -121,7 +121,7 @@ def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
     class Models:
         def __init__(self, split: Any, effects: Any, known: Any) -> None:
-            self.split = split
+            self.split, self.work = split, SimpleNamespace(simulations=7)
 
         def first(self) -> Any:
             return SimpleNamespace(score=made["score"])
@@ -195,3 +195,57 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(models: dict[str, A
         assert found.split.late_s == (0.0, 0.012)
         assert [note.partition(":")[0] for note in notes] == ["first", "second"]
         assert all("recording.toml" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("auto", "error_deg", "late", "expected"),
+    [
+        (True, 0.3, False, ("left",)),
+        (True, 0.1, False, ()),  # what explains the recordings leaves no latency
+        (True, 0.3, True, ("taken out",)),
+        (False, 0.3, False, ()),
+    ],
+)
+def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
+    models: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    auto: bool,
+    error_deg: float,
+    late: bool,
+    expected: tuple[str, ...],
+) -> None:
+    """What that takes is not counted as search; where it ends above the floor latencies are looked
+    for among the last model's errors."""
+    steps, ranked = (Step(trial("")), Step(trial("a", error_deg), "a")), (Step(trial("")),)
+
+    def firm(models: Any, criterion: Any, selected: Selected) -> tuple[Selected, Stability]:
+        models.work.simulations += 100
+        return selected, Stability(resamples=3)
+
+    def left(last: Any, names: list[str]) -> tuple[str, ...]:
+        assert (last, names) == (steps[-1].trial, ["first", "second"])
+        return ("left",)
+
+    selector = SimpleNamespace(
+        select=lambda: Selected(steps, ()), first_step=lambda: Selected(ranked, ())
+    )
+    monkeypatch.setattr(_outcome, "StepwiseSelector", lambda *given: selector)
+    monkeypatch.setattr(_outcome, "firm", firm)
+    monkeypatch.setattr(_outcome, "latencies_left", left)
+    if late:
+        models["late"] = SimpleNamespace(
+            late_s=np.zeros(2), sentences=lambda names, remedy: ("taken out",)
+        )
+    shown: list[tuple[str, int, int | None]] = []
+    found = _outcome.select(
+        data(),
+        CRITERION,
+        PriorKnowledge(),
+        auto=auto,
+        progress=lambda stage, done, total=None: shown.append((stage, done, total)),
+    )
+    assert found.selected.steps == (steps if auto else ranked)
+    assert found.stability.resamples == (3 if auto else 0)
+    assert found.simulations == 7
+    assert found.latencies == expected
+    assert shown == ([("leaving out parts of the data", 0, 1)] if auto else [])
