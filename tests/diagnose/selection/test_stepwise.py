@@ -202,6 +202,7 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
     ).select()
     best = "best so far: the linear model, 0.280° rms on validation data, 2.8 times the floor of"
     assert shown[0][0].startswith(best)
+    assert shown[0][1:] == (0, 1)
     assert shown[1:4] == [
         ("first effect: trying a", 0, 2),
         ("first effect: trying b", 1, 2),
