@@ -15,7 +15,7 @@ def loop_filter(T: float, xi: float, interval_s: float) -> tuple[Array, Array]:
     which takes half a second to import.
 
     >>> numerator, denominator = loop_filter(0.02, 0.6, 0.01)
-    >>> round(numerator.sum() / denominator.sum(), 12)  # the gain at rest
+    >>> round(float(numerator.sum() / denominator.sum()), 12)  # the gain at rest
     1.0
     """
     from scipy.linalg import expm
