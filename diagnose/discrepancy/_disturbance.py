@@ -17,7 +17,7 @@ from servosight.diagnose.discrepancy.basis import BasisMotion
 from servosight.diagnose.residuals import TEST
 from servosight.diagnose.selection import Trial
 from servosight.models.core import Array, Mask
-from servosight.models.plant import Stimulus
+from servosight.models.plant import Stimulus, loop_filter
 
 STEPS_PER_T = 2.0
 MOST_INSTANTS = 8
@@ -51,8 +51,6 @@ class DisturbanceEstimator:
 
         What chooses terms leaves the test's samples out.
         """
-        from scipy.signal import cont2discrete
-
         judged = trial.judged[number]
         recording, problem = judged.recording, trial.fit.problem
         row = problem.rows(trial.fit.outcome.point[None, :], number)[0]
@@ -64,7 +62,7 @@ class DisturbanceEstimator:
         time_s = recording.time_s[0] + interval * np.arange(int(at[-1]) + 1)
         asked = Stimulus.of(recording)
         model = problem.plant.simulate(row, replace(asked, samples_s=time_s, weights=np.ones(1)))
-        b, a, _ = cont2discrete(([1.0], [T * T, 2.0 * xi * T, 1.0]), interval, "foh")
+        numerator, denominator = loop_filter(T, xi, interval)
         sigma = np.full(recording.time_s.size, max(noise_deg, 1e-9))
         if recording.sigma_deg is not None and np.all(recording.sigma_deg > 0.0):
             sigma = recording.sigma_deg
@@ -74,8 +72,8 @@ class DisturbanceEstimator:
             np.full(judged.uses.size, with_test) | (judged.uses != TEST),
             judged.error_deg,
             sigma,
-            np.asarray(b).ravel(),
-            np.asarray(a),
+            numerator,
+            denominator,
         )
         # What the model leaves belongs to the motion.
         path = model - estimator.answers(estimator.torque()[0][None, :])[0]

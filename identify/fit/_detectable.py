@@ -18,6 +18,8 @@ from servosight.models.core import Array, Parameter, rounded
 
 COUNT = 9
 """Sizes that are simulated, from a small share of the first guess up to the parameter's bound."""
+AT_ONCE = 2
+"""So many of them at a time, until one shows."""
 SMALL = 1.0 / 64.0
 LEAST_REACH = 1e-4
 """A guess this close to neutral, as a share of the way to the bound, says nothing of the size."""
@@ -70,9 +72,8 @@ def size_shown(
     sizes = np.geomspace(min(SMALL, 0.5 * most), most, COUNT)
     varied = np.where(np.isin(np.arange(guess.size), sized), start, guess)
     points = np.clip(varied + sizes[:, None] * away, low, high)
-    changes = problem.residuals(points) - base.residual
-    left = projected_out(changes.T, base.jacobian)
-    size = smallest(sizes, np.sqrt(np.mean(left**2, axis=0)), least_deg)
+    changes_deg = _changes_deg(problem, base, points, least_deg)
+    size = smallest(sizes[: changes_deg.size], changes_deg, least_deg)
     main = problem.coordinates[place]
     value = None if size is None else main.from_search(float(start[place] + size * away[place]))
     return Detectable(
@@ -83,6 +84,19 @@ def size_shown(
         below=main.parameter.reciprocal,
         sentence=_words(name, main.parameter, value, still),
     )
+
+
+def _changes_deg(problem: Problem, base: Solution, points: Array, least_deg: float) -> Array:
+    """Rms change that the parameters of ``base`` cannot produce, at one of ``points`` after the
+    other, until one reaches ``least_deg``: the larger sizes cost the longest simulations."""
+    found = np.empty(0)
+    for first in range(0, len(points), AT_ONCE):
+        changes = problem.residuals(points[first : first + AT_ONCE]) - base.residual
+        left = projected_out(changes.T, base.jacobian)
+        found = np.append(found, np.sqrt(np.mean(left**2, axis=0)))
+        if found.max() >= least_deg:
+            break
+    return found
 
 
 def smallest(sizes: Array, change_deg: Array, least_deg: float) -> float | None:

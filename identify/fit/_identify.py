@@ -29,6 +29,7 @@ from servosight.identify.problem import (
     joint_noise_deg,
     linear_start,
     measured_by_servo,
+    noise_deg,
     offered,
     ranges_of_sensor,
     search_box,
@@ -102,8 +103,9 @@ def identify(
     # A linear model has the k that fits, which stands for the load as well.
     known_gain, ranges = (gain_of_sensor(scored), ranges_of_sensor(scored)) if chosen else ({}, {})
     held = {**known_gain, **fixed}
-    problem = Problem.of(scored, known, chosen, ranges=ranges, held=held)
-    noise = joint_noise_deg(tuple(whole))
+    noises = tuple(noise_deg(recording) for recording in whole)
+    problem = Problem.of(scored, known, chosen, ranges=ranges, held=held, noises_deg=noises)
+    noise = joint_noise_deg(whole, noises)
     floor = floor_deg(whole, noise, tolerance)
     solution, history = _solved(problem, method, seed)
     solution = _beside(solution, floor) if chosen else solution

@@ -14,7 +14,7 @@ Never below the angle's own resolution / sqrt(12).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,19 +66,28 @@ def noise_deg(recording: Recording) -> float:
     return max(_spread(values, chosen), least)
 
 
-def sample_noise_deg(recording: Recording) -> Array:
-    """Standard deviation of each measured angle [deg], (samples,)."""
+def sample_noise_deg(recording: Recording, estimated_deg: float | None = None) -> Array:
+    """Standard deviation of each measured angle [deg], (samples,).
+
+    ``estimated_deg`` is :func:`noise_deg` of the recording where it is known already.
+    """
     sigma = recording.sigma_deg
     if sigma is not None and np.all(sigma > 0.0):
         return sigma
-    return np.full(recording.time_s.size, noise_deg(recording))
+    known = noise_deg(recording) if estimated_deg is None else estimated_deg
+    return np.full(recording.time_s.size, known)
 
 
-def joint_noise_deg(recordings: tuple[Recording, ...]) -> float:
-    """Rms noise over several recordings, weighted by their samples [deg]."""
+def joint_noise_deg(
+    recordings: Sequence[Recording], estimated_deg: Sequence[float] | None = None
+) -> float:
+    """Rms noise over several recordings, weighted by their samples [deg].
+
+    ``estimated_deg`` is :func:`noise_deg` of each where it is known already.
+    """
     weights = [recording.time_s.size for recording in recordings]
-    squares = [noise_deg(recording) ** 2 for recording in recordings]
-    return float(np.sqrt(np.average(squares, weights=weights)))
+    known = [noise_deg(one) for one in recordings] if estimated_deg is None else estimated_deg
+    return float(np.sqrt(np.average(np.square(known), weights=weights)))
 
 
 def resolution_deg(angle_deg: Array) -> float:
@@ -182,7 +191,9 @@ def _cut(tables: list[_Blocks], calm: list[Mask]) -> tuple[Array, Mask]:
 
 def _widened(rows: NDArray[Any], width: int) -> NDArray[Any]:
     """Rows with zeros behind them."""
-    return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
+    wide = np.zeros((len(rows), width), rows.dtype)
+    wide[:, : rows.shape[1]] = rows
+    return wide
 
 
 def _blocks(recording: Recording, shapes: Array, length: int) -> _Blocks:

@@ -7,14 +7,17 @@ each recording.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from servosight.identify.problem._noise import sample_noise_deg
 from servosight.identify.problem._restarts import restarts
 from servosight.identify.problem._standstill import standstill_errors
+from servosight.identify.problem._work import Work
 from servosight.identify.problem.samples import sample_weights
 from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
 from servosight.models.effects import Effect
@@ -22,8 +25,6 @@ from servosight.models.plant import Plant, Stimulus
 
 LOST_DEG = 1e6
 """The error [deg] of a sample that was not simulated, and the largest that counts."""
-ORDINARY_STEP_S = 4e-3
-"""The steps [s] of a simulation that costs 1."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +71,6 @@ class Coordinate:
         return low, high
 
 
-@dataclass
-class Work:
-    """How many simulations of one recording were made, and their cost: the same on every machine,
-    unlike time.
-
-    The cost is in simulations with a step every ``ORDINARY_STEP_S``: one of a fast motor with a
-    kink in its torque costs thirty times as much as one of the linear model.
-    """
-
-    simulations: int = 0
-    cost: float = 0.0
-
-
 @dataclass(frozen=True)
 class Problem:
     """Fit ``effects`` (with the linear core) to ``recordings``.
@@ -91,9 +79,10 @@ class Problem:
     passes through all of them. Residuals are (measured - model) * weight, with weights about one,
     so that a cost stays in degrees. ``ranges`` are narrower bounds by name of a parameter of the
     linear core, or of ``bias``. ``held`` parameters stay at their values: their bounds are these.
-    Those of effects that are not fitted are ignored. ``work`` counts every simulation, where it
-    is given. ``horizon_s``: the model predicts so far at a time, beginning anew from the measured
-    motion; the whole recording if None.
+    Those of effects that are not fitted are ignored. ``work`` counts the simulations and keeps the
+    last. ``horizon_s``: the model predicts so far at a time, beginning anew from the measured
+    motion; the whole recording if None. ``noises_deg`` is the noise of each recording where it was
+    estimated already.
     """
 
     recordings: tuple[Recording, ...]
@@ -103,7 +92,8 @@ class Problem:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     held: Mapping[str, float] = field(default_factory=dict)
     horizon_s: float | None = None
-    work: Work | None = field(default=None, compare=False)
+    work: Work = field(default_factory=Work, compare=False)
+    noises_deg: tuple[float, ...] | None = field(default=None, compare=False)
 
     @classmethod
     def of(
@@ -116,6 +106,7 @@ class Problem:
         held: Mapping[str, float] | None = None,
         work: Work | None = None,
         horizon_s: float | None = None,
+        noises_deg: tuple[float, ...] | None = None,
     ) -> Problem:
         """A problem over the catalogue's plant; all samples are scored unless masks say less."""
         if masks is None:
@@ -128,7 +119,8 @@ class Problem:
             dict(ranges or {}),
             dict(held or {}),
             horizon_s,
-            work,
+            Work() if work is None else work,
+            noises_deg,
         )
 
     @property
@@ -198,6 +190,12 @@ class Problem:
         return sample_weights(self.recordings)
 
     @cached_property
+    def sample_noises_deg(self) -> tuple[Array, ...]:
+        """For each recording the standard deviation of its measured angles [deg], (samples,)."""
+        known = self.noises_deg or itertools.repeat(None)
+        return tuple(map(sample_noise_deg, self.recordings, known))
+
+    @cached_property
     def shared(self) -> Array:
         """Change of the weighted residuals by one sigma of each error that a recording's samples
         share, (scored, errors); an error belongs to one recording."""
@@ -237,19 +235,19 @@ class Problem:
         points = np.atleast_2d(points)
         return [self._simulated(self.rows(points, r), r) for r in range(len(self.recordings))]
 
+    @cached_property
+    def _asked(self) -> tuple[Hashable, ...]:
+        """What stands for the plant and each recording's stimulus."""
+        return tuple((self.plant.run, stimulus.digest) for stimulus in self.stimuli)
+
     def _simulated(self, rows: Array, recording: int) -> Array:
         """Each different row once: a parameter of one recording does not change others' rows, and
         one that is held no row."""
-        different, which = np.unique(rows, axis=0, return_inverse=True)
         stimulus = self.stimuli[recording]
-        angles, steps = self.plant.simulate_counted(different, stimulus)
-        self._count(different, stimulus, steps)
-        return angles[which.ravel()]
-
-    def _count(self, rows: Array, stimulus: Stimulus, steps: int | None) -> None:
-        if self.work is not None:
-            self.work.simulations += len(rows)
-            self.work.cost += len(rows) if steps is None else _ordinary(steps, stimulus)
+        asked, duration_s = self._asked[recording], stimulus.duration_s
+        return self.work.angles(
+            asked, rows, duration_s, lambda new: self.plant.simulate_counted(new, stimulus)
+        )
 
     def residuals(self, points: Array) -> Array:
         """Weighted residuals of the scored samples, (batch, scored); large where it failed."""
@@ -269,11 +267,6 @@ class Problem:
             for coordinate, x in zip(self.coordinates, point, strict=True)
             if coordinate.recording is None
         }
-
-
-def _ordinary(steps: int, stimulus: Stimulus) -> float:
-    """The cost of so many steps through a recording."""
-    return steps * ORDINARY_STEP_S / float(stimulus.samples_s[-1] - stimulus.samples_s[0])
 
 
 def _fastest_deg_s(recording: Recording) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 from servosight.identify.problem._problem import Problem
 from servosight.models.core import Array, Mask
 from servosight.models.effects import Effect, GuessFeatures, ResidualFeatures
+from servosight.models.plant import loop_filter
 
 Masks = tuple[Mask, ...]
 
@@ -94,19 +95,11 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         columns.append((command, angle, speed, drive, angle - model[0], pushed))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
-    @functools.cache
-    def filters() -> list[tuple[Array, Array]]:
-        from scipy.signal import cont2discrete
-
-        loop = [1.0], [T * T, 2.0 * xi * T, 1.0]
-        found = [cont2discrete(loop, interval, "foh") for interval in intervals]
-        return [(b.ravel(), a) for b, a, _ in found]
+    filters = [loop_filter(T, xi, interval) for interval in intervals]
 
     def respond(torques: Array) -> Array:
-        from scipy.signal import lfilter  # slow to import, and few effects ask
-
-        parts = zip(filters(), np.split(torques, edges, axis=1), strict=True)
-        return np.concatenate([lfilter(b, a, part, axis=1) for (b, a), part in parts], axis=1)
+        parts = zip(filters, np.split(torques, edges, axis=1), strict=True)
+        return np.concatenate([problem.plant.filtered(*of, part) for of, part in parts], axis=1)
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
     command, angle, speed, drive, residual, pushed = joined

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.problem import Coordinate, Problem, projected_out, sample_noise_deg
+from servosight.identify.problem import Coordinate, Problem, projected_out
 from servosight.identify.uncertainty._clock import of_clocks, offset_slopes
 from servosight.identify.uncertainty._correlation import by_recording, weighted_normal
 from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
@@ -105,8 +105,9 @@ class Uncertainty:
 
         0 where they are within 10 % of the noise, which is not known to more.
         """
-        parts = zip(self.problem.recordings, self.problem.weights, self.problem.masks, strict=True)
-        noise = np.concatenate([(weight * sample_noise_deg(r))[mask] for r, weight, mask in parts])
+        problem = self.problem
+        parts = zip(problem.sample_noises_deg, problem.weights, problem.masks, strict=True)
+        noise = np.concatenate([(weight * sigma)[mask] for sigma, weight, mask in parts])
         most = (_NOISY * float(np.sqrt(np.mean(noise**2)))) ** 2
         mean_square = 2.0 * self.cost / max(noise.size, 1)
         return max(1.0 - most / mean_square, 0.0) if mean_square > 0.0 else 0.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -45,13 +46,18 @@ class ResidualFeatures:
     respond: Callable[[Array], Array] = _itself
     disturbance: Array = field(default_factory=lambda: _NONE)
 
-    def projected(self, shapes: Array) -> Array:
-        """Responses to the shapes (shapes, samples), without what a refit would explain."""
+    @cached_property
+    def _explained(self) -> Array:
+        """An orthonormal basis of what a refit would explain, (samples, 5)."""
         known = [np.ones_like(self.angle_deg), self.angle_deg, self.speed_deg_s, self.command_deg]
         scale = [np.abs(column).max() + 1e-12 for column in known]
         plain = self.respond(np.array(known) / np.array(scale)[:, None])
         basis, _ = np.linalg.qr(np.vstack([plain, np.ones_like(self.angle_deg)]).T)
-        answers = self.respond(shapes)
+        return np.asarray(basis)
+
+    def projected(self, shapes: Array) -> Array:
+        """Responses to the shapes (shapes, samples), without what a refit would explain."""
+        answers, basis = self.respond(shapes), self._explained
         return np.asarray(answers - (answers @ basis) @ basis.T)
 
     def sizes(self, shapes: Array) -> Array:

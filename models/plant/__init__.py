@@ -7,6 +7,7 @@ from servosight.models.plant._difference import Linear as Linear
 from servosight.models.plant._difference import to_difference as to_difference
 from servosight.models.plant._limit_cycles import LimitCycle as LimitCycle
 from servosight.models.plant._limit_cycles import limit_cycles as limit_cycles
+from servosight.models.plant._loop_filter import loop_filter as loop_filter
 from servosight.models.plant._metrics import StepMetrics as StepMetrics
 from servosight.models.plant._metrics import bandwidth_hz as bandwidth_hz
 from servosight.models.plant._metrics import natural_frequency_hz as natural_frequency_hz

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.models.core import Array, Recording, exposure_nodes
 from servosight.models.effects import Effect
-from servosight.models.plant.kernel import ENTRIES, Layout, kernel, not_compiled
+from servosight.models.plant.kernel import Layout, kernel, not_compiled
 
 _MOST_PIECES = 1_000_000
+Steps = NDArray[np.int64]
+
+
+def _own_layout(values: Array) -> Array:
+    """In the one layout in memory for which the kernel is compiled: another costs half a minute."""
+    return np.require(values, np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
 
 
 @dataclass(frozen=True)
@@ -37,10 +46,25 @@ class Stimulus:
     restarts: Array = field(default_factory=lambda: np.zeros((3, 0)))
 
     def __post_init__(self) -> None:
-        # The kernel is compiled anew, half a minute long, for every other layout in memory.
         for name in ("time_s", "command_deg", "samples_s", "disturbance", "restarts"):
-            values = np.require(getattr(self, name), np.float64, ("C_CONTIGUOUS", "WRITEABLE"))
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, _own_layout(getattr(self, name)))
+
+    @cached_property
+    def digest(self) -> bytes:
+        """The same for stimuli that ask the same: a hash of all that they hold."""
+        found = hashlib.blake2b(f"{self.linear} {self.horn}".encode(), digest_size=16)
+        for values in (
+            self.time_s, self.command_deg, self.samples_s, self.weights,
+            self.disturbance, self.restarts,
+        ):  # fmt: skip
+            found.update(str(values.shape).encode())
+            found.update(values.tobytes())
+        return found.digest()
+
+    @property
+    def duration_s(self) -> float:
+        """From the first sample to the last."""
+        return float(self.samples_s[-1] - self.samples_s[0])
 
     @classmethod
     def of(cls, recording: Recording) -> Stimulus:
@@ -62,9 +86,10 @@ class Plant:
     """The plant equation for a registry of effects, with the layout of its parameter rows."""
 
     layout: Layout
-    run: Callable[..., int | None]
+    run: Callable[..., Steps | None]
     shape: Callable[..., int]
     transmit: Callable[..., None]
+    filter: Callable[..., None]
     restartable: bool = True
     """False where the motion cannot begin anew on the way, as that of an FMU."""
 
@@ -92,8 +117,9 @@ class Plant:
 
     def simulate_counted(
         self, rows: Array, stimulus: Stimulus, step_s: float | None = None
-    ) -> tuple[Array, int | None]:
-        """The same, and how many steps it took; None where the plant does not tell, as an FMU."""
+    ) -> tuple[Array, Steps | None]:
+        """The same, and how many steps each row took, (batch,); None where the plant does not tell,
+        as an FMU."""
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
@@ -142,9 +168,18 @@ class Plant:
             raise not_compiled(self.layout.effects, error) from error
         return out
 
+    def filtered(self, numerator: Array, denominator: Array, rows: Array) -> Array:
+        """``rows`` (many, samples) behind a difference equation of second order, from rest.
+
+        ``numerator`` and ``denominator`` (3,) are those of :func:`loop_filter`.
+        """
+        out = np.empty(rows.shape)
+        self.filter(_own_layout(numerator), _own_layout(denominator), _own_layout(rows), out)
+        return out
+
 
 @functools.lru_cache(maxsize=8)
 def _plant(effects: tuple[Effect, ...]) -> Plant:
     registry = {effect.id: effect for effect in effects}
-    run, shape, transmit = (kernel(registry, name) for name in ENTRIES)
-    return Plant(Layout.of(effects), run, shape, transmit)
+    run, shape, transmit, filtering = kernel(registry)
+    return Plant(Layout.of(effects), run, shape, transmit, filtering)

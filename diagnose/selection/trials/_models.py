@@ -51,11 +51,11 @@ class ModelSelection:
     split: Split
     catalogue: Mapping[str, Effect]
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
-    trials: dict[Key, Trial] = field(default_factory=dict, compare=False)
-    wholes: dict[Key, Trial] = field(default_factory=dict, compare=False)
-    screens: dict[tuple[Key, float], Screen] = field(default_factory=dict, compare=False)
-    fits: dict[Way, Solution] = field(default_factory=dict, compare=False)
-    work: Work = field(default_factory=Work, compare=False)
+    trials: dict[Key, Trial] = field(default_factory=dict)
+    wholes: dict[Key, Trial] = field(default_factory=dict)
+    screens: dict[tuple[Key, float], Screen] = field(default_factory=dict)
+    fits: dict[Way, Solution] = field(default_factory=dict)
+    work: Work = field(default_factory=Work)
 
     @cached_property
     def held(self) -> Mapping[str, float]:

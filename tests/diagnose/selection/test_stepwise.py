@@ -202,6 +202,7 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
     ).select()
     best = "best so far: the linear model, 0.280° rms on validation data, 2.8 times the floor of"
     assert shown[0][0].startswith(best)
+    assert shown[0][1:] == (0, 1)
     assert shown[1:4] == [
         ("first effect: trying a", 0, 2),
         ("first effect: trying b", 1, 2),
@@ -237,3 +238,13 @@ def test_the_effort_is_that_of_the_documents() -> None:
         cost=160_000.0,
         steps_share=0.5,
     )
+
+
+def test_the_best_candidate_above_the_floor_is_fitted_from_many_starts() -> None:
+    steps_alone = replace(EFFORT, pairs=0, partners=0)
+    _, _, models = selected({"": 0.29, "a": 0.2, "b": 0.25}, steps_alone)
+    assert "search a" in models.done
+    assert "search b" not in models.done
+    _, _, models = selected({"": 0.28, "a": 0.1, "b": 0.2}, steps_alone)
+    assert not [one for one in models.done if one.startswith("search")]
+    assert selected({"": 0.29})[0] == [""], "no candidate at all"

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.problem import Problem, Work, linear_start
+from servosight.identify.problem import Problem, Work, linear_start, noise_deg
 from servosight.models.effects import catalogue
 
 
 def cost(problem: Problem, **values: float) -> float:
     """What one simulation costs with these parameters, the others from a linear start."""
-    assert problem.work is not None
     point = linear_start(problem.linear)
     names = [one.name for one in problem.linear.coordinates]
     known = {**dict(zip(names, point, strict=True)), **values}
@@ -46,7 +45,6 @@ def test_a_simulation_costs_as_many_steps_as_it_takes(record: Any) -> None:
 def test_equal_rows_are_simulated_once(record: Any) -> None:
     """As where a held parameter is varied for a difference quotient."""
     problem = Problem.of([record(3.0)], catalogue(), [], work=Work())
-    assert problem.work is not None
     point = linear_start(problem)
     other = point + np.eye(point.size)[0]
     before = problem.work.simulations
@@ -54,3 +52,14 @@ def test_equal_rows_are_simulated_once(record: Any) -> None:
     assert problem.work.simulations == before + 2
     np.testing.assert_array_equal(answers[0], answers[2])
     np.testing.assert_array_equal(answers[1], problem.residuals(point[None, :])[0])
+
+
+def test_a_noise_that_is_known_is_not_estimated_again(record: Any) -> None:
+    """Where the samples have sigmas of their own, these hold."""
+    measured = record(3.0)
+    plain = replace(measured, sigma_deg=None)
+    own = replace(measured, sigma_deg=np.full(measured.time_s.size, 0.2))
+    given = Problem.of([plain, own], catalogue(), [], noises_deg=(0.5, 0.5)).sample_noises_deg
+    assert [set(one) for one in given] == [{0.5}, {0.2}]
+    estimated = Problem.of([plain], catalogue(), []).sample_noises_deg
+    assert set(estimated[0]) == {noise_deg(plain)}

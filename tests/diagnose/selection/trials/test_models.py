@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from servosight.diagnose.residuals import TEST, VALIDATION
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,
@@ -270,6 +271,27 @@ def test_recordings_that_validate_are_not_fitted(fits: Fits) -> None:
     assert models.whole(linear) is linear
     assert not models.explained_whole(linear, AcceptanceCriterion(1e6, 0.0))
     assert len(fits.asked) == 1
+
+
+def test_a_recording_that_validates_is_placed_by_the_samples_that_choose(
+    fits: Fits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its bias and its first motion; those of one for the test alone by all of it."""
+    masks: list[Any] = []
+
+    def carried(one: Recording, catalogue: Any, effects: Any, fit: Any, mask: Any = None) -> Array:
+        masks.append(mask)
+        return one.angle_deg
+
+    monkeypatch.setattr(_models, "carried_over", carried)
+    split = Split.of([recording()], [recording(name="other")], [recording(name="test")])
+    models = ModelSelection(split, EFFECTS)
+    judged = models.tested(models.linear())
+    assert [one.recording.name for one in judged] == ["log", "other", "test"]
+    np.testing.assert_array_equal(masks[0], split.carried_uses[0] == VALIDATION)
+    assert masks[0].any()
+    assert masks[1:] == [None]
+    assert set(judged[2].uses) == {TEST}
 
 
 def test_models_are_alike_where_the_same_is_held(fits: Fits) -> None:

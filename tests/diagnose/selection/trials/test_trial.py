@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.residuals import FIT, Judged
+from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.selection import Score, Trial
 from servosight.identify.problem import Problem
 from servosight.models.core import Recording
@@ -64,3 +64,24 @@ def test_parameters_of_the_core_on_a_bound() -> None:
     assert found.at_bounds == ()
     assert scored("backlash", {"T": 0.02, "xi": 20.0}).core_at_bounds == ("xi",)
     assert scored("backlash", {"T": 0.02, "xi": 0.7}).core_at_bounds == ()
+    assert scored("backlash", {"backlash.gap": 45.0}).core_at_bounds == ()
+
+
+@pytest.mark.parametrize(("second", "validation_deg"), [(VALIDATION, 2.0), (TEST, 1.0)])
+def test_the_score_of_errors_that_are_known(second: int, validation_deg: float) -> None:
+    """1 deg where it is fitted, 2 deg in the other half; a test has no part in it."""
+    half = np.arange(TIME_S.size) >= TIME_S.size // 2
+    uses = np.where(half, second, FIT).astype(np.int8)
+    problem = Problem.of([RECORDING], catalogue(), ["backlash"])
+    fit: Any = SimpleNamespace(
+        problem=problem, outcome=SimpleNamespace(point=np.mean(problem.bounds, axis=0))
+    )
+    found = Trial(("backlash",), fit, (Judged(RECORDING, COMMAND - 1.0 - half, uses),)).score
+    count = half.size if second == VALIDATION else half.size // 2
+    assert found.samples == count
+    assert found.mean_square_deg2 == pytest.approx(2.5 if second == VALIDATION else 1.0)
+    assert found.train_rmse_deg == pytest.approx(1.0)
+    assert found.validation_rmse_deg == pytest.approx(validation_deg)
+    assert found.validation_samples == half.size // 2
+    assert found.parameters == 4
+    assert found.gain_fitted

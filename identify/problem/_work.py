@@ -1,0 +1,79 @@
+"""What simulations were made: how many, at what cost, and what the last of them gave."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servosight.models.core import Array
+
+ORDINARY_STEP_S = 4e-3
+"""The steps [s] of a simulation that costs 1."""
+MOST_BYTES = 2**26
+"""Of the answers that are kept: 3,500 of a recording of 20 s at 120 Hz."""
+
+Key = tuple[Hashable, bytes]
+Answer = tuple[Array, int | None]
+"""Angles (samples,) of one row, and how many steps they took."""
+
+
+@dataclass
+class Work:
+    """How many simulations of one recording were asked for, and their cost: the same on every
+    machine, unlike time.
+
+    The cost is in simulations with a step every ``ORDINARY_STEP_S``: one of a fast motor with a
+    kink in its torque costs thirty times as much as one of the linear model. Descents, starts and
+    sketches come by the same rows again: what is still kept of these is not simulated again, though
+    it counts, so that a budget ends a search at the same place whatever is kept.
+    """
+
+    simulations: int = 0
+    cost: float = 0.0
+    _kept: OrderedDict[Key, Answer] = field(default_factory=OrderedDict, repr=False, compare=False)
+    _bytes: int = field(default=0, repr=False, compare=False)
+
+    def angles(
+        self,
+        asked: Hashable,
+        rows: Array,
+        duration_s: float,
+        simulate: Callable[[Array], tuple[Array, NDArray[np.int64] | None]],
+    ) -> Array:
+        """Angles (batch, samples) of ``rows`` (batch, parameters): each different row once.
+
+        ``asked`` stands for the plant and all that it is given beside the rows, and ``duration_s``
+        for how long that lasts. ``simulate`` returns angles and how many steps each row took.
+        """
+        keys = [(asked, row.tobytes()) for row in rows]
+        places = dict(zip(keys, range(len(keys)), strict=True))
+        answers = {key: self._kept[key] for key in places if key in self._kept}
+        lacking = [key for key in places if key not in answers]
+        if lacking:
+            found, steps = simulate(rows[[places[key] for key in lacking]])
+            taken = [None] * len(lacking) if steps is None else steps.tolist()
+            answers |= zip(lacking, zip(found, taken, strict=True), strict=True)
+        self._count(answers, duration_s)
+        self._keep(answers)
+        return np.array([answers[key][0] for key in keys])
+
+    def _count(self, answers: dict[Key, Answer], duration_s: float) -> None:
+        steps = [taken for _, taken in answers.values()]
+        self.simulations += len(steps)
+        known = [taken for taken in steps if taken is not None]
+        self.cost += len(steps) - len(known) + sum(known) * ORDINARY_STEP_S / duration_s
+
+    def _keep(self, answers: dict[Key, Answer]) -> None:
+        """The last answers that fit into the memory, the latest last."""
+        for key, (angles, taken) in answers.items():
+            if key in self._kept:
+                self._kept.move_to_end(key)
+            else:
+                self._kept[key] = angles.copy(), taken  # a view would hold its whole batch
+                self._bytes += angles.nbytes
+        while self._bytes > MOST_BYTES:
+            self._bytes -= self._kept.popitem(last=False)[1][0].nbytes

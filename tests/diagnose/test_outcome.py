@@ -1,0 +1,251 @@
+"""What is named and with which verdict, from steps and scores that were not measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from servosight.diagnose import _outcome
+from servosight.diagnose._outcome import Outcome, verdict_of
+from servosight.diagnose.evidence import Stability
+from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
+from servosight.diagnose.result import Verdict
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    Score,
+    Selected,
+)
+from servosight.diagnose.selection._steps import Step
+from servosight.models.core import Recording
+from servosight.models.effects import catalogue
+
+COUNT = 1000
+TIME_S = np.arange(COUNT) / 100.0
+CRITERION = AcceptanceCriterion(0.1, 0.0)
+USES = np.repeat(np.array([FIT, VALIDATION, TEST], np.int8), [600, 200, 200])
+
+
+def trial(effects: str, validation_deg: float = 0.1) -> Any:
+    score = Score(
+        effects=tuple(effects),
+        parameters=3,
+        samples=COUNT,
+        mean_square_deg2=validation_deg**2,
+        train_rmse_deg=validation_deg,
+        validation_rmse_deg=validation_deg,
+        validation_samples=200,
+    )
+    return SimpleNamespace(effects=tuple(effects), score=score)
+
+
+def outcome(
+    *steps: Step,
+    test_deg: float = 0.1,
+    whole: bool = False,
+    stability: Stability | None = None,
+    known: PriorKnowledge | None = None,
+) -> Outcome:
+    """The last of ``steps`` has this error in its test; ``whole``: explained once all is fitted."""
+    error = np.where(USES == TEST, test_deg, 10.0)
+    recording = Recording("run", TIME_S, np.zeros(COUNT), TIME_S, error)
+    judged = Judged(recording, np.zeros(COUNT), USES)
+    models: Any = SimpleNamespace(
+        known=known or PriorKnowledge(),
+        tested=lambda last: (judged,),
+        explained_whole=lambda last, criterion: whole,
+    )
+    return Outcome(
+        models=models,
+        criterion=CRITERION,
+        selected=Selected(steps, ()),
+        stability=stability or Stability(),
+        auto=True,
+        simulations=1,
+        latencies=(),
+    )
+
+
+def test_what_was_added_and_is_still_there_is_named_in_its_order() -> None:
+    steps = (
+        Step(trial("")),
+        Step(trial("c"), "c"),
+        Step(trial("cb"), "b"),
+        Step(trial("ba"), "a", "c"),
+    )
+    found = outcome(*steps)
+    assert found.effects == ("b", "a")
+    assert found.grown
+    assert (found.linear, found.last) == (steps[0].trial, steps[-1].trial)
+    shaken = Stability(shares={"b": 0.4, "a": 0.9}, resamples=10)
+    assert replace(found, stability=shaken).effects == ("a",)
+    undetermined = Stability(shares={"b": 0.9, "a": 0.9}, undetermined=("a",))
+    assert replace(found, stability=undetermined).effects == ("b",)
+
+
+def test_what_is_known_before_is_named_first_and_once() -> None:
+    steps = Step(trial("k")), Step(trial("ka"), "a"), Step(trial("ak"), "k")
+    found = outcome(*steps, known=PriorKnowledge(with_effects=("k",)))
+    assert found.effects == ("k", "a")
+    assert not outcome(steps[0]).grown
+    lost = outcome(steps[0], Step(trial("a"), "a", "k"), known=PriorKnowledge(start_effects=("k",)))
+    assert lost.effects == ("a",)
+
+
+@pytest.mark.parametrize(
+    ("effects", "test_deg", "validation_deg", "whole", "verdict"),
+    [
+        ("a", 0.1, 0.1, False, Verdict.EXPLAINED),
+        ("", 0.1, 0.1, False, Verdict.NO_EFFECT_MISSING),
+        ("a", 0.3, 0.1, True, Verdict.UNEXPLAINED),  # the test decides
+        ("a", 0.1, 0.3, False, Verdict.UNEXPLAINED),
+        ("a", 0.1, 0.3, True, Verdict.EXPLAINED),  # once the validation samples are fitted, too
+        ("", 0.3, 0.1, False, Verdict.UNEXPLAINED),
+    ],
+)
+def test_the_verdict_asks_for_the_test_and_for_what_chose(
+    effects: str, test_deg: float, validation_deg: float, whole: bool, verdict: Verdict
+) -> None:
+    last = Step(trial(effects, validation_deg))
+    assert verdict_of(outcome(last, test_deg=test_deg, whole=whole)) is verdict
+
+
+@pytest.fixture
+def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the first model scores, which latencies are found, and the splits that were made."""
+    made: dict[str, Any] = {"score": trial("").score, "late": None, "choices": []}
+
+    class Models:
+        def __init__(self, split: Any, effects: Any, known: Any) -> None:
+            self.split, self.work = split, SimpleNamespace(simulations=7)
+
+        def first(self) -> Any:
+            return SimpleNamespace(score=made["score"])
+
+        def with_split(self, split: Any) -> Any:
+            return Models(split, None, None)
+
+    def of(*groups: Any, choice: int = 0) -> Any:
+        made["choices"].append(choice)
+
+        def earlier(late_s: tuple[float, ...]) -> Any:
+            return SimpleNamespace(choice=choice, late_s=late_s, earlier=earlier)
+
+        return SimpleNamespace(choice=choice, late_s=None, earlier=earlier)
+
+    monkeypatch.setattr(_outcome, "ModelSelection", Models)
+    monkeypatch.setattr(_outcome, "Split", SimpleNamespace(of=of))
+    monkeypatch.setattr(_outcome, "own_latencies", lambda models, runs: made["late"])
+    return made
+
+
+def data(**more: Any) -> Any:
+    runs = SimpleNamespace(name="first"), SimpleNamespace(name="second")
+    given = {"fitted": (1,), "validate": (), "test": (), "runs": (0, 1), "whole": runs}
+    return (
+        SimpleNamespace(**given, catalogue=catalogue())
+        if not more
+        else SimpleNamespace(**{**given, **more}, catalogue=catalogue())
+    )
+
+
+def score(train_deg: float, validation_deg: float) -> Score:
+    return replace(trial("").score, train_rmse_deg=train_deg, validation_rmse_deg=validation_deg)
+
+
+@pytest.mark.parametrize(
+    ("train_deg", "validation_deg", "validate", "again"),
+    [
+        (0.1, 0.3, (), True),  # what is missing shows in the validation samples alone
+        (0.1, 0.1, (), False),
+        (0.3, 0.3, (), False),
+        (0.1, 0.3, (1,), False),  # the user has chosen
+    ],
+)
+def test_another_third_is_held_out_where_the_fit_does_not_see_what_is_missing(
+    models: dict[str, Any],
+    train_deg: float,
+    validation_deg: float,
+    validate: tuple[int, ...],
+    again: bool,
+) -> None:
+    models["score"] = score(train_deg, validation_deg)
+    found, notes = _outcome._models(data(validate=validate), CRITERION, PriorKnowledge())
+    assert models["choices"] == ([0, 1] if again else [0])
+    assert found.split.choice == (1 if again else 0)
+    assert notes == ()
+    if again:
+        assert found.split.late_s == (0.0, 0.0)
+
+
+def test_a_latency_is_taken_out_and_said_with_the_runs_names(models: dict[str, Any]) -> None:
+    late = SimpleNamespace(
+        late_s=np.array([0.0, 0.012]),
+        sentences=lambda names, remedy: tuple(f"{name}: {remedy}" for name in names),
+    )
+    models["late"] = late
+    for own, choice in ((score(0.1, 0.1), 0), (score(0.1, 0.3), 1)):
+        models["score"] = own
+        found, notes = _outcome._models(data(), CRITERION, PriorKnowledge())
+        assert found.split.choice == choice
+        assert found.split.late_s == (0.0, 0.012)
+        assert [note.partition(":")[0] for note in notes] == ["first", "second"]
+        assert all("recording.toml" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("auto", "error_deg", "late", "expected"),
+    [
+        (True, 0.3, False, ("left",)),
+        (True, 0.1, False, ()),  # what explains the recordings leaves no latency
+        (True, 0.3, True, ("taken out",)),
+        (False, 0.3, False, ()),
+    ],
+)
+def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
+    models: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    auto: bool,
+    error_deg: float,
+    late: bool,
+    expected: tuple[str, ...],
+) -> None:
+    """What that takes is not counted as search; where it ends above the floor latencies are looked
+    for among the last model's errors."""
+    steps, ranked = (Step(trial("")), Step(trial("a", error_deg), "a")), (Step(trial("")),)
+
+    def firm(models: Any, criterion: Any, selected: Selected) -> tuple[Selected, Stability]:
+        models.work.simulations += 100
+        return selected, Stability(resamples=3)
+
+    def left(last: Any, names: list[str]) -> tuple[str, ...]:
+        assert (last, names) == (steps[-1].trial, ["first", "second"])
+        return ("left",)
+
+    selector = SimpleNamespace(
+        select=lambda: Selected(steps, ()), first_step=lambda: Selected(ranked, ())
+    )
+    monkeypatch.setattr(_outcome, "StepwiseSelector", lambda *given: selector)
+    monkeypatch.setattr(_outcome, "firm", firm)
+    monkeypatch.setattr(_outcome, "latencies_left", left)
+    if late:
+        models["late"] = SimpleNamespace(
+            late_s=np.zeros(2), sentences=lambda names, remedy: ("taken out",)
+        )
+    shown: list[tuple[str, int, int | None]] = []
+    found = _outcome.select(
+        data(),
+        CRITERION,
+        PriorKnowledge(),
+        auto=auto,
+        progress=lambda stage, done, total=None: shown.append((stage, done, total)),
+    )
+    assert found.selected.steps == (steps if auto else ranked)
+    assert found.stability.resamples == (3 if auto else 0)
+    assert found.simulations == 7
+    assert found.latencies == expected
+    assert shown == ([("leaving out parts of the data", 0, 1)] if auto else [])
