@@ -25,6 +25,7 @@ BEFORE = "#d55e00"
 AFTER = "#0072b2"
 SHADE = "#eef1f5"
 NOISE = "#b9c2cc"
+COMMAND = "#8f9aa5"
 FAINT = "#5b6570"
 
 WIDE, NARROW = 8.2, 4.1

@@ -33,11 +33,11 @@ from servosight.models.core import chance, degrees, rounded, signed, uncertain
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,
+    ladder,
+    law,
     picture,
     film,
     angle,
-    ladder,
-    law,
     regimes,
     where,
     candidates,

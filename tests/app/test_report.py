@@ -118,7 +118,7 @@ def test_a_diagnosis_tells_the_whole_story(found: Diagnosis, told: tuple[str, Pa
     order = [
         page.ids.index(name)
         for name in (
-            *("verdict", "angle", "ladder", "where", "candidates"),
+            *("verdict", "ladder", "angle", "where", "candidates"),
             *("response", "residuals", "parameters", "method"),
         )
     ]
@@ -291,7 +291,7 @@ def test_the_frame_shows_where_the_model_is_off(
     shapes = {kind: np.array([p.split(",") for p in v.split()], float) for kind, v in polygons}
     apart = np.hypot(*(shapes["measured"] - shapes["before"]).T).max()
     assert apart == pytest.approx(150.0 * 2.0 * np.sin(np.deg2rad(abs(error[worst])) / 2), rel=0.03)
-    assert text.count("data:image/jpeg") == 1
+    assert text.count("data:image/jpeg") == 2  # the whole picture, and what stands before the film
     assert text.count("data:image/png") == 1
 
 
