@@ -44,7 +44,7 @@ def _correlation(step: LadderStep) -> list[tuple[str, list[float | None]]]:
     found = step.correlation
     if found is None:
         return []
-    known = np.isfinite(found.values).any(axis=1)
+    known = np.asarray(np.isfinite(found.values).any(axis=1))
     return [
         (name, [float(value) if np.isfinite(value) else None for value in row[known]])
         for name, row, shown in zip(found.names, found.values, known, strict=True)
