@@ -189,7 +189,8 @@ def _place(during: Mapping[str, float], worst: Window) -> str:
     ]
     return (
         f"{listed(parts)} of it, counted over all samples; the worst part is from "
-        f"{worst.start_s:.2f} to {worst.end_s:.2f} s in the recording {worst.recording} ({degrees(worst.rmse_deg)} rms)"
+        f"{worst.start_s:.2f} to {worst.end_s:.2f} s in the recording {worst.recording} "
+        f"({degrees(worst.rmse_deg)} rms)"
     )
 
 
