@@ -12,10 +12,12 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, rounded
 
 Paint = Callable[[Figure], None]
 
@@ -30,6 +32,7 @@ FAINT = "#5b6570"
 
 WIDE, NARROW = 8.2, 4.1
 """Widths of figures [inch], on a page and on a telephone."""
+MANY_DECADES = 1e3
 POINTS = 1500
 """Two for each of this many stretches are drawn of a long line: no screen shows more."""
 
@@ -114,6 +117,14 @@ def thinned(x: Array, *lines: Array) -> list[tuple[Array, Array]]:
         ]
         found.append((x[kept], line[kept]))
     return found
+
+
+def log_ticks(axis: Axis, low: float, high: float) -> None:
+    """Plain numbers on a logarithmic axis; 2 and 5 only where few decades leave room for them."""
+    subs = (1.0, 2.0, 5.0) if high < MANY_DECADES * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_], colour: str = SHADE) -> None:

@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn_twice, legend_columns
+from servosight.app.report.figure import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    drawn_twice,
+    legend_columns,
+    log_ticks,
+)
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.residuals import Response, all_samples, response
-from servosight.models.core import Array, rounded
+from servosight.models.core import Array
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""
@@ -72,9 +78,7 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
             phases.plot(at, phase + ahead, look, **style)
             coherences.plot(at, one.model_coherence[known], look, **style)
         gains.set_xscale("log")
-        gains.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-        gains.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-        gains.xaxis.set_minor_formatter(NullFormatter())
+        log_ticks(gains.xaxis, at[0], at[-1])
         coherences.set_ylim(0.0, 1.05)
         gains.set_ylabel("gain [dB]")
         phases.set_ylabel("phase [deg]")

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice, log_ticks
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
 from servosight.diagnose import Diagnosis, LadderStep, named_model
 from servosight.diagnose.residuals import EXPLAINED
-from servosight.models.core import degrees, rounded
+from servosight.models.core import degrees
 
+ROOM = 0.2
+"""Of the errors' range on the logarithmic scale, for the labels above and below."""
 LEAST_STEP = 1.2
 """Narrower steps [inch] have their names upright."""
 
@@ -94,8 +95,9 @@ def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
         axes = figure.subplots()
         axes.set_yscale("log")
         crowded = figure.get_figwidth() < LEAST_STEP * len(ladder)
-        high = (30.0 if crowded else 1.9) * max(*errors, floor_deg)
-        low = (0.6 if crowded else 0.3) * min(*errors, floor_deg)
+        low, high = min(*errors, floor_deg), max(*errors, floor_deg)
+        room = (high / low) ** ROOM
+        low, high = low / (1.6 * room), (30.0 if crowded else 1.6 * room) * high
         axes.set_ylim(low, high)
         axes.set_xlim(edges[0], edges[-1] + 0.001)
         axes.axhspan(low, floor_deg, color=NOISE, alpha=0.45, linewidth=0)
@@ -126,9 +128,7 @@ def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
         axes.set_xticks([])
         axes.grid(axis="x", visible=False)
         axes.set_ylabel("error on test data, rms [deg]")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        log_ticks(axes.yaxis, low, high)
 
     alt = "Error on test data on a logarithmic scale: " + ", then ".join(
         f"{rung.name} {degrees(error)}" for rung, error in zip(ladder, errors, strict=True)
