@@ -123,8 +123,14 @@ def log_ticks(axis: Axis, low: float, high: float) -> None:
     """Plain numbers on a logarithmic axis; 2 and 5 only where few decades leave room for them."""
     subs = (1.0, 2.0, 5.0) if high < MANY_DECADES * low else (1.0,)
     axis.set_major_locator(LogLocator(subs=subs, numticks=12))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _short(value: float) -> str:
+    """A number without zeros at its end: ticks within one decade need two digits, others one."""
+    text = rounded(value, 2)
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_], colour: str = SHADE) -> None:
