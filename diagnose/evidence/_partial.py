@@ -188,7 +188,7 @@ def _place(during: Mapping[str, float], worst: Window) -> str:
         if part >= LEAST
     ]
     return (
-        f"{listed(parts)} of it, counted over all samples; the worst part is from "
+        f"of it {listed(parts)}, counted over all samples; the worst part is from "
         f"{worst.start_s:.2f} to {worst.end_s:.2f} s in the recording {worst.recording} "
         f"({degrees(worst.rmse_deg)} rms)"
     )
