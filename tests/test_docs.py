@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import re
 import shlex
 from collections.abc import Iterator
@@ -137,9 +138,12 @@ def test_every_page_is_in_the_index() -> None:
 
 
 def test_the_reference_lists_packages_and_modules_that_are_there() -> None:
-    named = REFERENCE.findall((ROOT / "docs" / "api.md").read_text(encoding="utf-8"))
-    assert named
-    for colons, name in named:
+    named = [
+        REFERENCE.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+        for page in ("api.md", "api-packages.md")
+    ]
+    assert all(named)
+    for colons, name in itertools.chain(*named):
         place = ROOT / "src" / Path(*name.split("."))
         is_package = (place / "__init__.py").is_file()
         assert is_package if colons == "::::" else place.with_suffix(".py").is_file(), name

@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 ADDED = {"tour.md": "README.md", "contributing.md": "CONTRIBUTING.md"}
 FACES = "__init__.pyi", "__init__.py"
 MEMBERS = re.compile(r"^:::: (servosight[\w.]*)$", re.MULTILINE)
+IN_HTML = re.compile(r'href="([\w-]+)\.md(#[^"]*)?">([\w-]+\.md)?')
 LINK = re.compile(r"\[([^]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 
@@ -48,9 +49,12 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         place = (folder / target).resolve()
         for added, source in ADDED.items():
             if place == ROOT / source:
+                text = title(place) if text.endswith(".md") else text
                 return f"[{text}]({depth}{added}{anchor})"
         if not place.is_relative_to(ROOT / "docs"):
             return text
+        if place.suffix == ".md" and text.endswith(".md") and place.is_file():
+            text = title(place)
         if place == ROOT / "docs":
             place /= "README.md"
         elif place.is_dir():  # a folder stands for its pages
@@ -58,6 +62,24 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         return f"[{text}]({depth}{place.relative_to(ROOT / 'docs').as_posix()}{anchor})"
 
     return LINK.sub(rewritten, MEMBERS.sub(members, markdown))
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """A notebook's links to pages, which its plugin leaves as they are in the repository."""
+    if not page.file.src_uri.endswith(".ipynb"):
+        return html
+
+    def linked(match: re.Match[str]) -> str:
+        shown = title(ROOT / "docs" / match[3]) if match[3] else ""
+        return f'href="../{match[1]}/{match[2] or ""}">{shown}'
+
+    return IN_HTML.sub(linked, html)
+
+
+def title(page: Path) -> str:
+    """A page's heading, which readers of the site know it by."""
+    first = page.read_text(encoding="utf-8").partition("\n")[0]
+    return first.removeprefix("# ")
 
 
 def members(match: re.Match[str]) -> str:

@@ -34,7 +34,7 @@ def write_report(
     ``at`` and ``command`` say when and with which command line the page is made. The same arguments
     give the same bytes.
     """
-    from servosight.app.report.change import sections
+    from servosight.app.report.change import sections, side_names
     from servosight.app.report.page import Made, page, page_of
     from servosight.app.report.story import Story
     from servosight.diagnose.change import ServoChange
@@ -44,8 +44,7 @@ def write_report(
 
     if isinstance(result, ServoChange):
         parts = sections(result, catalogue or built_in())
-        names = (result.a.name, result.b.name)
-        write_text(Path(path), page_of(parts, names, Made(at, command)))
+        write_text(Path(path), page_of(parts, side_names(result), Made(at, command)))
         return
     effects = catalogue or result.known_effects or built_in()
     given = read_all(result.sources() if recordings is None else recordings)

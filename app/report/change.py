@@ -25,7 +25,7 @@ ROW = 0.42
 
 def sections(result: ServoChange, catalogue: Mapping[str, Effect]) -> list[Section]:
     """What changed, each parameter in both, and how the two servos move."""
-    names = _names(result)
+    names = side_names(result)
     models = [
         (name, model, dynamics(model, None, SIZE_DEG, catalogue))
         for name, model in zip(names, _models(result), strict=True)
@@ -60,12 +60,11 @@ def sections(result: ServoChange, catalogue: Mapping[str, Effect]) -> list[Secti
     ]
 
 
-def _names(result: ServoChange) -> list[str]:
-    """What the sides are called; they may be called the same."""
-    sides = (result.a, result.b)
+def side_names(result: ServoChange) -> list[str]:
+    """What the sides are called, and which is which: they may be called the same."""
     return [
-        one.name if one.name == side else f"{side}: {one.name}"
-        for side, one in zip("ab", sides, strict=True)
+        f"{side}: {', '.join(one.recordings) or one.name if one.name == side else one.name}"
+        for side, one in zip("ab", (result.a, result.b), strict=True)
     ]
 
 

@@ -12,10 +12,12 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, rounded
 
 Paint = Callable[[Figure], None]
 
@@ -25,10 +27,12 @@ BEFORE = "#d55e00"
 AFTER = "#0072b2"
 SHADE = "#eef1f5"
 NOISE = "#b9c2cc"
+COMMAND = "#8f9aa5"
 FAINT = "#5b6570"
 
 WIDE, NARROW = 8.2, 4.1
 """Widths of figures [inch], on a page and on a telephone."""
+MANY_DECADES = 1e3
 POINTS = 1500
 """Two for each of this many stretches are drawn of a long line: no screen shows more."""
 
@@ -113,6 +117,20 @@ def thinned(x: Array, *lines: Array) -> list[tuple[Array, Array]]:
         ]
         found.append((x[kept], line[kept]))
     return found
+
+
+def log_ticks(axis: Axis, low: float, high: float) -> None:
+    """Plain numbers on a logarithmic axis; 2 and 5 only where few decades leave room for them."""
+    subs = (1.0, 2.0, 5.0) if high < MANY_DECADES * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _short(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _short(value: float) -> str:
+    """A number without zeros at its end: ticks within one decade need two digits, others one."""
+    text = rounded(value, 2)
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_], colour: str = SHADE) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -33,11 +34,11 @@ from servosight.models.core import chance, degrees, rounded, signed, uncertain
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,
+    ladder,
+    law,
     picture,
     film,
     angle,
-    ladder,
-    law,
     regimes,
     where,
     candidates,
@@ -48,6 +49,10 @@ SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     parameters,
     method,
 )
+
+
+UNIT = re.compile(r"(?<=\d) (?=(?:%|deg|s|ms|Hz|sigma)(?!\w))")
+"""The space between a number and its unit."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {
+        "bound": bound,
         "chance": chance,
         "coded": coded,
         "degrees": degrees,
@@ -107,6 +113,15 @@ def _environment() -> jinja2.Environment:
         "uncertain": uncertain,
     }
     return environment
+
+
+def bound(text: str) -> str:
+    """Text that no line's end parts between a number and its unit.
+
+    >>> bound("closes 83 % of the gap").split(" ")
+    ['closes', '83\\xa0%', 'of', 'the', 'gap']
+    """
+    return UNIT.sub("\u00a0", text)
 
 
 def coded(text: str) -> Markup:

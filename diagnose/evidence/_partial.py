@@ -188,8 +188,9 @@ def _place(during: Mapping[str, float], worst: Window) -> str:
         if part >= LEAST
     ]
     return (
-        f"over all samples {listed(parts)} of it; the worst part is from {worst.start_s:.2f} to "
-        f"{worst.end_s:.2f} s in the recording {worst.recording} ({degrees(worst.rmse_deg)} rms)"
+        f"of it {listed(parts)}, counted over all samples; the worst part is from "
+        f"{worst.start_s:.2f} to {worst.end_s:.2f} s in the recording {worst.recording} "
+        f"({degrees(worst.rmse_deg)} rms)"
     )
 
 

@@ -10,7 +10,7 @@ from servosight.models.core import axes_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BEFORE, AFTER, FLOOR = "#d55e00", "#0072b2", "#b9c2cc"
+BEFORE, AFTER, FLOOR = "#d55e00", "#0072b2", "#8f9aa5"
 LEAST_DEG = 1e-9
 
 
@@ -20,14 +20,19 @@ def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = 
     errors = [max(error, LEAST_DEG) for error in steps.values()]
     colours = [BEFORE, *[AFTER] * (len(errors) - 1)]
     bars = axes.bar(range(len(errors)), errors, color=colours, width=0.6)
-    axes.bar_label(bars, [f"{error:.3g} deg" for error in errors])
+    axes.bar_label(bars, [f"{error:.3g} deg" for error in errors], padding=2)
     floor = max(floor_deg, LEAST_DEG)
     axes.axhline(floor, color=FLOOR)
     axes.annotate(
-        f"floor {floor:.3g} deg", (1.0, floor), xycoords=("axes fraction", "data"), ha="right"
+        f"floor {floor:.3g} deg",
+        (0.99, floor),
+        (0, 3),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        ha="right",
     )
     axes.set_yscale("log")
     axes.set_ylim(0.5 * min(*errors, floor), 3.0 * max(*errors, floor))
     axes.set_xticks(range(len(errors)), list(steps))
-    axes.set_ylabel("held-out error, rms [deg]")
+    axes.set_ylabel("error on test data, rms [deg]")
     return axes

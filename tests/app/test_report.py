@@ -15,6 +15,7 @@ from support.page import Page
 
 from servosight.app.report import write_report
 from servosight.app.report.figure import POINTS, thinned
+from servosight.app.report.sections.selection import ladder
 from servosight.app.report.sections.selection.candidates import groups
 from servosight.app.report.story import Story
 from servosight.diagnose import (
@@ -118,7 +119,7 @@ def test_a_diagnosis_tells_the_whole_story(found: Diagnosis, told: tuple[str, Pa
     order = [
         page.ids.index(name)
         for name in (
-            *("verdict", "angle", "ladder", "where", "candidates"),
+            *("verdict", "ladder", "angle", "where", "candidates"),
             *("response", "residuals", "parameters", "method"),
         )
     ]
@@ -190,20 +191,35 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     assert part[0] == "Not fully explained"
     assert "something remains that no known effect accounts for" in part[1]
     held = replace(found.ladder[-1], held=("k held at 1 from here, 0.93 before",))
-    ladder = Table([*found.ladder[:-1], held])
+    steps = Table([*found.ladder[:-1], held])
     result = replace(
-        found, verdict=Verdict.UNEXPLAINED, headline=part[0], summary=part[1], ladder=ladder
+        found, verdict=Verdict.UNEXPLAINED, headline=part[0], summary=part[1], ladder=steps
     )
     _, page = written(tmp_path / "part.html", result, [recording])
     assert "+ backlash: k held at 1 from here, 0.93 before." in page.text
     assert part[0] in page.text
     assert " ".join(part[1].split()) in page.text
-    assert "What the remaining error shows: " in page.text
+    assert "What the error of the model with backlash shows: " in page.text
     rivals = Table(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
     said = "cannot distinguish backlash from dead zone; or from presliding: their predictions"
     assert page.text.count(said) == 2
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_a_law_is_the_last_step_of_the_falling_error(found: Diagnosis) -> None:
+    law: Any = SimpleNamespace(held_out_after_deg=0.05, floor_deg=0.03)
+    for added_to, name in (((), "linear model + law"), (found.effects, "+ law")):
+        law.added_to = added_to
+        story: Any = SimpleNamespace(result=replace(found, law=law), floor_deg=0.03)
+        shown = ladder.section(story)
+        assert shown is not None
+        names = [rung.name for rung, _ in shown.values["steps"]]
+        assert names == ["linear model", "+ backlash", name]
+        last, floors = shown.values["steps"][-1]
+        assert (last.held_out_deg, last.validation_deg, last.explained) == (0.05, None, False)
+        assert floors == pytest.approx(0.05 / 0.03)
 
 
 @pytest.mark.usefixtures("unpainted")
@@ -291,7 +307,7 @@ def test_the_frame_shows_where_the_model_is_off(
     shapes = {kind: np.array([p.split(",") for p in v.split()], float) for kind, v in polygons}
     apart = np.hypot(*(shapes["measured"] - shapes["before"]).T).max()
     assert apart == pytest.approx(150.0 * 2.0 * np.sin(np.deg2rad(abs(error[worst])) / 2), rel=0.03)
-    assert text.count("data:image/jpeg") == 1
+    assert text.count("data:image/jpeg") == 2  # the whole picture, and what stands before the film
     assert text.count("data:image/png") == 1
 
 

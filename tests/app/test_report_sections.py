@@ -114,6 +114,8 @@ def test_correlations_are_shown(page: str, found: Diagnosis) -> None:
     words = section(page, "parameters")
     at = matrix.names.index("T"), matrix.names.index("xi")
     shown = f"{matrix.values[at]:+.2f}".replace("-", "−")
+    assert "ξ = " in words
+    assert all(f"{place} {name}" in words for place, name in enumerate(matrix.names, 1))
     assert "correlation" in words.lower()
     assert shown in words
 
@@ -121,6 +123,7 @@ def test_correlations_are_shown(page: str, found: Diagnosis) -> None:
 def test_the_worst_seconds_are_a_film(page: str) -> None:
     data = re.search(r'<video[^>]*src="data:video/mp4;base64,([^"]+)"', page)
     assert data is not None
+    assert re.search(r'<video[^>]*poster="data:image/jpeg;base64,', page)
     assert base64.b64decode(data[1])[4:8] == b"ftyp"
     assert "slow motion" in section(page, "film") or "frames" in section(page, "film")
 

@@ -16,6 +16,7 @@ from servosight.diagnose.residuals.findings import _motion as motion_findings
 from servosight.diagnose.residuals.findings import _side as side_findings
 from servosight.diagnose.residuals.findings import _system as system_findings
 from servosight.diagnose.residuals.findings._finding import Case, Finding
+from servosight.models.core import times
 
 TESTS = (
     *side_findings.TESTS,
@@ -64,7 +65,5 @@ def lead(judged: Sequence[Judged], found: Sequence[Finding], floor_deg: float) -
             f"The error ({rms:.3g} deg rms) is above the floor of {floor_deg:.3g} deg, but no test "
             f"shows what it depends on."
         )
-    return (
-        f"Over all samples the error is {rms:.3g} deg rms, {rms / max(floor_deg, 1e-12):.2g} times "
-        f"the floor."
-    )
+    floors = times(rms / max(floor_deg, 1e-12))
+    return f"Over all samples the error is {rms:.3g} deg rms, {floors} times the floor."

@@ -62,8 +62,14 @@ def _against(law: Law, what: str) -> Markup:
         axes.axhspan(-sigma, sigma, color=NOISE, alpha=0.6, linewidth=0)
         few = np.linspace(0, x.size - 1, min(DOTS, x.size)).astype(int)
         axes.plot(x[few], torque[few], ".", color=MEASURED, markersize=1.5, alpha=0.4)
-        _means(axes, x, torque, BEFORE, "o--")
-        _means(axes, x, left, AFTER, "s-")
+        means = [
+            _means(axes, x, torque, BEFORE, "o--"),
+            _means(axes, x, left, AFTER, "s-"),
+        ]
+        # A few instants far off would press all else into a line.
+        shown = np.concatenate([*means, np.quantile(torque, [0.005, 0.995])])
+        room = 0.08 * float(np.ptp(shown))
+        axes.set_ylim(float(shown.min()) - room, float(shown.max()) + room)
         axes.set_xlabel(ACROSS[what][0])
         axes.set_ylabel("missing torque [deg]")
 
@@ -71,8 +77,9 @@ def _against(law: Law, what: str) -> Markup:
     return drawn(f"law-{what}", SIZE, alt, paint)
 
 
-def _means(axes: Axes, x: Array, torque: Array, colour: str, look: str) -> None:
-    """Means over equally filled bins."""
+def _means(axes: Axes, x: Array, torque: Array, colour: str, look: str) -> Array:
+    """Draw means over equally filled bins, and return them."""
     parts = np.array_split(np.argsort(x, kind="stable"), min(BINS, x.size))
     means = np.array([(x[part].mean(), torque[part].mean()) for part in parts])
     axes.plot(means[:, 0], means[:, 1], look, color=colour, markersize=3, linewidth=1.2)
+    return means[:, 1]

@@ -8,9 +8,9 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 
-from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn, log_ticks
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.residuals import (
@@ -26,7 +26,6 @@ from servosight.diagnose.residuals import (
     swings,
     turns,
 )
-from servosight.models.core import rounded
 
 DOING = {
     "reversal": "reversing",
@@ -92,10 +91,8 @@ def _figures(story: Story) -> list[Markup]:
             each = swings(samples, story.noise_deg)
             if each is not None:
                 axes.loglog(each.size_deg, each.rms_deg, look[0], color=colour, markersize=3.5)
-            for axis in (axes.xaxis, axes.yaxis):
-                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
-                axis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-                axis.set_minor_formatter(NullFormatter())
+            log_ticks(axes.xaxis, *axes.get_xlim())
+            log_ticks(axes.yaxis, *axes.get_ylim())
 
         across = "size of the swing [deg]"
         found.append(_panel(story, models, "swing", across, "rms error of a swing [deg]", sized))

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from servosight.app.report.figure import AFTER, BEFORE, FAINT, NOISE, drawn
+from servosight.app.report.figure import AFTER, BEFORE, COMMAND, FAINT, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, compared_model
 from servosight.diagnose import Comparison, listed, named_model
@@ -19,7 +19,6 @@ from servosight.models.effects import Effect
 from servosight.models.plant import bandwidth_hz, natural_frequency_hz
 
 SIZE = (3.9, 3.3)
-LONGEST_LABEL = 24
 LOOKS = ((BEFORE, "--"), (AFTER, "-"))
 CORE_FIGURES = ("natural_frequency_hz", "bandwidth_hz", "resonance_db")
 STEP_FIGURES = ("rise_time_s", "overshoot", "settling_time_s", "final_change_deg")
@@ -49,7 +48,7 @@ def dynamics_of(
             "cores": [(name, _core(actuator, found)) for name, actuator, found in models],
             "steps": [(name, _cells(found, STEP_FIGURES)) for name, _, found in models],
             "size_deg": size_deg,
-            "figures": [_bode(models), _step(models, time_s, responses, size_deg)],
+            "figures": [_bode(models), _step(time_s, responses, size_deg)],
         },
     )
 
@@ -101,11 +100,6 @@ def _cell(one: Estimate | None, factor: float = 1.0, unit: str | None = None) ->
     return words if shown == "-" else f"{words} {shown}"
 
 
-def _label(name: str) -> str:
-    """A name as a legend has room for it: the end of a long path."""
-    return name if len(name) <= LONGEST_LABEL else f"…{name[1 - LONGEST_LABEL :]}"
-
-
 def _bode(models: Sequence[Named]) -> Markup:
     """Gain and phase of the linear cores, analytically, with natural frequency and bandwidth."""
     last = models[-1][1]
@@ -114,48 +108,37 @@ def _bode(models: Sequence[Named]) -> Markup:
 
     def paint(figure: Figure) -> None:
         gains, phases = figure.subplots(2, 1, sharex=True)
-        for (name, actuator, _), (colour, look) in zip(models, LOOKS, strict=False):
+        for (_, actuator, _), (colour, look) in zip(models, LOOKS, strict=False):
             response = actuator.linear_response(at)
             style = {"color": colour, "linewidth": 1.3}
-            gains.semilogx(at, 20.0 * np.log10(np.abs(response)), look, label=_label(name), **style)
+            gains.semilogx(at, 20.0 * np.log10(np.abs(response)), look, **style)
             turned = 180.0 if actuator.value("k") < 0.0 else 0.0
             phases.semilogx(at, np.degrees(np.unwrap(np.angle(response))) - turned, look, **style)
-        marks = (
-            (middle, "natural frequency"),
-            (bandwidth_hz(last.value("T"), last.value("xi")), "bandwidth (−3 dB)"),
-        )
-        for (frequency, words), line in zip(marks, (":", "-."), strict=True):
-            for axes in (gains, phases):
-                axes.axvline(frequency, color=FAINT, linestyle=line, linewidth=0.9)
-            gains.plot([], [], color=FAINT, linestyle=line, linewidth=0.9, label=words)
+        marks = (middle, ":"), (bandwidth_hz(last.value("T"), last.value("xi")), "--")
+        for axes in (gains, phases):
+            for frequency, line in marks:
+                axes.axvline(frequency, color=FAINT, linestyle=line, linewidth=1.1)
         gains.set_ylabel("gain [dB]")
         phases.set_ylabel("phase [deg]")
         phases.set_xlabel("frequency [Hz]")
         phases.set_yticks([0, -45, -90, -135, -180])
         phases.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
         phases.xaxis.set_minor_formatter(NullFormatter())
-        gains.legend(loc="lower left", fontsize=7.5)
         figure.align_ylabels()
 
     return drawn("dynamics-bode", SIZE, "Bode plot of the linear core: gain and phase.", paint)
 
 
-def _step(
-    models: Sequence[Named],
-    time_s: Array,
-    responses: Sequence[Array],
-    size_deg: float,
-) -> Markup:
+def _step(time_s: Array, responses: Sequence[Array], size_deg: float) -> Markup:
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         command = np.where(time_s < 0.0, 0.0, size_deg)
-        axes.plot(time_s, command, color=NOISE, linewidth=1.1, label="command")
-        for (name, _, _), angle, (colour, look) in zip(models, responses, LOOKS, strict=False):
-            axes.plot(time_s, angle, look, color=colour, linewidth=1.3, label=_label(name))
+        axes.plot(time_s, command, color=COMMAND, linewidth=1.0)
+        for angle, (colour, look) in zip(responses, LOOKS, strict=False):
+            axes.plot(time_s, angle, look, color=colour, linewidth=1.3)
         axes.set_xlim(time_s[0], time_s[-1])
         axes.set_xlabel("time after the step [s]")
         axes.set_ylabel("angle [deg]")
-        axes.legend(loc="lower right", fontsize=7.5)
 
     alt = f"Response to a step of the command by {size_deg:.3g} deg."
     return drawn("dynamics-step", SIZE, alt, paint)

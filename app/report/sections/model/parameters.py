@@ -12,6 +12,8 @@ from servosight.diagnose import Diagnosis, LadderStep
 from servosight.models.core import CORE, OWN, Estimate
 from servosight.models.effects import Effect
 
+SYMBOLS = {"xi": "ξ"}
+"""How a parameter is written in the transfer function, where that is not its name."""
 STRONG = 0.95
 """Above this correlation the recording hardly distinguishes two parameters."""
 
@@ -27,9 +29,10 @@ def section(story: Story) -> Section | None:
         "parameters",
         "The model in numbers",
         {
-            "core": {parameter.name: last.parameters[parameter.name] for parameter in CORE},
+            "core": [(SYMBOLS.get(one.name, one.name), last.parameters[one.name]) for one in CORE],
             "rows": [*_rows(last, story.catalogue), *_biases(last, names)],
             "correlation": _correlation(last),
+            "uncorrelated": _uncorrelated(last),
             "strong": STRONG,
             "warnings": last.warnings,
         },
@@ -37,14 +40,22 @@ def section(story: Story) -> Section | None:
 
 
 def _correlation(step: LadderStep) -> list[tuple[str, list[float | None]]]:
-    """A row for each shared parameter; None where a parameter is undetermined."""
+    """A row for each shared parameter that is determined; None where a pair's is not known."""
     found = step.correlation
     if found is None:
         return []
+    known = np.asarray(np.isfinite(found.values).any(axis=1))
     return [
-        (name, [float(value) if np.isfinite(value) else None for value in row])
-        for name, row in zip(found.names, found.values, strict=True)
+        (name, [float(value) if np.isfinite(value) else None for value in row[known]])
+        for name, row, shown in zip(found.names, found.values, known, strict=True)
+        if shown
     ]
+
+
+def _uncorrelated(step: LadderStep) -> bool:
+    """True where a parameter has no correlation with any: it is held, or undetermined."""
+    found = step.correlation
+    return found is not None and not bool(np.isfinite(found.values).any(axis=1).all())
 
 
 def _rows(step: LadderStep, catalogue: Mapping[str, Effect]) -> Iterator[tuple[str, Estimate, str]]:

@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.app.report.figure import AFTER, BEFORE, MEASURED, drawn_twice, legend_columns
+from servosight.app.report.figure import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    drawn_twice,
+    legend_columns,
+    log_ticks,
+)
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.residuals import Response, all_samples, response
-from servosight.models.core import Array, rounded
+from servosight.models.core import Array
 
 BAND = 2.0
 """The measured response's band is as many standard deviations wide to either side."""
@@ -58,22 +64,21 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         band = decibels(np.maximum(gain - wide, LEAST_GAIN)), decibels(gain + wide)
         gains.fill_between(at, *band, color=MEASURED, alpha=0.15, linewidth=0)
         dots = "." if first.periodic else ""
-        gains.plot(at, decibels(gain), marker=dots, color=MEASURED, linewidth=1.1, label="measured")
+        gains.plot(at, decibels(gain), marker=dots, color=MEASURED, linewidth=2.2, label="measured")
         around = np.degrees(wide / gain)
         phases.fill_between(
             at, phase - around, phase + around, color=MEASURED, alpha=0.15, linewidth=0
         )
-        phases.plot(at, phase, marker=dots, color=MEASURED, linewidth=1.1)
-        coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=1.1)
+        phases.plot(at, phase, marker=dots, color=MEASURED, linewidth=2.2)
+        coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=2.2)
         for model, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
-            style = {"color": colour, "linewidth": 1.3}
+            style = {"color": colour, "linewidth": 1.1}
             gains.plot(at, decibels(np.abs(one.model[known])), look, label=model.name, **style)
             ahead = np.angle(one.model[known] / first.measured[known], deg=True)
             phases.plot(at, phase + ahead, look, **style)
             coherences.plot(at, one.model_coherence[known], look, **style)
         gains.set_xscale("log")
-        gains.xaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-        gains.xaxis.set_minor_formatter(NullFormatter())
+        log_ticks(gains.xaxis, at[0], at[-1])
         coherences.set_ylim(0.0, 1.05)
         gains.set_ylabel("gain [dB]")
         phases.set_ylabel("phase [deg]")

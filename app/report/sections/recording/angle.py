@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from servosight.app.report.figure import (
     AFTER,
     BEFORE,
+    COMMAND,
     FAINT,
     MEASURED,
     NOISE,
@@ -100,21 +101,22 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
         (upper.twinx() if scaled else upper).plot(
             command_time,
             command,
-            color=NOISE,
-            linewidth=1.1,
+            color=COMMAND,
+            linewidth=1.0,
             label="command, right-hand scale" if scaled else "command",
         )
         if close:
             upper.plot(*line, ".", color=MEASURED, markersize=4.5, label="measured")
         else:
-            upper.plot(*line, color=MEASURED, linewidth=1.0, label="measured")
+            # Wide enough to be seen on both sides of a model that lies on it.
+            upper.plot(*line, color=MEASURED, linewidth=2.2, label="measured")
         lower.axhspan(
             -BAND * story.noise_deg, BAND * story.noise_deg, color=NOISE, alpha=0.6, linewidth=0
         )
         for model, colour, style in zip(story.models, COLOURS, STYLES, strict=False):
             one = model.judged[number]
             angle, error = thinned(time_s[seen], one.predicted_deg[seen], one.error_deg[seen])
-            upper.plot(*angle, style, color=colour, linewidth=1.2, label=model.name)
+            upper.plot(*angle, style, color=colour, linewidth=1.1, label=model.name)
             lower.plot(*error, color=colour, linewidth=1.0 if close else 0.7)
         upper.set_ylabel("angle [deg]")
         lower.set_ylabel("error [deg]")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -55,7 +55,8 @@ def section(story: Story) -> Section | None:
     )
     rows = seen[:: -(-seen.size // MOST_FRAMES)]
     predicted = [model.judged[number].predicted_deg for model in story.models]
-    film = encoded(_pictures(recording.video, geometry, recording.angle_deg, predicted, rows))
+    pictures = list(_pictures(recording.video, geometry, recording.angle_deg, predicted, rows))
+    worst = pictures[int(np.argmin(np.abs(rows - index)))]
     shown_s = rows.size / SHOWN_RATE
     return Section(
         "film",
@@ -66,7 +67,8 @@ def section(story: Story) -> Section | None:
             "end_s": float(time_s[rows[-1]]),
             "slower": shown_s / max(float(time_s[rows[-1]] - time_s[rows[0]]), 1e-9),
             "models": [model.name for model in story.models],
-            "href": f"data:video/mp4;base64,{base64.b64encode(film).decode('ascii')}",
+            "href": _address("video/mp4", encoded(pictures)),
+            "poster": _address("image/jpeg", _still(worst)),
         },
     )
 
@@ -140,7 +142,20 @@ def _drawn(
     return np.asarray(picture, dtype=np.uint8)
 
 
-def encoded(pictures: Iterator[Image]) -> bytes:
+def _still(picture: Image) -> bytes:
+    """A picture as JPEG, which stands there before the film is played."""
+    from PIL import Image as Picture
+
+    memory = io.BytesIO()
+    Picture.fromarray(picture[..., ::-1]).save(memory, format="jpeg", quality=80)
+    return memory.getvalue()
+
+
+def _address(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
+
+
+def encoded(pictures: Iterable[Image]) -> bytes:
     """An MP4 file (H.264) of pictures of one even size; the same pictures give the same bytes."""
     import av
 

@@ -3,49 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice
+from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice, log_ticks
 from servosight.app.report.section import Section
 from servosight.app.report.story import LEAST_DEG, Story, spoken
 from servosight.diagnose import Diagnosis, LadderStep, named_model
 from servosight.diagnose.residuals import EXPLAINED
-from servosight.models.core import degrees, rounded
+from servosight.models.core import degrees
 
+ROOM = 0.2
+"""Of the errors' range on the logarithmic scale, for the labels above and below."""
 LEAST_STEP = 1.2
 """Narrower steps [inch] have their names upright."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model's errors [deg], of which only the test's is always known, and what was held."""
+
+    name: str
+    train_deg: float | None
+    validation_deg: float | None
+    held_out_deg: float
+    explained: bool
+    held: tuple[str, ...] = ()
 
 
 def section(story: Story) -> Section | None:
     """None where there are no steps: the error of one model is in the verdict already."""
     result = story.result
-    if not isinstance(result, Diagnosis) or len(result.ladder) < 2:
+    if not isinstance(result, Diagnosis):
+        return None
+    rungs = _rungs(result)
+    if len(rungs) < 2:
         return None
     return Section(
         "ladder",
         "The falling error",
         {
-            "figure": _figure(result.ladder, story.floor_deg),
-            "steps": [
-                {
-                    "name": named(step),
-                    "train_deg": step.train_rmse_deg,
-                    "validation_deg": step.validation_rmse_deg,
-                    "held_out_deg": step.held_out_rmse_deg,
-                    "floors": step.held_out_rmse_deg / story.floor_deg,
-                    "explained": step.explained,
-                    "held": step.held,
-                }
-                for step in result.ladder
-            ],
+            "figure": _figure(rungs, story.floor_deg),
+            "steps": [(rung, rung.held_out_deg / story.floor_deg) for rung in rungs],
             "floor_deg": result.floor_deg,
+            "law": result.law is not None,
             "allowed": EXPLAINED,
         },
     )
+
+
+def _rungs(result: Diagnosis) -> list[Rung]:
+    """The steps, and the law that was found after them, whose test error alone is known."""
+    rungs = [
+        Rung(
+            named(step),
+            step.train_rmse_deg,
+            step.validation_rmse_deg,
+            step.held_out_rmse_deg,
+            step.explained,
+            tuple(step.held),
+        )
+        for step in result.ladder
+    ]
+    law = result.law
+    if law is not None:
+        last = result.ladder[-1]
+        name = "+ law" if law.added_to == last.effects else f"{named_model(law.added_to)} + law"
+        after = law.held_out_after_deg
+        rungs.append(Rung(name, None, None, after, after <= EXPLAINED * law.floor_deg))
+    return rungs
 
 
 def named(step: LadderStep) -> str:
@@ -58,16 +87,17 @@ def named(step: LadderStep) -> str:
     return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")
 
 
-def _figure(ladder: Sequence[LadderStep], floor_deg: float) -> Markup:
-    errors = [max(step.held_out_rmse_deg, LEAST_DEG) for step in ladder]
+def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
+    errors = [max(rung.held_out_deg, LEAST_DEG) for rung in ladder]
     edges = np.arange(len(errors) + 1) - 0.5
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         axes.set_yscale("log")
         crowded = figure.get_figwidth() < LEAST_STEP * len(ladder)
-        high = (30.0 if crowded else 1.9) * max(*errors, floor_deg)
-        low = 0.6 * min(*errors, floor_deg)
+        low, high = min(*errors, floor_deg), max(*errors, floor_deg)
+        room = (high / low) ** ROOM
+        low, high = low / (1.6 * room), (30.0 if crowded else 1.6 * room) * high
         axes.set_ylim(low, high)
         axes.set_xlim(edges[0], edges[-1] + 0.001)
         axes.axhspan(low, floor_deg, color=NOISE, alpha=0.45, linewidth=0)
@@ -80,27 +110,27 @@ def _figure(ladder: Sequence[LadderStep], floor_deg: float) -> Markup:
             fontsize=8.5,
         )
         axes.stairs(errors, edges, baseline=None, color="#8a939d", linewidth=1.0)
-        for place, (step, error) in enumerate(zip(ladder, errors, strict=True)):
+        for place, (rung, error) in enumerate(zip(ladder, errors, strict=True)):
             colour = BEFORE if place == 0 else AFTER
             axes.hlines(error, edges[place], edges[place + 1], color=colour, linewidth=3.5)
-            text = f"{named(step)}\n{degrees(error)}"
+            text = f"{rung.name}\n{degrees(error)}"
+            # The floor's line is not to cross a label.
+            below = error < floor_deg and not crowded
             axes.annotate(
                 text,
                 (place, error),
-                (0, 6),
+                (0, -6 if below else 6),
                 textcoords="offset points",
                 ha="center",
-                va="bottom",
+                va="top" if below else "bottom",
                 rotation=90.0 if crowded else 0.0,
             )
         axes.set_xticks([])
         axes.grid(axis="x", visible=False)
         axes.set_ylabel("error on test data, rms [deg]")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: rounded(value, 1)))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        log_ticks(axes.yaxis, low, high)
 
     alt = "Error on test data on a logarithmic scale: " + ", then ".join(
-        f"{named(step)} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
+        f"{rung.name} {degrees(error)}" for rung, error in zip(ladder, errors, strict=True)
     )
     return drawn_twice("ladder", 3.4, f"{alt}. The floor is {degrees(floor_deg)}.", paint)

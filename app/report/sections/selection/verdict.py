@@ -14,6 +14,7 @@ from servosight.diagnose import (
     alternative_words,
     listed,
     named_model,
+    predictions,
 )
 from servosight.diagnose.residuals import lead
 from servosight.models.core import degrees, percent, times
@@ -108,11 +109,14 @@ def _effects(result: Diagnosis, catalogue: Mapping[str, Effect]) -> list[dict[st
 
 
 def _doubt(story: Story, result: Diagnosis) -> str | None:
-    """Models that this recording cannot rule out, or what the error that remains looks like."""
+    """Models that this recording cannot rule out, or what the last step's error looks like."""
     if result.effects and result.alternatives:
         return alternative_words(result.effects, result.alternatives)
     if result.effects and result.verdict is Verdict.UNEXPLAINED:
-        judged, found = story.models[-1].judged, result.remaining
+        step, found = result.ladder[-1], result.remaining
+        # The story's last model is the law where one was found; the findings are the step's.
+        judged = predictions(result, story.recordings, catalogue=story.catalogue)
         words = [lead(judged, found, story.floor_deg), *(one.sentence for one in found[:MOST])]
-        return f"What the remaining error shows: {' '.join(words)}"
+        name = named_model(step.effects, step.base)
+        return f"What the error of the {name} shows: {' '.join(words)}"
     return None
