@@ -1,8 +1,8 @@
 """Horn, pushrod and lever as bodies with hinges: a four-bar linkage closed by a constraint.
 
 Unlike in ``linkage_geometry`` the rod is as short as it is drawn, so that it turns. Rod and lever
-are light, and all inertia is the motor's: play before them (``backlash``) is that of a surface which
-its own friction holds.
+are light, and all inertia is the motor's: play before them (``backlash``) is that of a surface
+which its own friction holds.
 """
 
 from __future__ import annotations
