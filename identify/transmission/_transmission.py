@@ -61,7 +61,7 @@ class Transmission(Frozen):
     (places,) the surface's motion over the horn's there [-]. ``play_deg`` is the full width of the
     play, in degrees of the horn, None where none was seen; ``rmse_deg`` what curve and play leave
     of the surface's angle, ``noise_deg`` what the noise of both angles leaves of it, and ``degree``
-    the curve's; ``sentence`` says all that in words.
+    the curve's; ``words`` are ratio and play, ``sentence`` all that, in words.
     """
 
     recording: str
@@ -72,6 +72,7 @@ class Transmission(Frozen):
     rmse_deg: float
     noise_deg: float
     degree: int
+    words: str = ""
     sentence: str = ""
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -106,7 +107,13 @@ def transmission(surface: Recording, horn: Recording) -> Transmission:
     angle = np.interp(time_s[seen], horn.time_s, horn.angle_deg)
     noises = noise_deg(surface), noise_deg(horn)
     found = _fitted(surface.name, angle, surface.angle_deg[seen], noises, _shared(surface, horn))
-    return replace(found, sentence=_sentence(found))
+    words = _words(found)
+    return replace(
+        found,
+        words=words,
+        sentence=f"{words}; {found.rmse_deg:.2g} deg rms remain, where noise makes "
+        f"{found.noise_deg:.2g}",
+    )
 
 
 def transmissions(views: Sequence[Recording]) -> Table[Transmission]:
@@ -280,7 +287,7 @@ def _fitted(
     )
 
 
-def _sentence(found: Transmission) -> str:
+def _words(found: Transmission) -> str:
     """The ratio's range and the play."""
     low, high = int(np.argmin(found.ratio)), int(np.argmax(found.ratio))
     spread = found.ratio[high] - found.ratio[low]
@@ -294,7 +301,4 @@ def _sentence(found: Transmission) -> str:
     play = "no play is seen"
     if found.play_deg is not None:
         play = f"play of {' ± '.join(uncertain(found.play_deg.value, found.play_deg.sigma))} deg"
-    return (
-        f"the surface turns {' to '.join(ends)} as far as the horn; {play}; {found.rmse_deg:.2g} "
-        f"deg rms remain, where noise makes {found.noise_deg:.2g}"
-    )
+    return f"the surface turns {' to '.join(ends)} as far as the horn; {play}"

@@ -56,10 +56,17 @@ def linked(first: Track, second: Track, options: TrackOptions, given: bool) -> t
 
 def _linked(surface: Track, horn: Track, told_by: ToldBy, film: Film) -> tuple[Track, Track]:
     still = film.stabilised()
-    index = [frame.index for frame in still.calm]
-    rod = find_rod(still.images, index, surface, horn)
+    rod = find_rod(still.images, _rows(still, surface), surface, horn)
     linkage = Linkage(surface_px=surface.pivot_px, horn_px=horn.pivot_px, told_by=told_by, rod=rod)
     return replace(surface, linkage=linkage), horn
+
+
+def _rows(film: Film, track: Track) -> list[int]:
+    """The places of a film's calm frames among those of a track, by their times: pictures that are
+    read by seeking do not know their numbers."""
+    since_s = np.array([frame.time_s for frame in film.calm]) - film.calm[0].time_s
+    place = np.interp(since_s, track.time_s - track.time_s[0], np.arange(track.frames))
+    return [int(row) for row in np.round(place)]
 
 
 def _named(first: Track, second: Track) -> tuple[Track, Track, ToldBy]:
