@@ -12,7 +12,7 @@ from servosight.models.core import FrameProgress, Image, InputError
 from servosight.tracking.acquisition import swept
 from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Linkage, ToldBy, Track, TrackOptions
-from servosight.tracking.linkage._order import drives
+from servosight.tracking.linkage._order import drives, move_as_one
 from servosight.tracking.linkage._rod import find_rod
 from servosight.tracking.methods import method_of
 from servosight.tracking.video import Film, open_film
@@ -27,7 +27,7 @@ _LEAST_SHARE = 2e-4
 def find_linkage(
     first: Track, options: TrackOptions, progress: FrameProgress | None = None
 ) -> tuple[Track, Track] | None:
-    """Surface and horn, where a second textured part turns beside the first; else None.
+    """Surface and horn, where a second textured part turns with the first; else None.
 
     ``options`` are those of the first part. The surface's ``linkage`` says how the two were told
     apart, and where the rod is.
@@ -41,6 +41,9 @@ def find_linkage(
     except InputError:
         return None
     if uncertain(second.angle_deg[second.found], second.sigma_deg[second.found]) is not None:
+        return None
+    both = first.measured & second.measured
+    if not move_as_one(first.angle_deg[both], second.angle_deg[both]):
         return None
     return _linked(*_named(first, second), film)
 

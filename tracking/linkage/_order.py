@@ -1,4 +1,7 @@
-"""Which of two parts drives the other: with play between them, the driven one stays behind."""
+"""Whether two parts move as one linkage, and which of them drives the other.
+
+With play between them, the driven one stays behind.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,8 @@ _SHOWN = 5.0
 _REACH = 2
 """Motion is judged over so many frames to either side."""
 _FEWEST = 60
+_APART = 0.1
+"""By what share of its motion an angle may differ from what follows from the other."""
 
 
 def lag_deg(driver_deg: Array, driven_deg: Array) -> tuple[float, float]:
@@ -30,23 +35,44 @@ def lag_deg(driver_deg: Array, driven_deg: Array) -> tuple[float, float]:
     >>> round(lag_deg(driver, driven)[0], 1), round(lag_deg(driven, driver)[0], 1)
     (0.5, -0.5)
     """
-    speed = driver_deg[2 * _REACH :] - driver_deg[: -2 * _REACH]
-    driver, driven = (one[_REACH:-_REACH] for one in (driver_deg, driven_deg))
-    moving = np.abs(speed) > 0.2 * np.median(np.abs(speed)) + 1e-9
-    if int(moving.sum()) < _FEWEST or np.ptp(driver) == 0.0:
+    rows, driven = _motion(driver_deg, driven_deg)
+    if driven.size < _FEWEST:
         return np.nan, np.nan
-    speed, driver, driven = speed[moving], driver[moving], driven[moving]
-    place = 2.0 * (driver - driver.min()) / np.ptp(driver) - 1.0
-    rows = np.column_stack(
-        [legendre.legvander(place, _DEGREE), np.sign(speed), speed / np.abs(speed).max()]
-    )
-    block = np.arange(driver.size) * _BLOCKS // driver.size
+    block = np.arange(driven.size) * _BLOCKS // driven.size
     left = [np.linalg.lstsq(rows[block != n], driven[block != n])[0] for n in range(_BLOCKS)]
     values = np.linalg.lstsq(rows, driven)[0]
     slope = np.sign(values[1])  # a linkage may turn the driven part the other way
     own = np.array(left)[:, _DEGREE + 1]
     sigma = np.sqrt((_BLOCKS - 1) / _BLOCKS * np.sum((own - own.mean()) ** 2))
     return float(-slope * values[_DEGREE + 1]), float(sigma)
+
+
+def _motion(driver_deg: Array, driven_deg: Array) -> tuple[Array, Array]:
+    """What the driven angle may depend on while the driver moves, (rows, columns), and that angle,
+    (rows,): polynomials of the driver's, the direction of its motion, its speed."""
+    speed = driver_deg[2 * _REACH :] - driver_deg[: -2 * _REACH]
+    driver, driven = (one[_REACH:-_REACH] for one in (driver_deg, driven_deg))
+    moving = np.abs(speed) > 0.2 * np.median(np.abs(speed)) + 1e-9
+    if int(moving.sum()) < _FEWEST:
+        return np.zeros((0, _DEGREE + 3)), np.zeros(0)
+    speed, driver, driven = speed[moving], driver[moving], driven[moving]
+    place = 2.0 * (driver - driver.min()) / np.ptp(driver) - 1.0
+    rows = np.column_stack(
+        [legendre.legvander(place, _DEGREE), np.sign(speed), speed / np.abs(speed).max()]
+    )
+    return rows, driven
+
+
+def move_as_one(first_deg: Array, second_deg: Array) -> bool:
+    """Whether the first angle follows from the second, but for play and a delay, (frames,) each.
+
+    Two servos in one picture, or a hand beside one, do not.
+    """
+    rows, driven = _motion(second_deg, first_deg)
+    if driven.size < _FEWEST:
+        return False
+    left = driven - rows @ np.linalg.lstsq(rows, driven)[0]
+    return bool(np.std(left) < _APART * np.std(driven))
 
 
 def drives(first_deg: Array, second_deg: Array, noise_deg: float) -> bool | None:

@@ -7,7 +7,7 @@ import pytest
 
 from servosight.models.core import Array
 from servosight.sim.linkage import Linkage
-from servosight.tracking.linkage._order import drives, lag_deg
+from servosight.tracking.linkage._order import drives, lag_deg, move_as_one
 
 TIME_S = np.arange(0.0, 4.0, 0.01)
 SHAPE = Linkage(16.0, 20.0, 20.0)
@@ -57,3 +57,14 @@ def test_what_rests_tells_nothing() -> None:
     assert np.isnan(lag_deg(np.zeros(400), driver_deg())[0])
     assert drives(np.zeros(400), driver_deg(), 0.005) is None
     assert drives(driver_deg()[:20], driver_deg()[:20], 0.005) is None
+
+
+def test_two_servos_are_no_linkage() -> None:
+    """Each with a motion of its own; nor is a servo and what rests."""
+    rng = np.random.default_rng(1)
+    driven = driven_deg(driver_deg(), 0.8) + 0.005 * rng.standard_normal(TIME_S.size)
+    other = 12 * np.sin(2 * np.pi * 0.7 * TIME_S + 1.0) + 6 * np.sin(2 * np.pi * 1.9 * TIME_S)
+    assert move_as_one(driven, driver_deg())
+    assert move_as_one(driver_deg(), driven)
+    assert not move_as_one(driven, other)
+    assert not move_as_one(driven, np.zeros(TIME_S.size))
