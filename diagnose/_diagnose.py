@@ -29,6 +29,7 @@ from servosight.diagnose.selection import (
 )
 from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import measured_by_servo, unused_disturbances
+from servosight.identify.transmission import transmissions
 from servosight.models.core import Recording, StageProgress, Table, one_or_more, silent
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
@@ -147,6 +148,7 @@ def _result(
         unexplained=evidence.unexplained and replace(evidence.unexplained, next_step=next_),
         detectable=Table(evidence.detectable),
         equivalents=evidence.equivalents,
+        transmissions=transmissions([*models.split.recordings, *models.split.carried]),
     )
 
 

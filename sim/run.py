@@ -21,6 +21,7 @@ from servosight.sim.bench import (
     assemble,
 )
 from servosight.sim.effects import TWIN_EFFECTS, Polyline, Twin, resolve
+from servosight.sim.linkage import Linkage
 from servosight.sim.stepping import ActiveEffects, Stepper
 
 _UNSTABLE = (
@@ -88,7 +89,14 @@ def run(
         behind,
         excitation.at(grid),
         excitation,
+        _linkage(chosen),
     )
+
+
+def _linkage(chosen: ActiveEffects) -> Linkage | None:
+    """What joins horn and surface, where an effect says it."""
+    shapes = [effect.linkage(values) for effect, values in chosen if effect.linkage is not None]
+    return shapes[-1] if shapes else None
 
 
 def _disturbance_rows(excitation: Excitation) -> Polyline:

@@ -33,10 +33,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Parts:
-    """The surface and, where one is wanted, the part beside it, such as the horn."""
+    """The surface and, where one is wanted, the part beside it, such as the horn.
+
+    ``linkage``: a horn with texture counts where nobody asked for it.
+    """
 
     surface: Part = Part()
     second: Part | None = None
+    linkage: bool = False
 
 
 @dataclass(frozen=True)
@@ -152,12 +156,14 @@ def track_video(
 def measured(
     video: Path, how: Tracking = Tracking(), progress: StageProgress = silent, **known: Any
 ) -> Iterator[list[Track]]:
-    """The surface in a video; then, where one is wanted, both it and a second part.
+    """A part of a video; then, where one is wanted or found, surface and horn, in this order.
 
-    A second part that is refused raises ``TrackRefused`` after the first was given. ``known`` are
-    the ``TrackOptions`` of times and exposure.
+    The horn may be the part that was found first. A second part that is refused raises
+    ``TrackRefused`` after the first was given. ``known`` are the ``TrackOptions`` of times and
+    exposure.
     """
     from servosight.tracking.core import TrackOptions, TrackRefused
+    from servosight.tracking.linkage import find_linkage, linked
     from servosight.tracking.track import track
 
     surface, second = how.parts.surface, how.parts.second
@@ -176,17 +182,25 @@ def measured(
         options = replace(options, method="marker", marker_family=family, marker_id=number)
     first = track(video, options, progress=_paced(progress, ""))
     yield [first]
-    if second is None or how.marker is not None:
+    if how.marker is not None:
+        return
+    second_part = _paced(progress, "second part, ")
+    if second is None:
+        found = find_linkage(first, options, second_part) if how.parts.linkage else None
+        if found is not None:
+            yield list(found)
         return
     beside = replace(
         options, pivot=second.pivot, template=second.template, tip=None, at_s=None, pick=1,
         beside=first,
     )  # fmt: skip
     try:
-        yield [first, track(video, beside, progress=_paced(progress, "second part, "))]
+        other = track(video, beside, progress=second_part)
     except TrackRefused as refused:
         sentence = f"{str(refused).rstrip('.')}; this is of the second part, the first is measured."
         raise TrackRefused(sentence, refused.picture, refused.measured) from refused
+    pointed = second.pivot is not None or second.template is not None
+    yield list(linked(first, other, options, given=pointed))
 
 
 def _write_tracks(

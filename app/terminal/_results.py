@@ -25,12 +25,17 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
         f"{_deg(result['noise_deg'])}, floor {_deg(result['floor_deg'])}"
     )
     show_fit(out, result["fit_percent"])
-    for one in result.get("transmissions", ()):
-        out.print(f"{one['recording']}: {one['sentence']}")
+    _show_transmissions(out, result.get("transmissions", ()))
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
     for warning in result["warnings"]:
         out.print(f"note: {warning}")
     show_blind(out, result.get("detectable", ()))
+
+
+def _show_transmissions(out: Console, found: Sequence[Mapping[str, Any]]) -> None:
+    """Ratio and play between horn and surface, of each recording that has both."""
+    for one in found:
+        out.print(f"{one['recording']}: {one['sentence']}")
 
 
 def show_fit(out: Console, fit_percent: float | None, what: str = "") -> None:
@@ -50,6 +55,7 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_fit(out, result["ladder"][-1]["fit_percent"], " of the last model on test data:")
     show_verdict(out, result)
     show_parameters(out, result["ladder"][-1]["parameters"])
+    _show_transmissions(out, result.get("transmissions", ()))
     show_candidates(out, result["candidates"])
     show_blind(out, result.get("detectable", ()))
     if result["verdict"] != "no_effect_missing":

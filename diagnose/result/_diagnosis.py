@@ -20,6 +20,7 @@ from servosight.diagnose.result._recording_use import RecordingUse
 from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Detectable, Dynamics, OwnValues
 from servosight.identify.foreign import LINEAR
+from servosight.identify.transmission import Transmission
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Actuator, Estimate, Frozen, InputError, Result, Table
 
@@ -123,6 +124,7 @@ class Diagnosis(Result):
     ``detectable`` has the smallest size of each further effect that the fitted data would show.
     ``equivalents`` are other sets of effects whose models err no more than the last one, as far as
     the scatter of the errors from second to second tells; ``alternatives`` predict the same.
+    ``transmissions`` have ratio and play between horn and surface, where both were measured.
     ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then
     multiplies its angle, and T and xi describe its own answer.
     """
@@ -158,6 +160,7 @@ class Diagnosis(Result):
     scatter_deg: float | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
     fmu: str | None = None
+    transmissions: Table[Transmission] = field(default_factory=Table)
 
     @property
     def actuator(self) -> Actuator:

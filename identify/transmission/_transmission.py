@@ -2,7 +2,7 @@
 
 The surface follows a smooth curve of where play leaves it. The curve is a polynomial, whose degree
 other stretches of time choose than fit it; its slope is the ratio. Uncertainties account for
-stretches of time that differ.
+stretches of time that differ, and for errors that all angles of a part share.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Transmission(Frozen):
     (places,) the surface's motion over the horn's there [-]. ``play_deg`` is the full width of the
     play, in degrees of the horn, None where none was seen; ``rmse_deg`` what curve and play leave
     of the surface's angle, ``noise_deg`` what the noise of both angles leaves of it, and ``degree``
-    the curve's; ``sentence`` says all that in words.
+    the curve's; ``words`` are ratio and play, ``sentence`` all that, in words.
     """
 
     recording: str
@@ -72,6 +72,7 @@ class Transmission(Frozen):
     rmse_deg: float
     noise_deg: float
     degree: int
+    words: str = ""
     sentence: str = ""
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -105,7 +106,14 @@ def transmission(surface: Recording, horn: Recording) -> Transmission:
         )
     angle = np.interp(time_s[seen], horn.time_s, horn.angle_deg)
     noises = noise_deg(surface), noise_deg(horn)
-    return _fitted(surface.name, angle, surface.angle_deg[seen], noises)
+    found = _fitted(surface.name, angle, surface.angle_deg[seen], noises, _shared(surface, horn))
+    words = _words(found)
+    return replace(
+        found,
+        words=words,
+        sentence=f"{words}; {found.rmse_deg:.2g} deg rms remain, where noise makes "
+        f"{found.noise_deg:.2g}",
+    )
 
 
 def transmissions(views: Sequence[Recording]) -> Table[Transmission]:
@@ -116,6 +124,24 @@ def transmissions(views: Sequence[Recording]) -> Table[Transmission]:
             with suppress(InputError):
                 found.append(transmission(surface, horn))
     return Table(found)
+
+
+def _shared(surface: Recording, horn: Recording) -> list[Array]:
+    """Errors that all angles of a part share, by one sigma each: (2, samples) of horn and surface.
+
+    A pivot that is a little off turns the horn by an error that follows its angle: no residual
+    shows it, and the ratio is wrong by it.
+    """
+    seen = (surface.time_s >= horn.time_s[0]) & (surface.time_s <= horn.time_s[-1])
+    time_s = surface.time_s[seen]
+    none = np.zeros(time_s.size)
+    modes: list[Array] = []
+    if horn.shared_deg is not None:
+        driver = (np.interp(time_s, horn.time_s, one) for one in horn.shared_deg.T)
+        modes += [np.stack([one, none]) for one in driver]
+    if surface.shared_deg is not None:
+        modes += [np.stack([none, one]) for one in surface.shared_deg[seen].T]
+    return modes
 
 
 def _curve(driver_deg: Array, range_deg: tuple[float, float], degree: int) -> Array:
@@ -213,7 +239,9 @@ def _jackknife(jacobian: Array, residuals: Array) -> Array:
     return np.asarray((_BLOCKS - 1) / _BLOCKS * spread.T @ spread)
 
 
-def _fitted(name: str, angle: Array, follower: Array, noises: tuple[float, float]) -> Transmission:
+def _fitted(
+    name: str, angle: Array, follower: Array, noises: tuple[float, float], shared: Sequence[Array]
+) -> Transmission:
     """Curve and play, with their covariance; ``noises`` of surface and horn [deg]."""
     noise = noises[1]
     ends = _range(angle)
@@ -239,22 +267,27 @@ def _fitted(name: str, angle: Array, follower: Array, noises: tuple[float, float
     variance = np.einsum("ij,jk,ik->i", slopes, covariance[:-1, :-1], slopes)
     finer = _solved(_curve(place, ends, degree + 2), wanted)
     missing = _slopes(shown, ends, degree + 2) @ finer - slopes @ values
+    ratio = slopes @ values
+    off = np.zeros(_PLACES)
+    for driver, driven_too in shared:
+        (other,), _ = driven(angle + driver, np.array([gap]))
+        turned = _solved(_curve(other[good], ends, degree), wanted + driven_too[good])
+        off += (slopes @ turned - ratio) ** 2
     own = float(np.sqrt(covariance[-1, -1]))
     seen = gap > max(SHOWN * own, OF_NOISE * noise)
-    found = Transmission(
+    return Transmission(
         recording=name,
         horn_deg=shown,
-        ratio=slopes @ values,
-        ratio_sigma=np.sqrt(variance + missing**2),
+        ratio=ratio,
+        ratio_sigma=np.sqrt(variance + missing**2 + off),
         play_deg=Estimate(gap, own, "deg") if seen else None,
         noise_deg=float(np.hypot(noises[0], np.mean(np.abs(slopes @ values)) * noises[1])),
         rmse_deg=float(np.sqrt(np.mean(residuals**2))),
         degree=degree,
     )
-    return replace(found, sentence=_sentence(found))
 
 
-def _sentence(found: Transmission) -> str:
+def _words(found: Transmission) -> str:
     """The ratio's range and the play."""
     low, high = int(np.argmin(found.ratio)), int(np.argmax(found.ratio))
     spread = found.ratio[high] - found.ratio[low]
@@ -268,7 +301,4 @@ def _sentence(found: Transmission) -> str:
     play = "no play is seen"
     if found.play_deg is not None:
         play = f"play of {' ± '.join(uncertain(found.play_deg.value, found.play_deg.sigma))} deg"
-    return (
-        f"the surface turns {' to '.join(ends)} as far as the horn; {play}; {found.rmse_deg:.2g} "
-        f"deg rms remain, where noise makes {found.noise_deg:.2g}"
-    )
+    return f"the surface turns {' to '.join(ends)} as far as the horn; {play}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.models.excitation import Excitation
+from servosight.sim.linkage import Linkage
 
 GRID_S = 1e-4
 
@@ -19,7 +20,8 @@ class Trajectory:
 
     ``motor_deg`` (n,) is the horn, which turns with the servo's output shaft and its potentiometer,
     ``surface_deg`` (n,) the surface, ``command_deg`` (n,) the command as sent, held;
-    ``excitation`` has the sender's own rows.
+    ``excitation`` has the sender's own rows. ``linkage`` joins horn and surface;
+    None where they turn as one, and the rod between them moves in parallel with the horn.
     """
 
     time_s: Array
@@ -27,6 +29,7 @@ class Trajectory:
     surface_deg: Array
     command_deg: Array
     excitation: Excitation
+    linkage: Linkage | None = None
 
     @property
     def duration_s(self) -> float:

@@ -17,7 +17,7 @@ from servosight.sim.camera._lens import TiltedLens
 from servosight.sim.camera._optics import Optics, blur_and_bin
 from servosight.sim.camera._projection import Projection, onto_layer, shaken
 from servosight.sim.camera._render import SUPERSAMPLING, BenchLayers, Layer, LayerGeometry
-from servosight.sim.scene import CRANK_MM
+from servosight.sim.linkage import CRANK_MM, Linkage
 
 MONO = (0.30, 0.59, 0.11)
 """Response of a monochrome sensor to red, green and blue."""
@@ -63,7 +63,7 @@ class MonoScene:
 
     ``layers`` by name; "gloss" is the part of the fin that can glint. ``background`` (height,
     width) is what does not move, blurred, on the pixels; ``still`` the same padded and
-    supersampled.
+    supersampled. ``linkage`` joins horn and surface, unless they turn as one.
     """
 
     projection: Projection
@@ -71,6 +71,7 @@ class MonoScene:
     layers: dict[str, MonoLayer]
     still: Single
     background: Single
+    linkage: Linkage | None = None
 
     @classmethod
     def of(
@@ -103,7 +104,7 @@ class MonoScene:
         still = np.zeros(projection.size, dtype=np.float32)
         _lay(still, (0, 0), projection, _placed(projection, mono["still"], TRIPOD))
         background = blur_and_bin(still, optics, SUPERSAMPLING, projection.margin)
-        return cls(projection, optics, mono, still, background)
+        return cls(projection, optics, mono, still, background, layers.linkage)
 
     @property
     def on_tripod(self) -> MonoScene:
@@ -160,11 +161,10 @@ def place(scene: MonoScene, pose: Pose) -> list[PlacedLayer]:
     Where the camera shakes, the background is among it.
     """
     projection, layers, shake = scene.projection, scene.layers, pose.shake
-    crank = math.radians(pose.motor_deg)
-    rod_mm = (CRANK_MM * (1.0 - math.cos(crank)), -CRANK_MM * math.sin(crank))
+    rod_deg, rod_mm, offset_deg = _rod(scene.linkage, pose)
     items = [] if shake == TRIPOD else [_placed(projection, layers["still"], shake)]
-    items.append(_placed(projection, layers["rod"], shake, 0.0, rod_mm))
-    items.append(_placed(projection, layers["arm"], shake, pose.motor_deg))
+    items.append(_placed(projection, layers["rod"], shake, rod_deg, rod_mm))
+    items.append(_placed(projection, layers["arm"], shake, pose.motor_deg + offset_deg))
     items.append(_placed(projection, layers["fin"], shake, pose.surface_deg))
     if "shadow" in layers:
         items.append(_placed(projection, layers["shadow"], shake))
@@ -174,6 +174,19 @@ def place(scene: MonoScene, pose: Pose) -> list[PlacedLayer]:
     if pose.card_mm is not None:
         items.append(_placed(projection, layers["card"], shake, 0.0, (0.0, pose.card_mm)))
     return items
+
+
+def _rod(linkage: Linkage | None, pose: Pose) -> tuple[float, tuple[float, float], float]:
+    """The rod's turn [deg] and shift [mm], and the turn of the horn against its angle [deg].
+
+    Without a linkage the rod moves in parallel with the horn's pin.
+    """
+    if linkage is None:
+        crank = math.radians(pose.motor_deg)
+        return 0.0, (CRANK_MM * (1.0 - math.cos(crank)), -CRANK_MM * math.sin(crank)), 0.0
+    x, y = linkage.pins_mm(pose.motor_deg, pose.surface_deg)[1]
+    turn_deg = linkage.rod_deg(pose.motor_deg, pose.surface_deg)
+    return turn_deg, (float(x) + CRANK_MM, float(y)), linkage.offset_deg
 
 
 def light_of(

@@ -19,6 +19,7 @@ import numpy as np
 
 from servosight.models.core import Camera, Single
 from servosight.sim import scene
+from servosight.sim.linkage import Linkage
 from servosight.sim.scene import LENS_HEIGHT_MM, MovingBody, Viewport
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class BenchLayers:
     """The bench in linear light (a white sheet at the hinge: about 1).
 
     ``still`` is all that does not move, ``led`` what the light adds to it when on. ``rod``,
-    ``arm``, ``fin`` lie on it in this order.
+    ``arm``, ``fin`` lie on it in this order; ``linkage`` joins them, unless they turn as one.
     """
 
     viewport: Viewport
@@ -88,12 +89,16 @@ class BenchLayers:
     rod: Layer
     arm: Layer
     fin: Layer
+    linkage: Linkage | None = None
 
 
-def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> BenchLayers:
+def render_layers(
+    camera: Camera, seed: int, room_px: int = ROOM_PX, linkage: Linkage | None = None
+) -> BenchLayers:
     """Draw the bench for ``camera`` with the surfaces that belong to ``seed``.
 
-    ``room_px``: how far beyond the picture the bench is drawn.
+    ``room_px``: how far beyond the picture the bench is drawn. ``linkage`` joins horn and surface,
+    unless they turn as one.
     """
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before anything imports OpenGL
     os.environ.setdefault("PYGLET_HEADLESS", "1")  # pyrender imports pyglet: no X libraries
@@ -103,12 +108,14 @@ def render_layers(camera: Camera, seed: int, room_px: int = ROOM_PX) -> BenchLay
     renderer = pyrender.OffscreenRenderer(64, 64)
     try:
         still = _still(renderer, viewport, seed, room_px)  # first: it needs the most memory
+        shape = linkage or Linkage()
         fin, rod, arm = (
-            _layer(renderer, part, viewport, seed) for part in (scene.FIN, scene.ROD, scene.ARM)
+            _layer(renderer, part, viewport, seed)
+            for part in (scene.FIN, scene.rod_of(shape), scene.arm_of(shape))
         )
     finally:
         renderer.delete()
-    return BenchLayers(viewport, still, _led(viewport), rod, arm, fin)
+    return BenchLayers(viewport, still, _led(viewport), rod, arm, fin, linkage)
 
 
 def _per_mm(viewport: Viewport, z_mm: float, samples: int) -> float:

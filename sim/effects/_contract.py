@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.sim.bench import STEPS_PER_T, Assembly, BenchParameters
+from servosight.sim.linkage import Linkage
 
 EffectValues = Mapping[str, float]
 Polyline = tuple[Array, Array]
@@ -121,7 +122,8 @@ class HiddenEffect:
     hinges to the surface's. The others return functions that are called before each step: ``sense``
     maps the motor's angle [rad] to what the position loop believes, ``supply`` sets what the
     amplifiers can bring, ``regulate`` sets friction and loads, which may depend on the drive.
-    ``steps_per_T`` is how finely the effect needs time resolved.
+    ``linkage`` is what a camera sees between horn and surface. ``steps_per_T`` is how finely the
+    effect needs time resolved.
     """
 
     id: str
@@ -132,4 +134,5 @@ class HiddenEffect:
     sense: Callable[[Twin, EffectValues], Sense] | None = None
     supply: Callable[[Twin, EffectValues], Regulator] | None = None
     regulate: Callable[[Twin, EffectValues], Regulator] | None = None
+    linkage: Callable[[EffectValues], Linkage] | None = None
     steps_per_T: int = STEPS_PER_T

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from servosight.models.core import InputError, did_you_mean
 from servosight.sim.effects._contract import HiddenEffect
+from servosight.sim.effects._four_bar import EFFECT as FOUR_BAR
 from servosight.sim.effects._uncatalogued import UNCATALOGUED
 from servosight.sim.effects.builtin import (
     asymmetric_gain,
@@ -71,7 +72,11 @@ HIDDEN_EFFECTS: Mapping[str, HiddenEffect] = {
 }
 """Those of the catalogue."""
 
-TWIN_EFFECTS: Mapping[str, HiddenEffect] = {**HIDDEN_EFFECTS, **UNCATALOGUED}
+TWIN_EFFECTS: Mapping[str, HiddenEffect] = {
+    **HIDDEN_EFFECTS,
+    **UNCATALOGUED,
+    FOUR_BAR.id: FOUR_BAR,
+}
 """All that the twin has."""
 
 

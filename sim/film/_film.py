@@ -60,7 +60,9 @@ def render_video(
     starts, led_on_s = frame_starts(trajectory, camera), command_start(trajectory)
     check(camera, starts)
     renderer = FrameRenderer(
-        render_layers(camera, chosen.texture_seed, chosen.room_px(camera)), chosen, seed
+        render_layers(camera, chosen.texture_seed, chosen.room_px(camera), trajectory.linkage),
+        chosen,
+        seed,
     )
     size = camera.width, camera.height
     ticks = stamps(starts)

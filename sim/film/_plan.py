@@ -13,7 +13,8 @@ from servosight.models.core import Array, Camera, InputError
 from servosight.sim.camera import TRIPOD, Pose
 from servosight.sim.film._indicator import share
 from servosight.sim.film._settings import VideoSettings
-from servosight.sim.scene import CRANK_MM, FIN_RADIUS_MM, Viewport
+from servosight.sim.linkage import CRANK_MM, Linkage
+from servosight.sim.scene import FIN_RADIUS_MM, Viewport
 
 SUBFRAME_PX = 0.5
 """Largest motion of the fin's tip, of the card or of a shaken picture between two sub-frames."""
@@ -44,6 +45,10 @@ class TrajectoryLike(Protocol):
     @property
     def command_deg(self) -> Array:
         """The command on the grid."""
+
+    @property
+    def linkage(self) -> Linkage | None:
+        """What joins horn and surface; None where they turn as one."""
 
     def angle_at(self, time_s: Array) -> Array:
         """The surface's angle at any instants."""

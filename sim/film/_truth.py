@@ -12,7 +12,8 @@ from servosight.models.io import TICK_S
 from servosight.sim.camera import Projection
 from servosight.sim.film._plan import TrajectoryLike
 from servosight.sim.film._settings import VideoSettings
-from servosight.sim.scene import ARM_TOP_MM, SHAFT_MM
+from servosight.sim.linkage import SHAFT_MM
+from servosight.sim.scene import ARM_TOP_MM
 
 HINGE_MM = (0.0, 0.0, 0.0)
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servosight.models.core import Camera
+from servosight.sim.linkage import CRANK_MM, SHAFT_MM, Linkage
 from servosight.sim.scene import _texture as texture
 from servosight.sim.scene._shapes import bar, box, disc, extrude, mesh, rounded
 
@@ -33,10 +34,8 @@ FIN_RADIUS_MM = 90.0
 
 PLATE = (-68.0, -74.0, 126.0, 74.0)
 PLATE_Z_MM = -14.0
-SHAFT_MM = (0.0, -38.0)
 LUGS_MM = (-10.0, -72.0, 10.0, -20.0)
 """Foot of the servo's case: left, bottom, right, top."""
-CRANK_MM = 20.0
 LED_MM = (-59.0, 55.0)
 LED_RADIUS_MM = 2.3
 _CASE_TOP_MM, ARM_TOP_MM = -7.0, -3.5
@@ -142,12 +141,12 @@ def _fin_meshes(seed: int) -> list[pyrender.Mesh]:
     ]
 
 
-def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
+def _arm_meshes(length: float, seed: int) -> list[pyrender.Mesh]:
     x, y = SHAFT_MM
-    sheet = texture.TextureArea(x - CRANK_MM - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
-    paint = texture.horn(sheet, SHAFT_MM, CRANK_MM, seed)
+    sheet = texture.TextureArea(x - length - 5.0, y - 6.0, x + 6.0, y + 6.0, 9.0)
+    paint = texture.horn(sheet, SHAFT_MM, length, seed)
     return [
-        extrude(bar((x - CRANK_MM, y), SHAFT_MM, 7.0), ARM_TOP_MM, -6.0, 0.5, sheet, paint),
+        extrude(bar((x - length, y), SHAFT_MM, 7.0), ARM_TOP_MM, -6.0, 0.5, sheet, paint),
         extrude(disc(x, y, 4.6), ARM_TOP_MM + 0.8, -7.0, 0.5, sheet, paint),
         extrude(
             disc(x, y, 1.6),
@@ -158,7 +157,7 @@ def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
             texture.plain(sheet, (60, 60, 62), seed),
         ),
         extrude(
-            disc(x - CRANK_MM, y, 1.6),
+            disc(x - length, y, 1.6),
             ARM_TOP_MM + 0.8,
             -6.0,
             0.4,
@@ -168,8 +167,8 @@ def _arm_meshes(seed: int) -> list[pyrender.Mesh]:
     ]
 
 
-def _rod_meshes(seed: int) -> list[pyrender.Mesh]:
-    low = SHAFT_MM[1]
+def _rod_meshes(length: float, seed: int) -> list[pyrender.Mesh]:
+    low = -length
     sheet = texture.TextureArea(-CRANK_MM - 4.0, low - 4.0, -CRANK_MM + 4.0, 4.0, 9.0)
     steel = texture.plain(sheet, (146, 148, 152), seed)
     black = texture.plain(sheet, (30, 30, 32), seed)
@@ -180,9 +179,19 @@ def _rod_meshes(seed: int) -> list[pyrender.Mesh]:
     return rod
 
 
-_X, _Y = SHAFT_MM
-ROD = MovingBody("rod", (-CRANK_MM, 0.0, -5.0), (-24.5, _Y - 4.5, -15.5, 4.5), _rod_meshes)
-ARM = MovingBody(
-    "arm", (_X, _Y, ARM_TOP_MM), (_X - 25.5, _Y - 6.5, _X + 6.5, _Y + 6.5), _arm_meshes
-)
+def rod_of(linkage: Linkage) -> MovingBody:
+    """The rod, upright below the lever's pin."""
+    box = (-CRANK_MM - 4.5, -linkage.rod_mm - 4.5, -CRANK_MM + 4.5, 4.5)
+    centre = (-CRANK_MM, 0.0, -5.0)
+    return MovingBody("rod", centre, box, lambda seed: _rod_meshes(linkage.rod_mm, seed))
+
+
+def arm_of(linkage: Linkage) -> MovingBody:
+    """The servo's horn, which points left."""
+    x, y = SHAFT_MM
+    box = (x - linkage.horn_mm - 5.5, y - 6.5, x + 6.5, y + 6.5)
+    centre = (x, y, ARM_TOP_MM)
+    return MovingBody("arm", centre, box, lambda seed: _arm_meshes(linkage.horn_mm, seed))
+
+
 FIN = MovingBody("fin", (0.0, 0.0, 0.0), (-25.5, -22.5, 91.5, 15.5), _fin_meshes)

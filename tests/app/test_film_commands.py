@@ -126,9 +126,9 @@ def test_track_a_bare_video(
 ) -> None:
     video = tmp_path / "clip.mp4"
     video.write_bytes(b"")
-    assert main(["track", str(video), "-o", str(tmp_path / "a.csv")]) == 0
+    assert main(["track", str(video), "--alone", "-o", str(tmp_path / "a.csv")]) == 0
     assert (tmp_path / "a.csv").read_text().splitlines()[1].startswith("0.0,")
-    assert main(["track", str(video)]) == 0
+    assert main(["track", str(video), "--alone"]) == 0
     assert (tmp_path / "angle.csv").exists()
 
 

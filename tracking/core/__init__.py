@@ -10,6 +10,9 @@ from servosight.tracking.core._exposure import Shutters as Shutters
 from servosight.tracking.core._exposure import local_motion as local_motion
 from servosight.tracking.core._features import Features as Features
 from servosight.tracking.core._features import Index as Index
+from servosight.tracking.core._linkage import Linkage as Linkage
+from servosight.tracking.core._linkage import Rod as Rod
+from servosight.tracking.core._linkage import ToldBy as ToldBy
 from servosight.tracking.core._median import insert as insert
 from servosight.tracking.core._median import known_median as known_median
 from servosight.tracking.core._median import median_of as median_of

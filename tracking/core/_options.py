@@ -33,6 +33,7 @@ class TrackOptions:
         readout_s: time from the first row to the last [s], below zero where the last comes first.
         camera: lens and plane as calibrated; the plane is found from the swing where None.
         beside: the track of another part of the same video; a second one is looked for beside it.
+        textured: only a part with texture counts, as where nobody asked for one.
         marker_family: kind of marker, for method "marker".
         marker_id: its number; None takes the marker that moves farthest.
 
@@ -51,6 +52,7 @@ class TrackOptions:
     readout_s: float | None = None
     camera: CameraGeometry | None = None
     beside: Track | None = None
+    textured: bool = False
     marker_family: MarkerFamily = "aruco"
     marker_id: int | None = None
 

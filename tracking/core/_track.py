@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Result, frame
 from servosight.tracking.core._channel import LUMA, Channel
 from servosight.tracking.core._exposure import Shutters
+from servosight.tracking.core._linkage import Linkage
 from servosight.tracking.core._plane import PICTURE, MotionPlane
 from servosight.tracking.core._rotation import turned
 
@@ -69,6 +70,7 @@ class Track(Result):
         candidates: the parts among which this one was chosen, the one that explains most first;
             empty where only one was looked for. ``TrackOptions.pick`` takes another.
         channel: what of the pictures was measured: their grey, or a sum of differences of colour.
+        linkage: horn and pushrod, where they were looked for and found beside this surface.
 
     >>> import numpy as np
     >>> track = Track(
@@ -98,6 +100,7 @@ class Track(Result):
     shutters: Shutters | None = None
     candidates: tuple[Candidate, ...] = ()
     channel: Channel = LUMA
+    linkage: Linkage | None = None
 
     @property
     def frames(self) -> int:

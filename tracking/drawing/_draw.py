@@ -20,13 +20,15 @@ from servosight.models.core import (
     new_file,
     write_bytes,
 )
-from servosight.tracking.core import Flag, Track, outline_at
+from servosight.tracking.core import Flag, Track, outline_at, turned
 from servosight.tracking.video import Frame, frames
 
 Colours = Image
 
 COLOURS = ((80, 220, 90), (240, 170, 60))
 """Of each part, blue-green-red: the surface, then the horn."""
+NAMES = ("surface", "horn")
+_ROD = (200, 120, 230)
 _DOUBTFUL = (60, 60, 240)
 _PAPER, _INK = (28, 28, 28), (235, 235, 235)
 _SHIFT = 4  # bits of a pixel's fraction that OpenCV draws with
@@ -48,6 +50,8 @@ def caption(track: Track, index: int) -> str:
 def annotated(image: Image, tracks: Sequence[Track], index: int) -> Colours:
     """A frame with each part's outline, pivot and angle line, and a line of text for each below.
 
+    Of two parts, with their names and the rod between them.
+
     The text has rows of its own, so that it hides nothing: (height + room, width, 3) uint8, both
     even. The colour is red where a flag is set.
     """
@@ -59,8 +63,25 @@ def annotated(image: Image, tracks: Sequence[Track], index: int) -> Colours:
     for row, (track, colour) in enumerate(zip(tracks, COLOURS, strict=False), start=1):
         shown = _DOUBTFUL if track.flags[index] else colour
         _draw(canvas[:height, :width], track, float(track.angle_deg[index]), shown)
-        _text(canvas, caption(track, index), height, row, shown)
+        name = f"{NAMES[row - 1]:<9}" if len(tracks) > 1 else ""
+        _text(canvas, name + caption(track, index), height, row, shown)
+    if len(tracks) > 1:
+        _draw_rod(canvas[:height, :width], tracks[0], tracks[1], index)
     return canvas
+
+
+def _draw_rod(canvas: Colours, surface: Track, horn: Track, index: int) -> None:
+    """The rod's line from pin to pin, where one was found."""
+    rod = surface.linkage.rod if surface.linkage is not None else None
+    if rod is None:
+        return
+    ends = []
+    for part, pin in ((surface, rod.surface_px), (horn, rod.horn_px)):
+        angle_rad = float(np.deg2rad(part.angle_deg[index]))
+        (end,) = turned(np.array([pin]), part.pivot_px, angle_rad)
+        ends.append(_place(end))
+        cv2.circle(canvas, ends[-1], 3 << _SHIFT, _ROD, 1, cv2.LINE_AA, _SHIFT)
+    cv2.line(canvas, ends[0], ends[1], _ROD, 1, cv2.LINE_AA, _SHIFT)
 
 
 def _draw(canvas: Colours, track: Track, angle_deg: float, colour: tuple[int, ...]) -> None:

@@ -65,7 +65,7 @@ def _surer(
 
 def _may_be_composite(options: TrackOptions) -> bool:
     """Whether what is given leaves the choice of the model open."""
-    return options.camera is None
+    return options.camera is None and not options.textured
 
 
 def prepare(film: Film, part: MovingPart) -> TrackingSetup:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_force, any_path, box, number, point, rank
-from servosight.app.terminal import check_outputs, check_target, console, progress
+from servosight.app.arguments import add_force, add_json, any_path, box, number, point, rank
+from servosight.app.terminal import check_outputs, check_target, console, progress, write_json
 from servosight.models.base import Kind
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     _add_hints(parser)
     _add_drawn(parser)
+    add_json(parser)
     add_force(parser)
 
 
@@ -75,9 +77,16 @@ def _add_hints(parser: argparse.ArgumentParser) -> None:
         help="of the parts that turn, the one at this place by what it explains (default: 1)",
     )
     second = parser.add_argument_group(
-        "a second part, such as the horn; written to horn.csv beside angle.csv"
+        "the horn beside the surface; written to horn.csv beside angle.csv where it is found"
     )
-    second.add_argument("--second", action="store_true", help="search for a second part that moves")
+    second.add_argument(
+        "--second",
+        action="store_true",
+        help="search for it also where it has no texture, or the first part is pointed at",
+    )
+    second.add_argument(
+        "--alone", action="store_true", help="measure one part, look for no horn and no pushrod"
+    )
     second.add_argument(
         "--second-template", metavar="X,Y,W,H", type=box, help="box around it, first frame [px]"
     )
@@ -106,6 +115,8 @@ def _add_drawn(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Track, write ``time_s,angle_deg,sigma_deg`` of each part, and draw what was found."""
+    from servosight.app.commands.recording._linkage import between, parts_json
+    from servosight.models.core import InputError
     from servosight.models.io import inspect_folder
     from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
     from servosight.tracking.calibration import read_camera
@@ -118,11 +129,18 @@ def run(args: argparse.Namespace) -> None:
         if args.second or args.second_template or args.second_pivot
         else None,
     )
+    if args.alone and parts.second is not None:
+        raise InputError(
+            "--alone: a second part is asked for as well; expected one of the two, leave one out"
+        )
     camera = read_camera(args.camera) if args.camera else None
     marker = (args.marker, args.id) if args.marker else None
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
+    unasked = not (args.alone or marker or _pointed(args)) and args.method == "refine"
+    kept = unasked and not _may_write_horn(args, output)
+    parts = replace(parts, linkage=unasked and not kept)
     how = Tracking(parts, args.method, camera, args.light, marker)
     with _drawing_refusals(output), progress(f"tracking {args.source}") as show:
         if folder is not None:
@@ -132,11 +150,31 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     for note in tracks[0].notes:
         out.print(f"note: {note}")
-    for place, track in zip((output, output.with_name(HORN)), tracks, strict=False):
+    if kept:
+        out.print(f"note: {output.with_name(HORN)} is there already: no horn was looked for")
+    places = [output, output.with_name(HORN)][: len(tracks)]
+    for place, track in zip(places, tracks, strict=True):
         _tell(out, place, track)
-    for between in _between(tracks):
-        out.print(f"between the two: {between}")
+    linkage, transmissions = tracks[0].linkage, between(tracks)
+    for sentence in linkage.sentences if linkage is not None else ():
+        out.print(sentence)
+    for found in transmissions:
+        out.print(f"between the two: {found.sentence}")
     _draw(args, output, tracks, out)
+    write_json(args.json, parts_json(places, tracks, transmissions))
+
+
+def _pointed(args: argparse.Namespace) -> bool:
+    """Whether the user says which part is meant."""
+    return any((args.pivot, args.template, args.tip, args.pick > 1))
+
+
+def _may_write_horn(args: argparse.Namespace, output: Path) -> bool:
+    """Whether a horn that nobody asked for replaces nothing that others wrote."""
+    from servosight.sources import HORN, tracked_files
+
+    place = output.with_name(HORN)
+    return args.force or not place.exists() or HORN in tracked_files(output.parent)
 
 
 @contextmanager
@@ -195,21 +233,6 @@ def _tell(out: Console, place: Path, track: Track) -> None:
         out.print(
             f"note: {missing} frames left out: the part was not found, or the picture repeated"
         )
-
-
-def _between(tracks: Sequence[Track]) -> list[str]:
-    """Ratio and play from the second part to the first, where there are two."""
-    from servosight.identify.transmission import transmissions
-    from servosight.models.core import Recording, Side
-
-    views: list[Recording] = []
-    for side, track in zip(get_args(Side), tracks, strict=False):
-        seen = track.measured
-        time_s, angle, sigma = (
-            values[seen] for values in (track.time_s, track.angle_deg, track.sigma_deg)
-        )
-        views.append(Recording("video", time_s, angle, time_s, angle, sigma, side=side))
-    return [one.sentence for one in transmissions(views)]
 
 
 def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: Console) -> None:

@@ -1,7 +1,9 @@
-"""On which side of the linkage what is missing sits: the surface against the horn.
+"""On which side of the linkage what is missing sits: between horn and surface, or before the horn.
 
-Both are seen in one video, so no model comes into it: where the surface follows the horn along a
-line, nothing between the two is missing.
+Between the two is what the horn's angle, and what the model misses of it, leave of the surface's
+error. Before the horn is what the model misses of the horn when its gain is left open, where that
+is more than a line leaves between the two: one model is fitted to both angles, and what is missing
+between them, as a ratio or a lag, makes it wrong for either.
 """
 
 from __future__ import annotations
@@ -14,15 +16,38 @@ from scipy.special import gammaincc
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals.findings._finding import Case, Finding, Test
 from servosight.identify.problem import noise_deg
-from servosight.models.core import Array
+from servosight.identify.transmission import transmission
+from servosight.models.core import Array, InputError
 
 
 def linkage_error_deg(surface: Judged, horn: Judged) -> Array:
+    """What the model misses between horn and surface [deg], (samples,).
+
+    With a model in which the two turn as one, what lines through the horn's angle and the model's
+    leave of the surface's.
+    """
+    at_s, horn_s = surface.recording.time_s, horn.recording.time_s
+    moved, missed = (
+        np.interp(at_s, horn_s, one) for one in (horn.recording.angle_deg, horn.error_deg)
+    )
+    return _left(surface.error_deg, moved, missed)
+
+
+def line_error_deg(surface: Judged, horn: Judged) -> Array:
     """What a line through the horn's angle leaves of the surface's [deg], (samples,)."""
     seen, other = surface.recording, horn.recording
-    moved = np.interp(seen.time_s, other.time_s, other.angle_deg)
-    slope, zero = np.polyfit(moved, seen.angle_deg, 1)
-    return np.asarray(seen.angle_deg - slope * moved - zero)
+    return _left(seen.angle_deg, np.interp(seen.time_s, other.time_s, other.angle_deg))
+
+
+def motor_error_deg(horn: Judged) -> Array:
+    """What the model misses of the horn [deg] whatever its gain, (samples,)."""
+    return _left(horn.error_deg, horn.predicted_deg)
+
+
+def _left(error_deg: Array, *along: Array) -> Array:
+    """What a constant and multiples of (samples,) each leave of an error."""
+    rows = np.column_stack([np.ones(error_deg.size), *along])
+    return np.asarray(error_deg - rows @ np.linalg.lstsq(rows, error_deg)[0])
 
 
 def _linkage(case: Case) -> Iterator[Finding]:
@@ -30,22 +55,25 @@ def _linkage(case: Case) -> Iterator[Finding]:
     for surface, horn in zip(case.judged, case.judged[1:], strict=False):
         if horn.recording.side != "horn" or surface.recording.side == "horn":
             continue
-        between = linkage_error_deg(surface, horn)
-        noise = float(np.hypot(noise_deg(surface.recording), noise_deg(horn.recording)))
-        left = float(np.sqrt(np.mean(between**2)))
-        model = float(np.sqrt(np.mean(horn.error_deg**2)))
-        beyond = np.sqrt(max(left**2 - noise**2, 0.0))
+        between, before = linkage_error_deg(surface, horn), motor_error_deg(horn)
+        own = noise_deg(horn.recording)
+        noise = float(np.hypot(noise_deg(surface.recording), own))
+        left, model = (float(np.sqrt(np.mean(one**2))) for one in (between, before))
+        beyond = float(np.sqrt(max(left**2 - noise**2, 0.0)))
+        missing = beyond > case.floor_deg
+        apart = float(np.sqrt(np.mean(line_error_deg(surface, horn) ** 2))) if missing else beyond
         total = max(float(np.mean(surface.error_deg**2)), 1e-300)
-        if beyond > case.floor_deg:
+        if missing:
             yield Finding(
                 test="linkage",
                 sentence=f"The surface differs from the horn by {left:.2g} deg rms, where noise "
-                f"allows {noise:.2g}: what is missing acts between horn and surface.",
+                f"allows {noise:.2g}: what is missing acts between horn and surface"
+                f"{_seen(surface, horn)}.",
                 size_deg=left,
                 share=min(left**2 / total, 1.0),
                 p=_chance(between, noise),
             )
-        if model > case.floor_deg and model > beyond:
+        if model > case.floor_deg and model > apart:
             yield Finding(
                 test="motor",
                 sentence=f"The horn differs from the model by {model:.2g} deg rms, and the surface "
@@ -53,8 +81,17 @@ def _linkage(case: Case) -> Iterator[Finding]:
                 f"motor's side.",
                 size_deg=model,
                 share=min(model**2 / total, 1.0),
-                p=_chance(horn.error_deg, noise_deg(horn.recording)),
+                p=_chance(before, own),
             )
+
+
+def _seen(surface: Judged, horn: Judged) -> str:
+    """Ratio and play as both angles show them; nothing where they move too little for that."""
+    try:
+        found = transmission(surface.recording, horn.recording)
+    except InputError:
+        return ""
+    return f" ({found.words})"
 
 
 def _chance(error_deg: Array, noise: float) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.sim.effects._contract import EffectValues, HiddenEffect
+from servosight.sim.linkage import CRANK_MM, Linkage
 
 _ROD = 1e4  # surface horns
 
@@ -32,6 +33,11 @@ def output(angle_deg: Array, values: EffectValues) -> Array:
     )
 
 
+def drawn(values: EffectValues) -> Linkage:
+    """The horn by its ratio to the bench's lever."""
+    return Linkage(values["horn"] * CRANK_MM, CRANK_MM, values["offset"])
+
+
 EFFECT: HiddenEffect = HiddenEffect(
-    "linkage_geometry", {"horn": 1.0, "offset": 20.0}, output=output
+    "linkage_geometry", {"horn": 1.0, "offset": 20.0}, output=output, linkage=drawn
 )

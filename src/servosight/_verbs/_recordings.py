@@ -89,6 +89,7 @@ def track(
     readout_s: float | None = None,
     camera: CameraGeometry | Path | str | None = None,
     beside: Track | None = None,
+    textured: bool = False,
     marker_family: Literal["aruco", "apriltag"] = "aruco",
     marker_id: int | None = None,
     progress: StageProgress | None = None,
@@ -103,7 +104,7 @@ def track(
     moves farthest). ``frame_table`` is a frames.csv with mid-exposure times, ``exposure_s`` and
     ``readout_s`` are the shutter's (found from motion blur where neither is given), ``camera`` is a
     calibration or the path of a camera.toml, and ``beside`` the track of another part of the same
-    video: a second one is looked for beside it.
+    video: a second one is looked for beside it, with ``textured`` only one with texture.
 
     A recording's folder gives exposure, camera and the clock of its command, on which the track's
     times then are; what is given here goes before it. Nothing is written into it (``read`` does
@@ -126,6 +127,7 @@ def track(
         "exposure_s": exposure_s,
         "readout_s": readout_s,
         "beside": beside,
+        "textured": textured or None,
     }
     known = {name: value for name, value in given.items() if value is not None}
     return _tracked(Path(source), how, known, progress or silent)

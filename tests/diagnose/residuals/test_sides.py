@@ -17,6 +17,8 @@ from servosight.identify.fit import identify
 from servosight.models.core import Recording, Stream, views
 from servosight.models.effects import catalogue
 from servosight.scenarios.draws import hidden_effect
+from servosight.scenarios.scenario import Scenario
+from servosight.sim.linkage import Linkage
 from servosight.sim.run import angle_recording, run
 
 NOISE_DEG = 0.2
@@ -98,3 +100,60 @@ def test_identify_takes_both_angles() -> None:
     surface, horn = (one.value for one in result.biases)
     assert abs(surface - horn - 3.0) < 0.05
     assert result.rmse_deg < 1.1 * NOISE_DEG
+
+
+@cache
+def behind_a_linkage(*effects: tuple[str, str, float]) -> Diagnosis:
+    """The first step of a diagnosis of both angles, with a four-bar linkage between the two.
+
+    ``effects`` as effect, parameter and value.
+    """
+    scenario = Scenario(duration_s=6.0, seed=2)
+    hidden = {name: {key: value} for name, key, value in effects}
+    twin = run(scenario.servo.bench(), {**hidden, "four_bar": {}}, scenario.excitation())
+    surface, horn = (
+        angle_recording(seen, scenario.camera, 0.02, seed, name="run")
+        for seed, seen in enumerate((twin, replace(twin, surface_deg=twin.motor_deg)))
+    )
+    both = replace(surface, horn=Stream(horn.time_s, horn.angle_deg, horn.sigma_deg))
+    return diagnose([both], catalogue=catalogue())
+
+
+SIDES = {
+    "none": ((), {"linkage"}, 0.0),
+    "between": ((("backlash", "gap", 0.8),), {"linkage"}, 0.8),
+    "before": (
+        (("feedback_backlash", "gap", 0.8), ("coulomb_friction", "level", 1.0)),
+        {"motor"},
+        0.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("where", SIDES)
+def test_play_shows_on_its_own_side_of_a_linkage(where: str) -> None:
+    """Ratio within four sigma of MuJoCo's four-bar, and within 1 %, but 3 % at the ends of the range,
+    where 6 s have few samples (0.2 to 2.2 % seen); play within 1 %: its stops give way.
+
+    A linkage that turns the surface less than the horn is nothing on the motor's side. Beside play
+    before the horn its ratio is too small a part of the error for a finding of its own.
+    """
+    effects, sides, gap = SIDES[where]
+    result = behind_a_linkage(*effects)
+    assert {one.test for one in result.findings} & {"linkage", "motor"} == sides
+    (between,) = result.transmissions
+    assert "times" in between.words
+    if gap:
+        assert between.play_deg is not None
+        assert between.play_deg.value == pytest.approx(gap, rel=0.01)
+    else:
+        assert between.play_deg is None
+    for one in result.findings:
+        assert one.test != "linkage" or between.words in one.sentence
+    shape = Linkage(16.0, 20.0, 20.0)
+    low, high = (shape.surface_deg(between.horn_deg + off) for off in (-0.01, 0.01))
+    ratio = (high - low) / 0.02
+    off = np.abs(between.ratio / ratio - 1.0)
+    assert off[1:-1].max() < 0.01
+    assert off.max() < 0.03
+    assert np.all(np.abs(between.ratio - ratio) < 4.0 * between.ratio_sigma)
