@@ -16,13 +16,13 @@ from servosight.tracking.composite._model import (
     PoseFit,
     pivot_step,
 )
-from servosight.tracking.composite._part import Gains, TurningPart
+from servosight.tracking.composite._part import TurningPart
 from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.core import median_of
-from servosight.tracking.verification import PolarView, small
+from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
 
 _ROUNDS, _ENOUGH_PX = 7, 0.05
