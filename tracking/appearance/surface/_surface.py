@@ -21,6 +21,7 @@ from servosight.tracking.fit import (
     Sample,
     gauss_newton,
     sample,
+    spacing,
     turn_and_shift,
 )
 
@@ -118,16 +119,17 @@ def lattice(
     columns = np.flatnonzero(mask[int(0.3 * rows[-1]) :].any(0))
     first = max(grid.radius_px + (rows[0] - 2) * grid.step_px, 2.0)
     last = min(grid.radius_px + (rows[-1] + 2) * grid.step_px, largest_px)
-    step = _SPACING_PX / last
+    space = spacing(_SPACING_PX, last)
+    step = space / last
     low = grid.phi_rad + (columns[0] - 2) * grid.step_rad
     high = grid.phi_rad + (columns[-1] + 2) * grid.step_rad
     return PolarGrid(
         pivot_px,
         first,
-        _SPACING_PX,
+        space,
         low,
         step,
-        int((last - first) / _SPACING_PX) + 1,
+        int((last - first) / space) + 1,
         int((high - low) / step) + 1,
     )
 
