@@ -14,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, median_of
+from servosight.tracking.core import known_median, median_of, threaded
 from servosight.tracking.verification import Gains, PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
@@ -110,13 +110,14 @@ def pivot_scores(
 ) -> Array:
     """Share of the change that a turn of each reference about each of the pivots (m, 2) explains;
     (m, references)."""
-    scores = np.zeros((len(pivots), len(references)))
-    for place, pivot in enumerate(pivots):
+
+    def about(pivot: Array) -> list[float]:
         view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
         seen = np.stack([view.of(picture) for picture in pictures])
         gains = Gains.of(view, seen, view.of(change.usual))
-        scores[place] = [_explained_by(one, view, gains, change) for one in references]
-    return scores
+        return [_explained_by(one, view, gains, change) for one in references]
+
+    return np.array(threaded(about, list(pivots))).reshape(len(pivots), len(references))
 
 
 def _explained_by(one: Reference, view: PolarView, gains: Gains, change: Change) -> float:
