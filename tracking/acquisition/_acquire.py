@@ -23,7 +23,7 @@ from servosight.tracking.appearance.surface import (
     tightened,
 )
 from servosight.tracking.core import Box, Features
-from servosight.tracking.fit import PolarGrid
+from servosight.tracking.fit import PolarGrid, spacing
 
 _COARSE_PX = 1.5
 _ROUGH_FRAMES = 14
@@ -62,7 +62,7 @@ def acquire(
         rough, exact = _learnt(video, shown, angles[chosen], mask, grid)
         angles[chosen] = exact
     else:
-        motions = motions_of(video, images, template, features or Features())
+        motions = motions_of(video, images, template, features or Features.of_change(images))
         reference = motions[0].frame
         angles = np.full(len(images), np.nan)
         for motion in motions:
@@ -80,7 +80,7 @@ def acquire(
     even = _as_bright(images)
     for learnt in (some, known):
         mask = surface_mask([even[int(i)] for i in some], angles[some], grid, mask)
-        if mask.sum() * _COARSE_PX**2 < 200:
+        if mask.sum() * grid.step_px**2 < 200:
             raise InputError(
                 f"{video}: no moving surface of at least 200 px is found in the motion; "
                 f"expected a textured surface that turns, {POINT}."
@@ -175,15 +175,16 @@ def _coarse(pivot_px: Array, mask: NDArray[np.uint8]) -> PolarGrid:
     dx, dy = x - pivot_px[0], pivot_px[1] - y
     largest = float(np.hypot(dx, dy).max()) + 20.0
     middle = float(np.arctan2(dy.mean(), dx.mean()))
-    columns = int(2 * np.pi * largest / _COARSE_PX)
+    space = spacing(_COARSE_PX, largest)
+    columns = int(2 * np.pi * largest / space)
     step = 2 * np.pi / columns
     return PolarGrid(
         (float(pivot_px[0]), float(pivot_px[1])),
         1.0,
-        _COARSE_PX,
+        space,
         middle - np.pi + 0.5 * step,
         step,
-        int(largest / _COARSE_PX),
+        int(largest / space),
         columns,
     )
 

@@ -72,7 +72,7 @@ def view_of(
         plane = MotionPlane(like_picture(camera.onto, middle), lens)
         return CameraView(plane, None, "view as calibrated", calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
-    tracks = feature_tracks(images[::stride], features or Features())
+    tracks = feature_tracks(images[::stride], features or Features.of_change(images))
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
     flat = MotionPlane(lens=lens)
     if swing is None:

@@ -16,13 +16,13 @@ from servosight.tracking.composite._model import (
     PoseFit,
     pivot_step,
 )
-from servosight.tracking.composite._part import Gains, TurningPart
+from servosight.tracking.composite._part import TurningPart
 from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
-from servosight.tracking.core import median_of
-from servosight.tracking.verification import PolarView, small
+from servosight.tracking.core import median_of, threaded
+from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
 
 _ROUNDS, _ENOUGH_PX = 7, 0.05
@@ -60,7 +60,7 @@ class PartMeter:
         rough_scale = found.scale
         pivot = np.array(found.pivot_px)
         pictures = stabilised.pictures
-        angles = np.array([_searched(rough, rough_scale, p)[0] for p in pictures])
+        angles = np.array(threaded(lambda p: _searched(rough, rough_scale, p)[0], list(pictures)))
         good = np.ones(len(angles), bool)
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
@@ -238,7 +238,7 @@ class Refit:
 
 def _refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
     """The pictures fitted by turn and shift, from angles (n,)."""
-    fits = [model.fit(p, float(a), shifted=True) for p, a in zip(pictures, angles, strict=True)]
+    fits = model.fits(pictures, angles)
     good = np.array(
         [f is not None and f.explained > _LEAST_EXPLAINED and f.kept > _LEAST_KEPT for f in fits]
     )

@@ -14,7 +14,7 @@ import numpy as np
 from servosight.models.core import Array, Single
 from servosight.tracking.composite._cells import normal_equation, residuals
 from servosight.tracking.composite._raster import PartRaster
-from servosight.tracking.core import Index, turning
+from servosight.tracking.core import Index, threaded, turning
 from servosight.tracking.verification import PolarView
 
 _ROUNDS = 6
@@ -151,6 +151,14 @@ class CompositeModel:
             angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px), whole,
             float(per_left),
         )  # fmt: skip
+
+    def fits(self, pictures: Single, angle_rad: Array) -> list[PoseFit | None]:
+        """Of pictures (n, height, width), each by turn and shift from its angle (n,)."""
+
+        def fitted(number: int) -> PoseFit | None:
+            return self.fit(pictures[number], float(angle_rad[number]), shifted=True)
+
+        return threaded(fitted, range(len(pictures)))
 
     def _sides(self, pull: Array, hold: Array) -> float:
         """The difference of the angles that both halves of the cells give, from their terms of the

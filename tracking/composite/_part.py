@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, median_of
-from servosight.tracking.verification import PolarView
+from servosight.tracking.core import known_median, median_of, threaded
+from servosight.tracking.verification import Gains, PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _REFERENCES = (0.5, 0.75, 0.95)  # quantiles of the change
@@ -39,49 +38,6 @@ class TurningPart:
     part: Single
     cover: Single
     explained: float
-
-
-@dataclass(frozen=True)
-class Gains:
-    """Pictures and background on a raster, ready to be compared with parts at all angles.
-
-    As ``PolarView.gains``, of many pictures at once: their spectra are computed once.
-    """
-
-    columns: int
-    weight: NDArray[np.complex64]
-    square: NDArray[np.complex64]
-    double: NDArray[np.complex64]
-
-    @classmethod
-    def of(cls, view: PolarView, seen: Single, behind: Single) -> Gains:
-        """Of pictures (pictures, rows, columns) over a background (rows, columns)."""
-        known = np.isfinite(behind) & np.isfinite(seen).all(0)
-        weight: Single = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
-        still, frames = np.where(known, behind, np.float32(0)), np.where(known, seen, np.float32(0))
-        return cls(
-            view.columns,
-            _spectrum(weight),
-            _spectrum(weight * still * (still - 2.0 * frames)),
-            _spectrum(2.0 * weight * frames),
-        )
-
-    def by(self, part: Single, cover: Single) -> Array:
-        """By how much a part (rows, columns) explains each picture better than the background does,
-        at ``PolarView.angles``; (pictures, columns)."""
-        on = np.where(np.isfinite(part), cover, np.float32(0)).astype(np.float32)
-        picture = np.nan_to_num(part)
-        rows = np.flatnonzero(on.any(1))
-        inner = slice(rows[0], rows[-1] + 1) if rows.size else slice(0, 1)
-        on, picture = on[inner], picture[inner]
-        total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
-        total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
-        total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)
-        return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
-
-
-def _spectrum(values: Array | Single) -> NDArray[np.complex64]:
-    return np.asarray(fft.rfft(np.asarray(values, np.float32), axis=-1))
 
 
 def diverse(pictures: Single, count: int) -> list[int]:
@@ -154,13 +110,14 @@ def pivot_scores(
 ) -> Array:
     """Share of the change that a turn of each reference about each of the pivots (m, 2) explains;
     (m, references)."""
-    scores = np.zeros((len(pivots), len(references)))
-    for place, pivot in enumerate(pivots):
+
+    def about(pivot: Array) -> list[float]:
         view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
         seen = np.stack([view.of(picture) for picture in pictures])
         gains = Gains.of(view, seen, view.of(change.usual))
-        scores[place] = [_explained_by(one, view, gains, change) for one in references]
-    return scores
+        return [_explained_by(one, view, gains, change) for one in references]
+
+    return np.array(threaded(about, list(pivots))).reshape(len(pivots), len(references))
 
 
 def _explained_by(one: Reference, view: PolarView, gains: Gains, change: Change) -> float:

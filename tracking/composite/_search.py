@@ -13,7 +13,6 @@ from servosight.tracking.composite._hint import Hint, references_for
 from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.composite._part import (
     Change,
-    Gains,
     Reference,
     TurningPart,
     diverse,
@@ -23,6 +22,7 @@ from servosight.tracking.composite._pivots import APART, promising_pivots, scale
 from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.core import median_of
+from servosight.tracking.verification import Gains
 
 _MIDDLE_PX = 240  # the longer side
 _FAR = 0.62  # of the longer side: how far a part reaches
@@ -260,9 +260,7 @@ def _recentred(
     model = CompositeModel.of(
         pictures, part.angle_rad, view.pivot_px, part.cover, view, change.usual
     )
-    fits = [
-        model.fit(p, float(a), shifted=True) for p, a in zip(pictures, part.angle_rad, strict=True)
-    ]
+    fits = model.fits(pictures, part.angle_rad)
     good = [fit for fit in fits if fit is not None and fit.explained > 0.3 and fit.kept > 0.4]
     if len(good) < 6:
         return part

@@ -15,6 +15,7 @@ from servosight.tracking.fit._polar import Pixels as Pixels
 from servosight.tracking.fit._polar import PolarGrid as PolarGrid
 from servosight.tracking.fit._polar import Sample as Sample
 from servosight.tracking.fit._polar import sample as sample
+from servosight.tracking.fit._polar import spacing as spacing
 from servosight.tracking.fit._rotation_axis import PIVOT as PIVOT
 from servosight.tracking.fit._rotation_axis import PLANE as PLANE
 from servosight.tracking.fit._rotation_axis import PoseSensitivity as PoseSensitivity

@@ -18,6 +18,7 @@ from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import PICTURE, STILL, Exposure, MotionPlane, slopes, weights
 
 _BLOCK_PX = 32
+_LARGE_PX, _WIDEST = 400.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,16 @@ class PolarGrid:
         place = self.plane.of_picture(np.column_stack([x.ravel(), y.ravel()]).astype(np.float64))
         dx, dy = place[:, 0] - self.pivot_px[0], self.pivot_px[1] - place[:, 1]
         return np.hypot(dx, dy).reshape(shape), np.arctan2(dy, dx).reshape(shape)
+
+
+def spacing(usual_px: float, largest_px: float) -> float:
+    """The distance between a lattice's cells [px]: ``usual_px``, and more, up to twice as much, in
+    a part that reaches beyond 400 px, so that it takes about as long as a smaller one.
+
+    >>> spacing(0.8, 300.0), spacing(0.8, 600.0)
+    (0.8, 1.2)
+    """
+    return usual_px * float(np.clip(largest_px / _LARGE_PX, 1.0, _WIDEST))
 
 
 @dataclass(frozen=True)

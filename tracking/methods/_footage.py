@@ -38,7 +38,7 @@ from servosight.tracking.methods._composite_track import first_rad, in_video, tr
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
-from servosight.tracking.video import Film, Frame, frame_at, frames
+from servosight.tracking.video import Film, Frame, frame_at
 
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
@@ -67,7 +67,7 @@ class Footage:
     def of(cls, film: Film, options: TrackOptions) -> Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
         sample = FrameSample(_as_it_is)
-        rows = [(frame.time_s, frame.missing) for frame in sample.watch(frames(film.path))]
+        rows = [(frame.time_s, frame.missing) for frame in sample.watch(film.decoded())]
         stamps_s = np.array([time_s for time_s, _ in rows])
         missing = tuple(count for _, count in rows)
         stabilised = StabilisedSample.of(sample)
@@ -84,7 +84,7 @@ class Footage:
         """The same frames in the colour in which they change most, aligned as in grey; None where
         no colour changes."""
         cb, cr = FrameSample(_as_it_is), FrameSample(_as_it_is)
-        for frame in frames(self.film.path, coloured=True):
+        for frame in self.film.decoded(coloured=True):
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
                 sample.add(replace(frame, image=image))
@@ -197,7 +197,7 @@ class Footage:
         return with_delay(track)
 
     def _frames(self) -> Iterator[Frame]:
-        return frames(self.film.path, coloured=not self.stabilised.channel.luma)
+        return self.film.decoded(coloured=not self.stabilised.channel.luma)
 
     def nothing(self, parts: Sequence[FoundPart]) -> TrackRefused:
         """That the part is not there, with the parts that were found drawn."""

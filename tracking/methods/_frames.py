@@ -129,11 +129,12 @@ def _check_camera(film: Film) -> None:
 
 def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
     """The moving part, its pivot and its plane, from slow frames of a stabilised video."""
-    images, beside, features = film.images, options.beside, Features()
+    images, beside = film.images, options.beside
     shape = images[0].shape
     box = pointed_box(options, shape)
     if options.at_s is not None and box is not None:
         images = [film.frame_at(options.at_s).image, *images]
+    features = Features.of_change(images)
     if beside is None:
         view = view_of(images, options.camera, film.predicted, features)
     else:
@@ -145,6 +146,8 @@ def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
         x, y = view.plane.of_picture(np.array([pivot]))[0]
         pivot = float(x), float(y)
     flat = [rectified(image) for image in images]
+    if not view.plane.is_picture:
+        features = Features.of_change(flat)
     surface = acquire(film.path, flat, pivot, box, features)
     surface = replace(surface, grid=replace(surface.grid, plane=view.plane))
     estimator = SurfaceEstimator.of(surface, shape)

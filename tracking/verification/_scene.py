@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import known_median, median_of, turned
-from servosight.tracking.verification._turning import PolarView
+from servosight.tracking.verification._turning import Gains, PolarView
 
 _MARGIN_PX = 3
 _SHADOW_PX = 7
@@ -76,9 +76,8 @@ class TurningScene:
         own = np.where((self.cover > 0.0) & np.isfinite(self.part), self.part, np.nan)
         level = known_median(own.T.astype(np.float32))[:, None]
         behind = np.where(np.isfinite(behind), behind, level).astype(np.float32)
-        return np.stack(
-            [self.view.gains(self.view.of(f), behind, self.part, self.cover) for f in self.frames]
-        )
+        seen = np.stack([self.view.of(frame) for frame in self.frames])
+        return Gains.of(self.view, seen, behind).by(self.part, self.cover)
 
     def left_over(self) -> tuple[Array, Array]:
         """Mean squared difference of each frame from the turned part over its background, and from

@@ -11,6 +11,8 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
 
 from servosight.models.core import Array, Single
 
@@ -75,18 +77,47 @@ class PolarView:
         All on the raster; ``cover`` is 1 on the part. The sum over the part's area of the squared
         difference from what is behind, less that from the part. NaN is left out.
         """
-        known = np.isfinite(frame) & np.isfinite(behind)
-        weight = np.where(known, self.radius_px[:, None], 0.0).astype(np.float32)
-        seen, still = np.nan_to_num(frame), np.nan_to_num(behind)
-        on = np.where(np.isfinite(part), cover, 0.0)
-        own = np.nan_to_num(part) * on
-        total = (
-            _spectrum(weight * ((seen - still) ** 2 - seen**2)) * np.conj(_spectrum(on))
-            + 2.0 * _spectrum(weight * seen) * np.conj(_spectrum(own))
-            - _spectrum(weight) * np.conj(_spectrum(own * np.nan_to_num(part)))
-        ).sum(0)
-        return np.roll(np.fft.irfft(total, self.columns), self.columns // 2)
+        return np.asarray(Gains.of(self, frame[None], behind).by(part, cover)[0])
 
 
-def _spectrum(values: Array | Single) -> Array:
-    return np.asarray(np.fft.rfft(np.asarray(values, np.float64), axis=1))
+@dataclass(frozen=True)
+class Gains:
+    """Pictures and background on a raster, ready to be compared with parts at all angles.
+
+    Their spectra are computed once, in single precision.
+    """
+
+    columns: int
+    weight: NDArray[np.complex64]
+    square: NDArray[np.complex64]
+    double: NDArray[np.complex64]
+
+    @classmethod
+    def of(cls, view: PolarView, seen: Single, behind: Single) -> Gains:
+        """Of pictures (pictures, rows, columns) over a background (rows, columns)."""
+        known = np.isfinite(behind) & np.isfinite(seen).all(0)
+        weight: Single = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
+        still, frames = np.where(known, behind, np.float32(0)), np.where(known, seen, np.float32(0))
+        return cls(
+            view.columns,
+            _spectrum(weight),
+            _spectrum(weight * still * (still - 2.0 * frames)),
+            _spectrum(2.0 * weight * frames),
+        )
+
+    def by(self, part: Single, cover: Single) -> Array:
+        """By how much a part (rows, columns) explains each picture better than the background does,
+        at ``PolarView.angles``; (pictures, columns)."""
+        on = np.where(np.isfinite(part), cover, np.float32(0)).astype(np.float32)
+        picture = np.nan_to_num(part)
+        rows = np.flatnonzero(on.any(1))
+        inner = slice(rows[0], rows[-1] + 1) if rows.size else slice(0, 1)
+        on, picture = on[inner], picture[inner]
+        total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
+        total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
+        total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)
+        return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
+
+
+def _spectrum(values: Array | Single) -> NDArray[np.complex64]:
+    return np.asarray(fft.rfft(np.asarray(values, np.float32), axis=-1))

@@ -87,6 +87,10 @@ class Film:
         """All frames in order; memory does not grow with the video's length."""
         return prefetch(map(self._still, frames(self.path)), _AHEAD)
 
+    def decoded(self, coloured: bool = False) -> Iterator[Frame]:
+        """The same as they were filmed, with their colour where ``coloured``."""
+        return prefetch(frames(self.path, coloured=coloured), _AHEAD)
+
     def in_first(self, options: TrackOptions) -> TrackOptions:
         """The options with what points at another frame given in the first one's pixels, where the
         camera has moved between the two."""

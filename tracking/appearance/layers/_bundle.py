@@ -25,6 +25,7 @@ from servosight.tracking.core import Exposure
 from servosight.tracking.fit import Pixels
 
 _ROUNDS = (3, 3, 1, 1, 1)  # each round uses one of so many pixels
+_STEPS = (8, 8, 24, 24, 24)  # of conjugate gradients: what the first rounds leave, later ones solve
 _COARSE = 2  # rounds on all cells, before it is known which of them hold information
 _TELLING_SHARE = 0.97
 _TELLING_ROOM = 3  # cells about those with information
@@ -54,13 +55,15 @@ def solve_layers(
     inside, near = inside_px > _INSIDE_PX, inside_px > -PAD_PX
     free = np.stack([near, near & ~inside], axis=2).astype(np.float32)
     everywhere = telling = np.ones_like(near)
+    thinning = round(start.grid.step_px**2)  # as many pixels for each cell, however large it is
+    first, *later = (every * thinning for every in (*_ROUNDS, 1))
     now, residuals = _evaluated(
-        images, exposures, start, pixels, inside, near, everywhere, _ROUNDS[0], strict=False
+        images, exposures, start, pixels, inside, near, everywhere, first, strict=False
     )
-    for number, every in enumerate((*_ROUNDS[1:], 1)):
+    for number, every in enumerate(later):
         likely = _likely(now.layers, inside_px)
         # Blank layers hold no information on the motion yet.
-        now = improved(now, residuals, free, likely, number < _STILL)
+        now = improved(now, residuals, free, likely, _STEPS[number], number < _STILL)
         if number == _COARSE - 1:
             held = informative(now, _TELLING_SHARE) > 0
             telling = ndimage.binary_dilation(held, iterations=_TELLING_ROOM)

@@ -7,11 +7,12 @@ import numpy as np
 
 from servosight.models.core import Single
 from servosight.tracking.appearance.surface import Surface
-from servosight.tracking.fit import PolarGrid
+from servosight.tracking.fit import PolarGrid, spacing
 
 PAD_PX = 14.0
 """Width of a soft shadow."""
 
+_SPACING_PX = 1.0
 _HUB = 0.35  # share of the radius within which there is little information
 
 
@@ -27,7 +28,7 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> PolarGrid:
     low, high = float(span.min()) - pad, float(span.max()) + pad
     last = min(largest + PAD_PX, float(np.hypot(shape[0], shape[1])))
     first = max(float(radius.min()) - PAD_PX, 4.0)
-    space = 1.0
+    space = spacing(_SPACING_PX, last)
     step = space / last
     return PolarGrid(
         old.pivot_px,

@@ -17,7 +17,6 @@ from servosight.tracking.appearance.layers._frame_pixels import FramePixels
 from servosight.tracking.core import chunks, threaded
 from servosight.tracking.fit import PolarGrid
 
-_STEPS = 24
 _DOUBT = 0.5  # sigma of a cell's transparency about that of cells as near to the edge
 _LIGHT_PRIOR = 0.1  # weight of the light's prior, in frames
 _LEAST_RADIUS = 0.15
@@ -66,9 +65,10 @@ def improved(
     residuals: list[FrameResidual],
     free: Single,
     likely: Single,
+    steps: int,
     still: bool,
 ) -> Bundle:
-    """Some steps of conjugate gradients, of the layers alone where ``still``."""
+    """Some ``steps`` of conjugate gradients, of the layers alone where ``still``."""
     weight = [
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
         for r, gain in zip(residuals, now.gain, strict=True)
@@ -79,7 +79,7 @@ def improved(
     descent = problem.back(left) + problem.prior(np.zeros_like(x))
     conditioned = problem.preconditioned(descent)
     step, power = conditioned, float(conditioned @ descent)
-    for _ in range(_STEPS):
+    for _ in range(steps):
         seen = problem.shown(step)
         bent = sum(float((w * s) @ s) for w, s in zip(weight, seen, strict=True))
         length = np.float32(power / (bent + problem.prior_energy(step)))
@@ -129,6 +129,7 @@ class _Problem:
         radius = now.grid.radius_px + now.grid.step_px * np.arange(now.grid.rows)
         share = np.maximum(radius / now.grid.largest_px, _LEAST_RADIUS).astype(np.float32)
         mean = sum(float(w.sum()) for w in weight) / max(sum(w.size for w in weight), 1)
+        mean *= now.grid.step_px**2  # of the pixels that a cell covers at the rim
         self.sizes = (1.0, float(self.spread) + prior / (mean * self.frames))
         self.preconditioner = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
         # Near the pivot many columns share a pixel: finer detail there would absorb frame-specific

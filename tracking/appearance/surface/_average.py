@@ -10,12 +10,29 @@ from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.core import chunks, insert, middle_of, threaded, weights
 from servosight.tracking.fit import GATE, PolarGrid
 
+_ROOM_PX = 40  # about the surface, in which its pivot may move and its spline ends
 _SPLINE_CELLS = 10  # beyond which a cell changes a spline by less than 1e-5 of its value
 
 
 def spline_of(image: Image) -> Single:
     """Cubic spline coefficients of a picture, float32 (height, width)."""
     return np.asarray(ndimage.spline_filter(image, order=3, output=np.float32))
+
+
+def swept(
+    grid: PolarGrid, mask: Mask, angles_rad: Array, shape: tuple[int, ...]
+) -> tuple[slice, slice]:
+    """Rows and columns of a picture (height, width) in which the cells of a mask lie at some of
+    the angles (n,), with room."""
+    rows, columns = np.nonzero(mask)
+    radius = grid.radius_px + grid.step_px * rows
+    phi = grid.phi_rad + grid.step_rad * columns + angles_rad[:, None]
+    places = grid.pivot_px[1] - radius * np.sin(phi), grid.pivot_px[0] + radius * np.cos(phi)
+    low, high = (
+        np.clip([int(reach(at)) + room for at in places], 0, shape)
+        for reach, room in ((np.min, -_ROOM_PX), (np.max, _ROOM_PX))
+    )
+    return slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
 
 
 def average(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -14,6 +15,9 @@ from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import insert, known_median, middle_of
 from servosight.tracking.fit import PolarGrid
 
+_ROOM_CELLS = 40  # about the first mask: more than it grows by
+_NEAR_ROWS, _ROOM_RAD = 16, 0.1  # beyond these rows a pixel's neighbours lie within that angle
+
 
 def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, first: Mask) -> Mask:
     """Cells that turn with the surface rather than stay with the background, about ``first``.
@@ -22,7 +26,9 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, f
     is the surface's where the mean of frames turned back explains the frames better.
     """
     stack = np.stack(images)
-    mask = ndimage.binary_dilation(first, iterations=4)
+    some = _columns_about(first)
+    whole, grid = first, _columns_of(grid, some)
+    mask = ndimage.binary_dilation(first[:, some], iterations=4)
     places = [
         tuple(p.astype(np.float32) for p in grid.points(float(angle))) for angle in angles_rad
     ]
@@ -55,9 +61,26 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, f
         turns &= np.isfinite(own_near) & ndimage.binary_dilation(mask, iterations=2)
         mask_new = _largest(ndimage.binary_opening(turns, iterations=2), grid)
         if not mask_new.any():
-            return mask_new
+            return np.zeros_like(whole)
         mask = ndimage.binary_dilation(mask_new, iterations=6)
-    return np.asarray(ndimage.binary_fill_holes(ndimage.binary_closing(mask_new, iterations=2)))
+    found = np.zeros_like(whole)
+    found[:, some] = ndimage.binary_fill_holes(ndimage.binary_closing(mask_new, iterations=2))
+    return found
+
+
+def _columns_about(mask: Mask) -> slice:
+    """The columns that a mask (rows, columns) covers, with room."""
+    columns = np.flatnonzero(mask.any(0))
+    if columns.size == 0:
+        return slice(0, mask.shape[1])
+    return slice(max(int(columns[0]) - _ROOM_CELLS, 0), int(columns[-1]) + 1 + _ROOM_CELLS)
+
+
+def _columns_of(grid: PolarGrid, some: slice) -> PolarGrid:
+    """These columns of a lattice alone."""
+    first, last, _ = some.indices(grid.columns)
+    phi_rad = grid.phi_rad + first * grid.step_rad
+    return replace(grid, phi_rad=phi_rad, columns=last - first)
 
 
 def _resampled(
@@ -81,25 +104,39 @@ def _bench(
     polar: tuple[Single, Single],
     mask: Mask,
 ) -> NDArray[np.float32]:
-    """Median picture of the background, NaN where the (generous) mask always covers it.
+    """Median picture of the background, NaN where the (generous) mask always covers it, and where
+    the turned lattice does not lie.
 
     ``polar`` are the column [rad] and the row of the lattice, at angle zero, of each pixel.
     """
     bench = np.empty(stack.shape[1:], np.float32)
     turns = np.asarray(angles_rad, np.float32)
-    _median_uncovered(stack, turns, *polar, np.float32(grid.step_rad), mask, bench)
+    first = np.float32(turns.min() - _ROOM_RAD)
+    width = np.float32(grid.columns * grid.step_rad + np.ptp(turns) + 2.0 * _ROOM_RAD)
+    step_rad = np.float32(grid.step_rad)
+    _median_uncovered(stack, turns, *polar, step_rad, mask, first, width, bench)
     return bench
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _median_uncovered(stack, angles, phi, row, step, mask, out):  # type: ignore[no-untyped-def]
-    """Each pixel's median over the pictures in which it shows no cell of the turned mask."""
+def _median_uncovered(  # type: ignore[no-untyped-def]
+    stack, angles, phi, row, step, mask, first, width, out
+):
+    """Each pixel's median over the pictures in which it shows no cell of the turned mask.
+
+    NaN where it lies in none of them within the ``width`` [rad] from ``first`` on.
+    """
     rows, columns = mask.shape
     circle, half = np.float32(2.0 * np.pi), np.float32(0.5)
     values = np.empty(len(stack), np.float32)
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
             j = np.int32(np.floor(row[y, x] + half))
+            away = phi[y, x] - first
+            away -= circle * np.floor(away / circle)
+            if j > rows or (j > _NEAR_ROWS and away > width):
+                out[y, x] = np.nan
+                continue
             count = 0
             for n in range(len(stack)):
                 turned = phi[y, x] - angles[n]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.appearance.surface._average import average, spline_of
+from servosight.tracking.appearance.surface._average import average, spline_of, swept
 from servosight.tracking.core import STILL, Exposure, smeared, threaded, turning
 from servosight.tracking.fit import (
     AngleFit,
@@ -21,6 +21,7 @@ from servosight.tracking.fit import (
     Sample,
     gauss_newton,
     sample,
+    spacing,
     turn_and_shift,
 )
 
@@ -118,16 +119,17 @@ def lattice(
     columns = np.flatnonzero(mask[int(0.3 * rows[-1]) :].any(0))
     first = max(grid.radius_px + (rows[0] - 2) * grid.step_px, 2.0)
     last = min(grid.radius_px + (rows[-1] + 2) * grid.step_px, largest_px)
-    step = _SPACING_PX / last
+    space = spacing(_SPACING_PX, last)
+    step = space / last
     low = grid.phi_rad + (columns[0] - 2) * grid.step_rad
     high = grid.phi_rad + (columns[-1] + 2) * grid.step_rad
     return PolarGrid(
         pivot_px,
         first,
-        _SPACING_PX,
+        space,
         low,
         step,
-        int((last - first) / _SPACING_PX) + 1,
+        int((last - first) / space) + 1,
         int((high - low) / step) + 1,
     )
 
@@ -203,7 +205,9 @@ def learn(
     (blurred by motion, covered) are left out of the average. Returns the surface and the frames'
     angles [rad], NaN where left out; all are where no frame shows what they have in common.
     """
-    splines = np.stack(threaded(spline_of, images))
+    part = swept(grid, mask, angles_rad, images[0].shape)
+    splines = np.stack(threaded(spline_of, [image[part] for image in images]))
+    corner = np.array([part[1].start, part[0].start])
     angles = angles_rad.copy()
     shifts = np.zeros((len(images), 2))
     used = np.ones(len(images), bool)
@@ -214,7 +218,7 @@ def learn(
         fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
         chosen = np.flatnonzero(used)
         chosen = chosen[spread(angles[chosen], _ROUND_FRAMES)]
-        mean = average(splines[chosen], angles[chosen], shifts[chosen], fine, reach > 0)
+        mean = average(splines[chosen], angles[chosen], shifts[chosen] - corner, fine, reach > 0)
         surface = Surface(fine, mean, reach, np.empty((0, 2)), 0.0, 0.0)
         fits = _fits(surface, images, angles)
         used = _trusted(fits)
@@ -234,7 +238,8 @@ def learn(
             shifts -= np.array([turning(a) @ common for a in angles])
     fine = replace(fine, pivot_px=(float(pivot[0]), float(pivot[1])))
     chosen = np.flatnonzero(used)
-    mean = average(splines[chosen], angles[chosen], np.zeros((len(chosen), 2)), fine, reach > 0)
+    home = np.tile(-corner, (len(chosen), 1))
+    mean = average(splines[chosen], angles[chosen], home, fine, reach > 0)
     good = [fit for fit, ok in zip(fits, used, strict=True) if fit and ok]
     surface = Surface(
         fine,
