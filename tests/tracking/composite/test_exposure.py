@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite._model import PoseFit
+from servosight.tracking.composite._exposure import BlurModel
+from servosight.tracking.composite._measure import PartMeter
+from servosight.tracking.composite._model import CompositeModel, PoseFit
 from servosight.tracking.composite._raster import PartRaster
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
@@ -143,3 +147,35 @@ def test_no_angle_no_delay_error() -> None:
     change = by_delay(np.array([0.0, 1.0, 1.0, 3.0]), np.arange(4) / 10.0, found, 0.01)
     np.testing.assert_allclose(change.ravel(), [0.1, 0.1, 0.0, 0.1])
     assert not by_delay(np.zeros(4), np.arange(4) / 10.0, ~found, 0.01).any()
+
+
+@pytest.mark.parametrize(("soft_px", "least_px", "most_px"), [(0.0, 0.0, 2.0), (14.0, 4.0, 14.0)])
+def test_the_blur_that_slow_pictures_seem_to_have_is_known(
+    soft_px: float, least_px: float, most_px: float
+) -> None:
+    """A sector over texture that rests at several angles, its edges as wide as a turn by so much
+    at its rim would make them: of faster pictures, only the blur beyond that is the motion's."""
+    rng = np.random.default_rng(5)
+    texture = cv2.GaussianBlur(rng.standard_normal((130, 130)), (0, 0), 2.0)
+    behind = (90.0 + 60.0 * texture).astype(np.float32)
+    view = PolarView((64.0, 64.0), 50, 320)
+    shape = np.zeros((50, 320), np.float32)
+    shape[4:44, 5:60] = 1.0
+    angles = np.linspace(-1.0, 1.0, 24)
+    y, x = np.indices(behind.shape) - 64.0
+    row, column = np.hypot(x, y) - 0.5, np.arctan2(-y, x) / view.step_rad
+    bare = PartRaster(view, shape, 220.0 * shape, shape > 0.5, behind)
+    cover = bare.blurred(soft_px / 44.0).cover
+    tiled = np.hstack([cover, cover[:, :1]])
+    pictures = []
+    for angle in angles:
+        place = np.mod(column - angle / view.step_rad, view.columns)
+        shown = cv2.remap(tiled, place.astype(np.float32), row.astype(np.float32), cv2.INTER_LINEAR)
+        pictures.append(behind + shown * (220.0 - behind) + rng.normal(0.0, 1.0, shown.shape))
+    stack = np.array(pictures, np.float32)
+    model = CompositeModel.of(stack, angles, view.pivot_px, shape, view, behind)
+    meter = cast(PartMeter, SimpleNamespace(model=model, shape=shape, view=view))
+    speed = np.where(np.arange(24) % 2, 20.0, 0.0)
+    blur = BlurModel.of(meter, stack, angles, speed, 0.02)
+    assert blur.own_speed == 0.0
+    assert least_px <= blur.own_rad * 44.0 <= most_px
