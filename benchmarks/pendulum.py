@@ -119,10 +119,12 @@ def errors_deg(angle_deg: Array, truth_deg: Array) -> Array:
 def report(found: Track, marks: list[Mark]) -> str:
     """The error of the track at the marks, in words."""
     seen = found.measured
-    first, last = found.time_s[seen][[0, -1]]
+    # A mark has the file's time, the start of its exposure, and is where the middle of it shows it.
+    starts_s = found.time_s - (found.shutters.middle_s if found.shutters is not None else 0.0)
+    first, last = starts_s[seen][[0, -1]]
     marks = [mark for mark in marks if first <= mark.time_s <= last]
     truth, away_px = angles_deg(marks)
-    angle = np.interp([m.time_s for m in marks], found.time_s[seen], found.angle_deg[seen])
+    angle = np.interp([m.time_s for m in marks], starts_s[seen], found.angle_deg[seen])
     error = errors_deg(angle, truth)
     turn = np.radians(angle)
     waves = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])

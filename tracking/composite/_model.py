@@ -6,7 +6,7 @@ it does not cover is the background. A plain bar is located by its edges against
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,6 +107,13 @@ class CompositeModel:
             raster.behind, np.asarray(np.unique(block, return_inverse=True)[1], np.intp),
             step * every, raster.grain,
         )  # fmt: skip
+
+    def sheared(self, angle_rad: float, turn_rad: float) -> CompositeModel:
+        """As a rolling shutter shows it that turns by ``turn_rad`` from the first row's time to the
+        last one's; its angle is that at the middle row's."""
+        y = self.pivot_px[1] - self.radius_px * np.sin(self.phi_rad + angle_rad)
+        late = y / max(self.behind.shape[0] - 1, 1) - 0.5
+        return replace(self, phi_rad=self.phi_rad + turn_rad * late)
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
         """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None: diverged."""

@@ -79,10 +79,10 @@ def _running_mean(values: Single, columns: float) -> Single:
     """
     if columns < 1e-6:
         return values
-    count = values.shape[1]
-    whole = np.hstack([values, values, values]).astype(np.float64)
-    total = np.hstack([np.zeros((len(values), 1)), np.cumsum(whole, axis=1)])
-    middle = count + 0.5 + np.arange(count)
+    beyond = int(np.ceil(0.5 * columns)) + 1
+    whole = np.pad(values, ((0, 0), (beyond + 1, beyond)), mode="wrap")
+    total: Array = np.cumsum(whole.astype(np.float64), axis=1)  # up to a column's end
+    middle: Array = np.arange(values.shape[1], dtype=np.float64) + beyond + 0.5
     ends = [_between(total, middle + sign * 0.5 * columns) for sign in (1.0, -1.0)]
     return np.asarray((ends[0] - ends[1]) / columns, np.float32)
 

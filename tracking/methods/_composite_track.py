@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from servosight.tracking.core import (
     PICTURE,
     Box,
     Flag,
-    Shutters,
     Track,
     TrackOptions,
     TrackRefused,
@@ -35,8 +35,8 @@ def track_of(
     film: Film, options: TrackOptions, meter: PartMeter, stamps_s: Array,
     missing: list[int], fits: list[PoseFit | None],
 ) -> Track:  # fmt: skip
-    """The track of frames with these presentation times (frames,) and fits; ``missing`` (frames,)
-    is how many pictures before each could not be used."""
+    """The track of frames with these presentation times (frames,) and fits, at the start of each
+    exposure; ``missing`` (frames,) is how many pictures before each could not be used."""
     found = np.array([fit is not None for fit in fits])
     known = np.flatnonzero(found)
     if known.size == 0:
@@ -56,8 +56,7 @@ def track_of(
     sigma = np.hypot(sigma, [unexplained_rad(fit) if fit is not None else np.nan for fit in fits])
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
     last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
-    shutters = _shutters(film, meter, angle, film.times(stamps_s.tolist(), 0.0))
-    time_s = film.times(stamps_s.tolist(), shutters.middle_s if shutters is not None else 0.0)
+    time_s = film.times(stamps_s.tolist(), 0.0)
     covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
     flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
     flags |= np.where(gaps(time_s, missing), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
@@ -75,26 +74,31 @@ def track_of(
         template_px=_box(outline, film.images[0].shape),
         outline_px=outline,
         plane=PICTURE,
-        notes=(
-            *((shutters.note,) if shutters is not None and shutters.note else ()),
-            *film.notes(stamps_s.tolist(), missing),
-        ),
-        shutters=shutters,
+        notes=film.notes(stamps_s.tolist(), missing),
         channel=meter.stabilised.channel,
     )
 
 
-def _shutters(film: Film, meter: PartMeter, angle_rad: Array, start_s: Array) -> Shutters | None:
-    """Those that are given, else the exposure by the part's blur; None where the frames' own times
-    are given without it.
-
-    ``angle_rad`` (frames,) is NaN where the part is not found, ``start_s`` (frames,) the start of
-    each frame's exposure.
-    """
-    if film.shutters is not None or film.table_time_s is not None:
-        return film.shutters
-    speed = np.gradient(angle_rad, start_s)
-    return find_exposure(meter, angle_rad, speed, float(np.median(np.diff(start_s))))
+def at_mid_exposure(
+    track: Track, film: Film, meter: PartMeter, stamps_s: Array, fits: Sequence[PoseFit | None]
+) -> Track:
+    """The track at the times of mid-exposure, by the shutters that are given, else by those that
+    the part's blur shows; as it is where the frames' own times are given without them."""
+    shutters = film.shutters
+    if shutters is None and film.table_time_s is None:
+        angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
+        turned_rad = np.deg2rad(np.where(track.found, track.angle_deg, np.nan))
+        speed = np.gradient(turned_rad, track.time_s)
+        frame_s = float(np.median(np.diff(track.time_s)))
+        shutters = find_exposure(meter, angle, speed, frame_s)
+    if shutters is None:
+        return track
+    return replace(
+        track,
+        time_s=film.times(stamps_s.tolist(), shutters.middle_s),
+        notes=(*((shutters.note,) if shutters.note else ()), *track.notes),
+        shutters=shutters,
+    )
 
 
 def in_video(points: Array, scale: float) -> Array:

@@ -34,7 +34,12 @@ from servosight.tracking.core import (
     outline_at,
 )
 from servosight.tracking.drawing import SeenPart, refusal_picture
-from servosight.tracking.methods._composite_track import first_rad, in_video, track_of
+from servosight.tracking.methods._composite_track import (
+    at_mid_exposure,
+    first_rad,
+    in_video,
+    track_of,
+)
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
@@ -174,7 +179,8 @@ class Footage:
         self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
         part: FoundPart,
     ) -> Track:  # fmt: skip
-        """The track with the sigma of its pivot and of its times, where the frames confirm it."""
+        """The track at mid-exposure with the sigma of its pivot and of its times, where the frames
+        confirm it."""
         pictures = list(self.stabilised.pictures)
         seen = replace(
             self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
@@ -194,7 +200,8 @@ class Footage:
             x, y = track.pivot_px
             sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
             raise TrackRefused(sentence, draw(), measured=True)
-        return with_delay(track)
+        stamps_s = self.stamps_s[: len(fits)]
+        return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
 
     def _frames(self) -> Iterator[Frame]:
         return self.film.decoded(coloured=not self.stabilised.channel.luma)

@@ -74,7 +74,8 @@ def prepare(film: Film, part: MovingPart) -> TrackingSetup:
     look = partial(first_pass, film, interior)
     shutters = film.shutters
     if shutters is None:
-        shutters = find_shutter(interior, look(Shutters(np.zeros(1), 0.0)), film.sideways)
+        still = look(Shutters(np.zeros(1), 0.0))
+        shutters = find_shutter(interior, still, part.rectified, film.sideways)
     estimator = layer_estimator(look(shutters), interior)
     pivot = part.surface.pivot_px
     if isinstance(estimator, LayerEstimator):  # the layers refine the pivot as they are learnt

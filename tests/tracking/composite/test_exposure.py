@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite import PoseFit
+from servosight.tracking.composite import PartMeter, PoseFit
+from servosight.tracking.composite._exposure import BlurModel
+from servosight.tracking.composite._model import CompositeModel
 from servosight.tracking.composite._raster import PartRaster
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
@@ -73,11 +77,11 @@ def fast(tmp_path_factory: pytest.TempPathFactory, write: Write) -> Track:
 
 
 def test_blur_tells_the_exposure_and_times_are_its_middle(fast: Track) -> None:
-    """Truth: exposure 13.3 ms of 33.3 ms. Found within 2 sigma, which is 2 ms at most; times are
+    """Truth: exposure 13.3 ms of 33.3 ms. Found within 2 sigma, which is 3 ms at most; times are
     its middle. By its start the angle would be 1.4 deg rms wrong: bounds 0.3 deg and 1.3 sigma."""
     track = fast
     assert track.shutters is not None
-    assert track.shutters.exposure_doubt_s < 0.002
+    assert track.shutters.exposure_doubt_s < 0.003
     assert abs(track.shutters.usual_s - EXPOSURE_S) < 2.0 * track.shutters.exposure_doubt_s
     np.testing.assert_allclose(track.time_s - START_S, 0.5 * track.shutters.usual_s, atol=2e-5)
     error = error_deg(track, FAST_HZ)
@@ -91,7 +95,7 @@ def test_the_error_of_all_times_is_shared(fast: Track) -> None:
     assert fast.shutters is not None
     assert fast.shared_deg is not None
     speed = np.gradient(fast.angle_deg, fast.time_s)
-    expected = speed * 0.5 * fast.shutters.exposure_doubt_s
+    expected = speed * fast.shutters.middle_doubt_s
     found = fast.shared_deg[:, 0] * np.sign(fast.shared_deg[0, 0] * expected[0])
     np.testing.assert_allclose(found, expected, atol=1e-6)
     assert (fast.sigma_deg >= np.abs(fast.shared_deg[:, 0])).all()
@@ -105,13 +109,12 @@ def test_a_given_exposure_leaves_no_such_error(tmp_path: Path, write: Write) -> 
 
 
 def test_a_slow_part_does_not_tell_the_exposure(tmp_path: Path, write: Write) -> None:
-    """1.2 deg a frame at most, a blur of 0.5 px. Truth 13.3 ms; half of the time from frame to
-    frame, 16.7 ms, is that to its sigma of 9.6 ms."""
+    """1.2 deg a frame at most, a blur of 0.5 px. Truth 13.3 ms; about half of the time from frame
+    to frame, 16.7 ms, with nearly the sigma of anything up to it, 9.6 ms."""
     track = tracked(tmp_path, write, SLOW_HZ, TrackOptions(pivot=PIVOT))
     assert track.shutters is not None
-    assert track.shutters.usual_s == pytest.approx(0.5 / RATE_HZ, rel=1e-4)
-    assert track.shutters.exposure_doubt_s == pytest.approx(1.0 / RATE_HZ / np.sqrt(12.0), rel=1e-4)
-    assert any("the motion does not determine it" in note for note in track.notes)
+    assert track.shutters.usual_s == pytest.approx(0.5 / RATE_HZ, abs=0.1 / RATE_HZ)
+    assert track.shutters.exposure_doubt_s == pytest.approx(1.0 / RATE_HZ / np.sqrt(12.0), rel=0.1)
     assert np.sqrt(np.mean((error_deg(track, SLOW_HZ) / track.sigma_deg) ** 2)) < 1.3
 
 
@@ -144,3 +147,35 @@ def test_no_angle_no_delay_error() -> None:
     change = by_delay(np.array([0.0, 1.0, 1.0, 3.0]), np.arange(4) / 10.0, found, 0.01)
     np.testing.assert_allclose(change.ravel(), [0.1, 0.1, 0.0, 0.1])
     assert not by_delay(np.zeros(4), np.arange(4) / 10.0, ~found, 0.01).any()
+
+
+@pytest.mark.parametrize(("soft_px", "least_px", "most_px"), [(0.0, 0.0, 2.0), (14.0, 4.0, 14.0)])
+def test_the_blur_that_slow_pictures_seem_to_have_is_known(
+    soft_px: float, least_px: float, most_px: float
+) -> None:
+    """A sector over texture that rests at several angles, its edges as wide as a turn by so much
+    at its rim would make them: of faster pictures, only the blur beyond that is the motion's."""
+    rng = np.random.default_rng(5)
+    texture = cv2.GaussianBlur(rng.standard_normal((130, 130)), (0, 0), 2.0)
+    behind = (90.0 + 60.0 * texture).astype(np.float32)
+    view = PolarView((64.0, 64.0), 50, 320)
+    shape = np.zeros((50, 320), np.float32)
+    shape[4:44, 5:60] = 1.0
+    angles = np.linspace(-1.0, 1.0, 24)
+    y, x = np.indices(behind.shape) - 64.0
+    row, column = np.hypot(x, y) - 0.5, np.arctan2(-y, x) / view.step_rad
+    bare = PartRaster(view, shape, 220.0 * shape, shape > 0.5, behind)
+    cover = bare.blurred(soft_px / 44.0).cover
+    tiled = np.hstack([cover, cover[:, :1]])
+    pictures = []
+    for angle in angles:
+        place = np.mod(column - angle / view.step_rad, view.columns)
+        shown = cv2.remap(tiled, place.astype(np.float32), row.astype(np.float32), cv2.INTER_LINEAR)
+        pictures.append(behind + shown * (220.0 - behind) + rng.normal(0.0, 1.0, shown.shape))
+    stack = np.array(pictures, np.float32)
+    model = CompositeModel.of(stack, angles, view.pivot_px, shape, view, behind)
+    meter = cast(PartMeter, SimpleNamespace(model=model, shape=shape, view=view))
+    speed = np.where(np.arange(24) % 2, 20.0, 0.0)
+    blur = BlurModel.of(meter, stack, angles, speed, 0.02)
+    assert blur.own_speed == 0.0
+    assert least_px <= blur.own_rad * 44.0 <= most_px

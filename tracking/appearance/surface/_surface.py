@@ -89,6 +89,13 @@ class Surface:
         """One of so many pixels is enough to measure the angle."""
         return 1 + int(self.area_px(0.0) / _MOST_PIXELS)
 
+    def learnt_from(self, images: Sequence[Image], angles_rad: Array) -> Surface:
+        """The same surface with the picture that these frames show at their angles (frames,)."""
+        splines = np.stack(threaded(spline_of, images))
+        still = np.zeros((len(images), 2))
+        mean = average(splines, angles_rad, still, self.grid, self.reach > 0)
+        return replace(self, coefficients=mean)
+
     def blurred(self, smear_rad: float) -> BlurredSurface:
         """The same surface with the motion blur of a turn by ``smear_rad`` during the exposure."""
         columns = abs(smear_rad) / self.grid.step_rad

@@ -1,6 +1,11 @@
 """Exposure and readout, found from the video itself."""
 
+from servosight.tracking.calibration.shutter._estimate import LEAST as LEAST
+from servosight.tracking.calibration.shutter._estimate import faster as faster
+from servosight.tracking.calibration.shutter._estimate import found_shutters as found_shutters
+from servosight.tracking.calibration.shutter._estimate import further_speed as further_speed
+from servosight.tracking.calibration.shutter._estimate import least_residual as least_residual
+from servosight.tracking.calibration.shutter._estimate import unknown_shutters as unknown_shutters
+from servosight.tracking.calibration.shutter._estimate import usual_speed as usual_speed
 from servosight.tracking.calibration.shutter._find import find_shutter as find_shutter
-from servosight.tracking.calibration.shutter._find import least_residual as least_residual
-from servosight.tracking.calibration.shutter._find import share_by_width as share_by_width
 from servosight.tracking.calibration.shutter._first_pass import first_pass as first_pass
