@@ -34,6 +34,7 @@ def alone(servo: str, trajectory: str, gain: int) -> RunResult:
     return {
         "named": found.effects,
         "equivalents": found.equivalents,
+        "one_of": dict(found.one_of),
         "stability": dict(found.stability),
         "verdict": found.verdict.value,
         "over_floor": last.held_out_rmse_deg / found.floor_deg,

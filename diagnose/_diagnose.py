@@ -147,7 +147,8 @@ def _result(
         repeated=evidence.repeated,
         unexplained=evidence.unexplained and replace(evidence.unexplained, next_step=next_),
         detectable=Table(evidence.detectable),
-        equivalents=evidence.equivalents,
+        equivalents=stable.equivalents,
+        one_of=stable.one_of,
         transmissions=transmissions([*models.split.recordings, *models.split.carried]),
     )
 

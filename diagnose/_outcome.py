@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 
 from servosight.diagnose._data import DiagnosisData
 from servosight.diagnose._ladder import ladder_steps
-from servosight.diagnose.evidence import Stability, firm, undetermined
+from servosight.diagnose.evidence import (
+    Stability,
+    equivalents,
+    firm,
+    interchangeable,
+    undetermined,
+)
 from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
 from servosight.diagnose.selection import (
@@ -98,12 +104,19 @@ def select(
 
 
 def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
-    """The steps as they are shown, and the outcome that knows which sigmas leave a name open."""
+    """The steps as they are shown, and the outcome that knows which names are open: by the sigmas
+    of their parameters, and by other models that do as well."""
     ladder = ladder_steps(outcome.models, outcome.criterion, outcome.selected.steps)
     last = ladder[-1]
     open_ = outcome.models.known.removable(last.effects) if outcome.auto else ()
     unknown = undetermined(last.parameters, open_, outcome.models.catalogue, last.correlation)
-    stable = replace(outcome.stability, undetermined=unknown)
+    others = equivalents(outcome.models, outcome.last, outcome.criterion) if open_ else ()
+    stable = replace(
+        outcome.stability,
+        undetermined=unknown,
+        equivalents=others,
+        one_of=interchangeable(last.effects, others),
+    )
     return replace(outcome, stability=stable), ladder
 
 

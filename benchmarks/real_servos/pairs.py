@@ -22,12 +22,14 @@ def page(results: Mapping[str, RunResult], servos: Sequence[str], runs: Sequence
 _PAGE = """# Real servos: the same answer twice
 
 Written by `python benchmarks/real_pairs.py` from logs in the folder `SERVOSIGHT_DATA`. Each log of
-six seconds is diagnosed by itself (`diagnose --auto`). `equivalents` are the sets of effects whose
-models err no more, as far as the scatter of the errors from second to second tells; behind each
-effect stands the share of ten parts of the data that name it. Two runs agree where each names what
-the other names, but for effects of a size that it could not have shown (`detectable`).
+six seconds is diagnosed by itself (`diagnose --auto`). Behind each effect that is named stands the
+share of ten parts of the data that name it. *Open* are the effects of the model that others do
+without which do as well, as far as the scatter of the errors from second to second tells, with what
+those have in their place (`one_of`); they are not named. Two runs agree where neither names what
+the other rules out: what the other would have shown at that size (`detectable`), and neither names
+nor leaves open.
 
-| servo and gain | run | named | equivalents | error over floor |
+| servo and gain | run | named | open | error over floor |
 | --- | --- | --- | --- | --- |
 {rows}
 
@@ -40,20 +42,23 @@ the other names, but for effects of a size that it could not have shown (`detect
 def consistent(first: RunResult, second: RunResult) -> bool:
     """True where a set of effects that one run allows is allowed by the other, too."""
     allowed = [
-        {frozenset(one["named"]), *map(frozenset, one["equivalents"])} for one in (first, second)
+        {frozenset((*one["named"], *one["one_of"])), *map(frozenset, one["equivalents"])}
+        for one in (first, second)
     ]
     return bool(allowed[0] & allowed[1])
 
 
 def agree(first: RunResult, second: RunResult) -> bool:
-    """True where neither run names an effect that the other could have shown and does not name."""
+    """True where neither run names an effect that the other rules out."""
     return not _denied(first, second) and not _denied(second, first)
 
 
 def _denied(names: RunResult, other: RunResult) -> list[str]:
-    """The effects that one run names, and the other, which would have shown them, does not."""
-    missing = (name for name in names["named"] if name not in other["named"])
-    return [name for name in missing if _would_show(other["shown_from"][name], names)]
+    """The effects that one run names, and the other, which would have shown them, rules out."""
+    open_ = {*other["one_of"], *(one for some in other["one_of"].values() for one in some)}
+    missing = (name for name in names["named"] if name not in {*other["named"], *open_})
+    shown = other["shown_from"]  # of what its model lacks: what that has and does not name is open
+    return [name for name in missing if name in shown and _would_show(shown[name], names)]
 
 
 def _would_show(limit: tuple[str, float | None, bool], names: RunResult) -> bool:
@@ -68,8 +73,8 @@ def _would_show(limit: tuple[str, float | None, bool], names: RunResult) -> bool
 def _row(servo: str, run: str, one: RunResult) -> str:
     shares = one["stability"]
     named = ", ".join(f"{name} {shares.get(name, 0.0):.1f}" for name in one["named"]) or "nothing"
-    others = "; ".join(" + ".join(effects) for effects in one["equivalents"]) or "none"
-    return f"| {servo} | `{run}` | {named} | {others} | {one['over_floor']:.1f} |"
+    open_ = "; ".join(" or ".join([name, *others]) for name, others in one["one_of"].items())
+    return f"| {servo} | `{run}` | {named} | {open_ or 'none'} | {one['over_floor']:.1f} |"
 
 
 def _verdict(servo: str, first: RunResult, second: RunResult) -> str:

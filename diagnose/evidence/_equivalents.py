@@ -1,26 +1,32 @@
-"""Other models that err no more than the chosen one, as far as the scatter of the errors tells.
+"""Other models that are as good as the chosen one, as far as the scatter of the errors tells.
 
 Above the floor no model is right, and it is not noise that decides between two of them but where
 the misfit of each happens to fall. Another run of the same servo then decides otherwise. Whether
-two models differ by more is seen from their squared errors, block by block: the mean difference
-against its scatter (Vuong, Econometrica 57 (1989) 307; a set of models that no such comparison
-tells apart: Hansen, Lunde and Nason, Econometrica 79 (2011) 453).
+one model is better is seen block by block, from the ratio of the two errors: its mean logarithm
+against its scatter (Vuong, Econometrica 57 (1989) 307, each block with an error variance of its
+own; a set of models that no such comparison tells apart: Hansen, Lunde and Nason, Econometrica 79
+(2011) 453). Of a difference of squares the worst second alone would decide.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
+from scipy.special import stdtrit
 
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Trial
 from servosight.models.core import Array
 
-SIGMAS = 2.0
-"""Two models differ where their mean difference is this many times its standard error."""
-FEWEST_BLOCKS = 4
+SURE = 0.95
+"""A model is dearer where the mean difference is beyond this quantile of Student's t."""
+MOST_ERROR = 2.0
+"""A model with an error so many times as large is no other answer, however much that scatters."""
+LEAST_SHARE = 0.5
+"""Blocks with a smaller share of the samples of the fullest one are not compared."""
+FEWEST_BLOCKS = 3
 """Fewer blocks have no scatter to compare with: then no models are said to be alike."""
-MOST = 4
-"""So many are reported, the cheapest."""
 
 
 def equivalents(
@@ -28,42 +34,77 @@ def equivalents(
 ) -> tuple[tuple[str, ...], ...]:
     """Sets of effects that the data do not tell from those of ``last``, the cheapest first.
 
-    Their price, with the error on all fitted and validation samples, is at most that of one effect
-    above the price of ``last``: few seconds of validation decide by chance. None where ``last``
-    explains the data: then the noise decides. A set that has all of ``last`` and more, or effects
-    that contain them, is no other answer, unless it does without another k.
+    Their price, with the error on all fitted and validation samples, is not above that of ``last``
+    by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
+    None where ``last`` explains the data: then the noise decides. A set that has all of ``last``
+    and more, or effects that contain them, is no other answer, unless it does without another k;
+    nor is one with a parameter at a bound.
     """
     if not last.effects or criterion.explained(last.score):
         return ()
-    most = criterion.overall_price(last.score) + criterion.policy.effect_price
+    first = models.first().score
+    most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
-        price = criterion.overall_price(trial.score)
         special = {simple for own in trial.effects for simple in models.catalogue[own].contains}
         more = {*trial.effects, *special} >= set(last.effects)
         other = trial.effects and not (more and trial.held == last.held)
-        if not other or price > most or not models.known.allows(trial.effects):
+        if not other or not models.known.allows(trial.effects):
             continue
-        if trial.effects != last.effects and not _differ(last, trial):
+        price = criterion.overall_price(trial.score)
+        able = price <= most and criterion.within_bounds(trial.score, first)
+        if trial.effects != last.effects and able and not _is_dearer(trial, last, criterion):
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     least = [one for one in near if not any(set(other) < set(one) for other in near)]
-    return tuple(sorted(least, key=lambda effects: near[effects])[:MOST])
+    return tuple(sorted(least, key=lambda effects: near[effects]))
 
 
-def _differ(first: Trial, second: Trial) -> bool:
-    """True where one model's squared error is less, beyond its scatter from block to block."""
-    pairs = zip(first.judged, second.judged, strict=True)
-    change = np.concatenate([_blocks(one) - _blocks(other) for one, other in pairs])
-    change = change[np.isfinite(change)]
-    if change.size < FEWEST_BLOCKS:
+def interchangeable(
+    effects: Sequence[str], others: Sequence[Sequence[str]]
+) -> Mapping[str, tuple[str, ...]]:
+    """For each of ``effects`` that not all ``others`` have, what these have in its place.
+
+    Nothing where one of them has nothing in its place.
+
+    >>> interchangeable(["gravity_load", "coulomb_friction"], [["gravity_load", "backlash"]])
+    {'coulomb_friction': ('backlash',)}
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name in effects:
+        instead = [_instead(effects, other) for other in others if name not in other]
+        names = dict.fromkeys(one for some in instead for one in some)
+        if instead:
+            found[name] = tuple(names) if all(instead) else ()
+    return found
+
+
+def _instead(effects: Sequence[str], other: Sequence[str]) -> list[str]:
+    """What ``other`` has in the place of ``effects`` that it lacks; none where that is less."""
+    more = [name for name in other if name not in effects]
+    return more if len(other) >= len(effects) else []
+
+
+def _is_dearer(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+    """True where the price of ``trial`` is higher, beyond its scatter from block to block.
+
+    Blocks in which both are at the floor, as at a standstill, tell nothing.
+    """
+    pairs = zip(trial.judged, last.judged, strict=True)
+    own = np.hstack([(_blocks(one), _blocks(other)) for one, other in pairs])
+    told = own[:, np.any(own > criterion.enough_deg**2, axis=0)]
+    if told.shape[1] < FEWEST_BLOCKS:
         return True
-    return bool(abs(change.mean()) > SIGMAS * change.std(ddof=1) / np.sqrt(change.size))
+    change = 0.5 * np.diff(np.log(told[::-1] + criterion.floor_deg**2), axis=0)[0]
+    more = change.mean() + criterion.burden(trial.score) - criterion.burden(last.score)
+    scatter = change.std(ddof=1) / np.sqrt(change.size)
+    return bool(more > stdtrit(change.size - 1, SURE) * scatter)
 
 
 def _blocks(judged: Judged) -> Array:
-    """Sum of squared errors of each block of one second [deg^2], NaN where it is for the test."""
+    """Mean squared error of each block of one second [deg^2], NaN where it is for the test."""
     time_s = judged.recording.time_s
     number = np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.int64)
     seen = judged.uses != TEST
+    count = np.bincount(number, seen)
     squares = np.bincount(number, np.where(seen, judged.error_deg, 0.0) ** 2)
-    return np.where(np.bincount(number, seen) > 0.0, squares, np.nan)
+    return np.where(count >= LEAST_SHARE * count.max(), squares / np.maximum(count, 1.0), np.nan)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from servosight.diagnose.evidence._detectable import detectable
-from servosight.diagnose.evidence._equivalents import equivalents
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._repeats import Repeated, repeated
 from servosight.diagnose.evidence._spread import spread_of
@@ -21,15 +20,13 @@ class Evidence:
     """What the last model's error says of the data: ``regimes``, the leading ones first.
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
-    of it, None where nothing is; ``detectable``: from which size on each other one would show;
-    ``equivalents``: other sets of effects that err no more, within the scatter.
+    of it, None where nothing is; ``detectable``: from which size on each other one would show.
     """
 
     regimes: tuple[Regime, ...]
     repeated: Repeated | None
     unexplained: Unexplained | None
     detectable: tuple[Detectable, ...]
-    equivalents: tuple[tuple[str, ...], ...] = ()
 
     @property
     def leading(self) -> Regime | None:
@@ -70,7 +67,6 @@ def gather(
         repeated=again,
         unexplained=left,
         detectable=detectable(models, last, criterion),
-        equivalents=equivalents(models, last, criterion),
     )
 
 

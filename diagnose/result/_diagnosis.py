@@ -122,8 +122,10 @@ class Diagnosis(Result):
     ``repeated`` says how much of the last model's error repeats where the command does,
     ``unexplained`` how much is left of it, what that depends on, and what to record next.
     ``detectable`` has the smallest size of each further effect that the fitted data would show.
-    ``equivalents`` are other sets of effects whose models err no more than the last one, as far as
-    the scatter of the errors from second to second tells; ``alternatives`` predict the same.
+    ``equivalents`` are other sets of effects whose models do as well as the last one, as far as the
+    scatter of the errors from second to second tells; ``one_of`` has each effect of the last model
+    that not all of these have, with what they have in its place: it is not in ``effects``.
+    ``alternatives`` predict the same.
     ``transmissions`` have ratio and play between horn and surface, where both were measured.
     ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then
     multiplies its angle, and T and xi describe its own answer.
@@ -159,6 +161,7 @@ class Diagnosis(Result):
     detectable: Table[Detectable] = field(default_factory=Table)
     scatter_deg: float | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
+    one_of: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fmu: str | None = None
     transmissions: Table[Transmission] = field(default_factory=Table)
 

@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 from servosight.diagnose.residuals import listed
 from servosight.diagnose.result._diagnosis import LadderStep
 
+MOST_MODELS = 4
+"""So many other models are listed."""
+
 
 def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:
     """How often effects are named when parts of the data are left out; empty where not tried.
@@ -41,23 +44,31 @@ def undetermined_words(effects: Sequence[str]) -> str:
     )
 
 
-def equivalent_words(effects: Sequence[str], others: Sequence[Sequence[str]]) -> str:
-    """Which other models err as little, and what they have in common with the chosen one.
+def equivalent_words(
+    effects: Sequence[str], others: Sequence[Sequence[str]], one_of: Mapping[str, Sequence[str]]
+) -> str:
+    """Which other models do as well, what all have in common, and what stands in for the rest.
 
-    >>> equivalent_words(["backlash"], [])
+    >>> equivalent_words(["backlash"], [], {})
     ''
-    >>> words = equivalent_words(["gravity_load", "coulomb_friction"], [["gravity_load"]])
-    >>> words.endswith("so another run may name another. All have gravity load.")
+    >>> others = [["gravity_load", "backlash"]]
+    >>> words = equivalent_words(
+    ...     ["gravity_load", "coulomb_friction"], others, {"coulomb_friction": ["backlash"]})
+    >>> words.endswith("All have gravity load, and one of coulomb friction and backlash.")
     True
     """
     if not others:
         return ""
-    common = [name for name in effects if all(name in other for other in others)]
-    models = "; ".join(f"with {listed(other)}" for other in others)
+    models = "; ".join(f"with {listed(other)}" for other in others[:MOST_MODELS])
+    more = len(others) - MOST_MODELS
+    models += f"; or {more} more" if more > 0 else ""
+    common = [name for name in effects if name not in one_of]
+    groups = [f"one of {listed([name, *instead])}" for name, instead in one_of.items() if instead]
+    shared = ", and ".join([*([listed(common)] if common else []), *groups])
     return (
         f"These data cannot tell the model from the one {models}: the errors differ by no more "
         f"than they scatter from second to second, so another run may name another. "
-        + (f"All have {listed(common)}." if common else "No effect is in all of them.")
+        + (f"All have {shared}." if shared else "No effect is in all of them.")
     )
 
 

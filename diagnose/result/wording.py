@@ -98,7 +98,7 @@ def headline_and_summary(
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
         undetermined_words(stable.undetermined),
-        equivalent_words(ladder[-1].effects, known.equivalents),
+        equivalent_words(ladder[-1].effects, stable.equivalents, stable.one_of),
     ]
     if untried and verdict is Verdict.UNEXPLAINED:
         lines.append(f"Not tried, as ruled out beforehand: {listed(untried)}.")

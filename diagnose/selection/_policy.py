@@ -233,11 +233,14 @@ class AcceptanceCriterion:
         return self._price(score, float(np.sqrt(score.mean_square_deg2)))
 
     def _price(self, score: Score, error_deg: float) -> float:
+        return float(np.log(max(error_deg, self.floor_deg, 1e-300))) + self.burden(score)
+
+    def burden(self, score: Score) -> float:
+        """The part of a price that is not the error's: what effects and parameters cost."""
         ordinary = sum(name in self.policy.ordinary for name in score.effects)
         effects = self.policy.effect_price * (ordinary + score.gain_fitted)
         effects += self.policy.rare_price * (len(score.effects) - ordinary)
-        size = float(np.log(max(error_deg, self.floor_deg, 1e-300)))
-        return size + effects + self.policy.parameter_price * score.parameters
+        return effects + self.policy.parameter_price * score.parameters
 
     def clearly_cheaper(self, price: float, than: float) -> bool:
         """True where a price is lower by so much that a search goes on."""

@@ -22,10 +22,16 @@ def test_a_log_is_read_and_scored(real_data: Path) -> None:
 NAMES = ("coulomb_friction", "backlash")
 
 
-def one_run(*named: str, equivalents: tuple[tuple[str, ...], ...] = (), T: float) -> RunResult:
+def one_run(
+    *named: str,
+    equivalents: tuple[tuple[str, ...], ...] = (),
+    one_of: dict[str, tuple[str, ...]] | None = None,
+    T: float,
+) -> RunResult:
     return {
         "named": named,
         "equivalents": equivalents,
+        "one_of": one_of or {},
         "stability": dict.fromkeys(named, 0.8),
         "over_floor": 1.5,
         "parameters": {"T": [T, 0.003], **{f"{name}.size": [0.5, None] for name in named}},
@@ -36,12 +42,16 @@ def one_run(*named: str, equivalents: tuple[tuple[str, ...], ...] = (), T: float
 def test_two_runs_are_compared_by_names_and_by_what_they_allow() -> None:
     results = {
         "s-32-slow": one_run("coulomb_friction", T=0.020),
-        "s-32-fast": one_run("backlash", equivalents=(("coulomb_friction",),), T=0.026),
+        "s-32-fast": one_run(
+            equivalents=(("coulomb_friction",),),
+            one_of={"backlash": ("coulomb_friction",)},
+            T=0.026,
+        ),
         "x-1-slow": one_run("coulomb_friction", T=0.02),
     }
     text = page(results, ["s-32", "x-1"], ("slow", "fast"))
-    assert "| s-32 | `fast` | backlash 0.8 | coulomb_friction | 1.5 |" in text
-    assert "| s-32 | no | no | yes | none | 1.4 sigma |" in text
+    assert "| s-32 | `fast` | nothing | backlash or coulomb_friction | 1.5 |" in text
+    assert "| s-32 | no | yes | yes | none | 1.4 sigma |" in text
     assert "| x-1 | `slow` |" in text
     assert "| x-1 | no" not in text  # one run is no pair
 
@@ -59,3 +69,11 @@ def test_what_a_run_could_not_have_shown_is_not_counted_against_the_other(
     second["shown_from"]["backlash"] = ("backlash.size", *limit)
     assert agree(first, second) is same
     assert agree(second, first) is same
+
+
+def test_what_a_run_leaves_open_is_not_counted_against_the_other() -> None:
+    first = one_run("coulomb_friction", "backlash", T=0.02)
+    assert not agree(first, one_run("coulomb_friction", T=0.02))
+    left_open = one_run("coulomb_friction", one_of={"dead_zone": ("backlash",)}, T=0.02)
+    assert agree(first, left_open)
+    assert agree(left_open, first)

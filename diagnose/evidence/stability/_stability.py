@@ -29,6 +29,7 @@ RIVALS = 5
 """So many of the best other models compete."""
 
 EffectSet = frozenset[str]
+EffectNames = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -37,19 +38,24 @@ class Stability:
 
     A resample that names an effect which contains a chosen one counts for the chosen one as well.
     ``models`` has the share of each set of effects. ``undetermined`` are effects that the fit to
-    all data leaves without one parameter that differs from its neutral value.
+    all data leaves without one parameter that differs from its neutral value. ``equivalents`` are
+    sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
+    with what they have in its place.
     """
 
     shares: Mapping[str, float] = field(default_factory=dict)
     resamples: int = 0
     models: Mapping[EffectSet, float] = field(default_factory=dict)
     undetermined: tuple[str, ...] = ()
+    equivalents: tuple[EffectNames, ...] = ()
+    one_of: Mapping[str, EffectNames] = field(default_factory=dict)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """The effects that less than half of the resamples name, and those not determined."""
+        """The effects that less than half of the resamples name, those not determined, and those
+        that models which do as well have not."""
         rare = [name for name, share in self.shares.items() if share < LEAST]
-        return tuple(dict.fromkeys((*rare, *self.undetermined)))
+        return tuple(dict.fromkeys((*rare, *self.undetermined, *self.one_of)))
 
 
 def firm(

@@ -150,9 +150,13 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         repeated=again,
         unexplained=partial((1.0, 0.5), 0.03, [], [judged()], again),
         detectable=(),
-        equivalents=(("dead_zone",),),
     )
-    stable = Stability(shares={"backlash": 0.9}, resamples=10)
+    stable = Stability(
+        shares={"backlash": 0.9},
+        resamples=10,
+        equivalents=(("dead_zone",),),
+        one_of={"backlash": ("dead_zone",)},
+    )
     levels = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
     verdict = Verdict.UNEXPLAINED
     _, summary = headline_and_summary(
@@ -164,10 +168,11 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         "Of the squared error",
         "25 % of the first mo",
         "20 % of the error re",
-        "Of 10 parts of the d",
+        "Not called missing: ",
         "These data cannot te",
         "Not tried, as ruled ",
     ]
+    assert summary.splitlines()[-2].endswith("All have one of backlash and dead zone.")
 
 
 def proposal() -> Proposal:
