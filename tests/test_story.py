@@ -86,9 +86,11 @@ def test_horn_and_surface_are_tracked_and_the_play_between_them_told(
     recording = tmp_path / "rec"
     truth = film("backlash", recording)
     assert main(["track", str(recording), "--second"]) == 0
-    (told,) = [line for line in capsys.readouterr().out.splitlines() if "between" in line]
+    lines = capsys.readouterr().out.splitlines()
+    (told,) = [line for line in lines if line.startswith("between")]
     (found,) = answer(capsys, "identify", str(recording), "--effects", "backlash")["transmissions"]
-    assert found["sentence"] in told
+    # The ratio's sigma holds more in what `track` says: the doubt of the horn's pivot.
+    assert found["sentence"].partition("; ")[2] in told
     gap, play = truth["backlash.gap"], found["play_deg"]
     assert play["value"] == pytest.approx(gap, abs=3.0 * play["sigma"] + 0.01 * gap)
     assert play["sigma"] < 0.02 * gap

@@ -133,7 +133,7 @@ SIDES = {
 @pytest.mark.parametrize("where", SIDES)
 def test_play_shows_on_its_own_side_of_a_linkage(where: str) -> None:
     """Ratio within four sigma of MuJoCo's four-bar, and within 1 %, but 3 % at the ends of the
-    range, where 6 s have few samples (0.2 to 2.2 % seen); play within 1 %: its stops give way.
+    range, where 6 s have few samples (2.2 % seen); play within 1 %: its stops give way.
 
     A linkage that turns the surface less than the horn is nothing on the motor's side. Beside play
     before the horn its ratio is too small a part of the error for a finding of its own.
