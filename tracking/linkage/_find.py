@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from servosight.models.core import FrameProgress, Image, InputError
+from servosight.models.core import Array, FrameProgress, Image, InputError
 from servosight.tracking.acquisition import swept
 from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Linkage, ToldBy, Track, TrackOptions
@@ -61,7 +61,16 @@ def _linked(surface: Track, horn: Track, told_by: ToldBy, film: Film) -> tuple[T
     still = film.stabilised()
     rod = find_rod(still.images, _rows(still, surface), surface, horn)
     linkage = Linkage(surface_px=surface.pivot_px, horn_px=horn.pivot_px, told_by=told_by, rod=rod)
-    return replace(surface, linkage=linkage), horn
+    return replace(surface, linkage=linkage), _with_doubt(horn, linkage.doubt_deg(horn.angle_deg))
+
+
+def _with_doubt(horn: Track, doubt_deg: Array) -> Track:
+    """The horn's track with what the rod's end makes of its pivot, (samples, errors), in sigma."""
+    if not doubt_deg.size:
+        return horn
+    known = [] if horn.shared_deg is None else [horn.shared_deg]
+    sigma_deg = np.sqrt(horn.sigma_deg**2 + np.sum(doubt_deg**2, axis=1))
+    return replace(horn, sigma_deg=sigma_deg, shared_deg=np.hstack([doubt_deg, *known]))
 
 
 def _rows(film: Film, track: Track) -> list[int]:

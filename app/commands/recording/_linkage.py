@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -22,13 +21,6 @@ def between(tracks: Sequence[Track]) -> list[Transmission]:
     from servosight.identify.transmission import transmissions
 
     views = [_view(side, track) for side, track in zip(get_args(Side), tracks, strict=False)]
-    linkage = tracks[0].linkage
-    if linkage is not None and len(views) > 1:
-        surface, horn = views
-        errors = [linkage.doubt_deg(horn.angle_deg)]
-        if horn.shared_deg is not None:
-            errors.append(horn.shared_deg)
-        views = [surface, replace(horn, shared_deg=np.hstack(errors))]
     return list(transmissions(views))
 
 
