@@ -111,12 +111,12 @@ def test_an_exposure_that_is_not_told_is_found_and_kept(
 ) -> None:
     rec = filmed(tmp_path / "rec")
     for _ in range(2):
-        assert main(["track", str(rec)]) == 0
+        assert main(["track", str(rec), "--alone"]) == 0
         assert tracker["exposure_s"] is None
         assert load_recording(rec).exposure_s == pytest.approx(0.003)
     with (rec / "recording.toml").open("a") as file:
         file.write("[camera]\nexposure_s = 0.004\n")
-    assert main(["track", str(rec)]) == 0
+    assert main(["track", str(rec), "--alone"]) == 0
     assert tracker["exposure_s"] == 0.004
     assert load_recording(rec).exposure_s == 0.004
 

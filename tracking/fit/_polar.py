@@ -69,7 +69,7 @@ def spacing(usual_px: float, largest_px: float) -> float:
     """The distance between a lattice's cells [px]: ``usual_px``, and more, up to twice as much, in
     a part that reaches beyond 400 px, so that it takes about as long as a smaller one.
 
-    >>> spacing(0.8, 300.0), spacing(0.8, 600.0)
+    >>> spacing(0.8, 300.0), round(spacing(0.8, 600.0), 6)
     (0.8, 1.2)
     """
     return usual_px * float(np.clip(largest_px / _LARGE_PX, 1.0, _WIDEST))

@@ -25,7 +25,6 @@ from servosight.tracking.core import Exposure
 from servosight.tracking.fit import Pixels
 
 _ROUNDS = (3, 3, 1, 1, 1)  # each round uses one of so many pixels
-_STEPS = (8, 8, 24, 24, 24)  # of conjugate gradients: what the first rounds leave, later ones solve
 _COARSE = 2  # rounds on all cells, before it is known which of them hold information
 _TELLING_SHARE = 0.97
 _TELLING_ROOM = 3  # cells about those with information
@@ -63,7 +62,7 @@ def solve_layers(
     for number, every in enumerate(later):
         likely = _likely(now.layers, inside_px)
         # Blank layers hold no information on the motion yet.
-        now = improved(now, residuals, free, likely, _STEPS[number], number < _STILL)
+        now = improved(now, residuals, free, likely, number < _STILL)
         if number == _COARSE - 1:
             held = informative(now, _TELLING_SHARE) > 0
             telling = ndimage.binary_dilation(held, iterations=_TELLING_ROOM)

@@ -17,6 +17,7 @@ from servosight.tracking.appearance.layers._frame_pixels import FramePixels
 from servosight.tracking.core import chunks, threaded
 from servosight.tracking.fit import PolarGrid
 
+_STEPS = 24
 _DOUBT = 0.5  # sigma of a cell's transparency about that of cells as near to the edge
 _LIGHT_PRIOR = 0.1  # weight of the light's prior, in frames
 _LEAST_RADIUS = 0.15
@@ -65,10 +66,9 @@ def improved(
     residuals: list[FrameResidual],
     free: Single,
     likely: Single,
-    steps: int,
     still: bool,
 ) -> Bundle:
-    """Some ``steps`` of conjugate gradients, of the layers alone where ``still``."""
+    """Some steps of conjugate gradients, of the layers alone where ``still``."""
     weight = [
         r.trust * np.float32(gain**2) / (1.0 + np.float32(now.shot) * np.maximum(r.model, 0.0))
         for r, gain in zip(residuals, now.gain, strict=True)
@@ -79,7 +79,7 @@ def improved(
     descent = problem.back(left) + problem.prior(np.zeros_like(x))
     conditioned = problem.preconditioned(descent)
     step, power = conditioned, float(conditioned @ descent)
-    for _ in range(steps):
+    for _ in range(_STEPS):
         seen = problem.shown(step)
         bent = sum(float((w * s) @ s) for w, s in zip(weight, seen, strict=True))
         length = np.float32(power / (bent + problem.prior_energy(step)))
