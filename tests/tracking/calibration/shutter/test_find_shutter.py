@@ -20,13 +20,15 @@ def test_a_slow_surface_does_not_tell_the_shutter(
     drawn: Callable[..., Path], scene: Callable[..., Any]
 ) -> None:
     """0.1 deg a frame, 0.4 px at the tip. A shutter may roll for up to a frame time, which moves
-    what lies off the middle row by up to half of that."""
+    what lies off the middle row by up to half of that. The two learn the part by themselves: their
+    angles differ within three sigma of one of them, most of which is the pivot's.
+    """
     video = drawn("slow", scene(SLOW_DEG))
     given = track(video, TrackOptions(exposure_s=0.0))
     not_given = track(video)
     assert any("not given" in note for note in not_given.notes)
     assert not any("not given" in note for note in given.notes)
-    np.testing.assert_allclose(not_given.angle_deg, given.angle_deg, atol=0.005)
+    assert np.all(np.abs(not_given.angle_deg - given.angle_deg) < 3.0 * given.sigma_deg)
     moves = np.abs(np.gradient(given.angle_deg)) > 0.03
     assert np.all(not_given.sigma_deg[moves] > given.sigma_deg[moves])
     assert np.max(not_given.sigma_deg**2 - given.sigma_deg**2) < (0.1 * 0.5) ** 2
