@@ -16,6 +16,7 @@ from servosight.tracking.calibration.shutter import (
     LEAST,
     faster,
     found_shutters,
+    further_px,
     further_speed,
     least_residual,
     unknown_shutters,
@@ -30,7 +31,6 @@ _SLOWER = 0.5  # of the pictures
 _LEAST_SLOW, _SLOWEST, _MOST_FAST = 12, 12, 16
 _TURNS = np.linspace(0.0, 1.0, 9)  # of that of the fast pictures in the longest exposure
 _CELLS, _ROUGH_CELLS = 4000, 1000  # are enough, and at first
-_ARM = 0.7  # of the largest radius: the mean distance of what tells the blur
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,7 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
             found[place] = _left(sheared, pictures[number], angle)
         return found
 
-    further = float(np.median([further_speed(one, model.own_speed) for one in speed[fast]]))
-    pace_px = frame_s * further * _ARM * meter.radius_px
+    pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
     return found_shutters(
         partial(left, _CELLS), partial(left, _ROUGH_CELLS), frame_s, pace_px, applied=False
     )

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.drawn_part import drawn_part
 
 from servosight.app.main import main
 from servosight.models.core import Camera
 from servosight.scenarios.produce import produce
 from servosight.scenarios.scenario import CommandSettings, Scenario, with_effects
 from servosight.sim.linkage import CRANK_MM, Linkage
-from servosight.tracking.core import Track
 from servosight.tracking.linkage._find import moves_beside
 
 HORN_MM, OFFSET_DEG, GAP_DEG = 16.0, 20.0, 0.8
@@ -73,19 +73,7 @@ def test_all_three_are_found_and_named_and_ratio_and_play_come_out(
         assert np.hypot(*(np.array(rod[pin]) - pivot - 2.98 * mm * [1, -1])) < 6.0
 
 
-def still(angle_deg: np.ndarray) -> Track:
-    """A square that turns about 30,30 px."""
-    return Track(
-        video=Path("drawn.mkv"),
-        method="refine",
-        time_s=np.arange(angle_deg.size) / 100.0,
-        angle_deg=angle_deg,
-        sigma_deg=np.full(angle_deg.size, 0.001),
-        flags=np.zeros(angle_deg.size, np.uint8),
-        pivot_px=(30.0, 30.0),
-        template_px=(20, 20, 20, 20),
-        outline_px=np.array([[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]]),
-    )
+SQUARE = np.array([[-10.0, -10.0], [10.0, -10.0], [10.0, 10.0], [-10.0, 10.0]])
 
 
 @pytest.mark.parametrize(("level", "moves"), [(0, False), (60, True)])
@@ -98,7 +86,9 @@ def test_only_what_changes_beside_the_part_counts(level: int, moves: bool) -> No
         image[22:38, 22:38] += 80.0 * (n % 2)
         image[100:112, 120:132] += level * (n % 3)
         images.append(np.clip(np.round(image), 0, 255).astype(np.uint8))
-    assert moves_beside(images, still(np.linspace(0.0, 20.0, 12))) is moves
+    assert (
+        moves_beside(images, drawn_part((30.0, 30.0), SQUARE, np.linspace(0.0, 20.0, 12))) is moves
+    )
 
 
 def test_alone_and_second_exclude_each_other(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from support.drawn_part import drawn_part
 
 from servosight.models.core import Array, Image
 from servosight.tracking.core import Track, turned
@@ -39,27 +38,12 @@ def geared(horn_deg: Array) -> Array:
     return np.array(found)
 
 
-def part(pivot: tuple[float, float], corners: Array, angle_deg: Array) -> Track:
-    """A track with exact angles."""
-    return Track(
-        video=Path("drawn.mkv"),
-        method="refine",
-        time_s=np.arange(angle_deg.size) / 100.0,
-        angle_deg=angle_deg,
-        sigma_deg=np.full(angle_deg.size, 0.001),
-        flags=np.zeros(angle_deg.size, np.uint8),
-        pivot_px=pivot,
-        template_px=(0, 0, 20, 20),
-        outline_px=corners + np.array(pivot),
-    )
-
-
 @pytest.fixture(scope="module")
 def parts() -> tuple[Track, Track]:
     horn_deg = 22.0 * np.sin(np.arange(FRAMES) / 3.0)
     wing = np.array([[-30.0, -24.0], [160.0, -14.0], [160.0, 14.0], [-30.0, 24.0]])
     arm = np.array([[-44.0, 4.0], [-34.0, 20.0], [8.0, 9.0], [4.0, -9.0]])
-    return part(SURFACE_PX, wing, geared(horn_deg)), part(HORN_PX, arm, horn_deg)
+    return drawn_part(SURFACE_PX, wing, geared(horn_deg)), drawn_part(HORN_PX, arm, horn_deg)
 
 
 def pictures(parts: tuple[Track, Track], *, rod: bool, seed: int = 1) -> list[Image]:
@@ -114,5 +98,7 @@ def test_where_there_is_none_none_is_found(parts: tuple[Track, Track], seed: int
 def test_too_few_pictures_or_too_little_motion_show_none(parts: tuple[Track, Track]) -> None:
     shown = pictures(parts, rod=True)
     assert find_rod(shown[:4], range(4), *parts) is None
-    still = [part(one.pivot_px, one.outline_px - one.pivot_px, np.zeros(FRAMES)) for one in parts]
+    still = [
+        drawn_part(one.pivot_px, one.outline_px - one.pivot_px, np.zeros(FRAMES)) for one in parts
+    ]
     assert find_rod(shown, range(FRAMES), *still) is None

@@ -27,6 +27,7 @@ _LIKE = 0.005  # of the residuals: by so much the best value may leave more
 # By so much the mean square width of the blur in fast pictures and in those that the part is
 # learnt from may differ otherwise, as of a codec or a focus that breathes.
 _WIDTH_PX2 = 0.2
+_ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
 
 Left = Callable[[Shutter], Array]
@@ -52,6 +53,17 @@ def further_speed(speed: float, learnt: float) -> float:
     (4.0, 0.0)
     """
     return float(np.sqrt(max(speed**2 - learnt**2, 0.0)))
+
+
+def further_px(speed: Array, learnt: float, frame_s: float, radius_px: float) -> float:
+    """How far what shows the blur moves from frame to frame [px], beyond pictures of the speed
+    ``learnt``, in pictures with these speeds (n,) [rad/s] of a part with this largest radius.
+
+    >>> round(further_px(np.array([5.0, -5.0]), 3.0, 0.01, 100.0), 3)
+    2.8
+    """
+    further = float(np.median([further_speed(one, learnt) for one in speed.tolist()]))
+    return frame_s * further * _ARM * radius_px
 
 
 def found_shutters(

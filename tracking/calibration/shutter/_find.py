@@ -18,6 +18,7 @@ from servosight.tracking.calibration.shutter._estimate import (
     LEAST,
     faster,
     found_shutters,
+    further_px,
     further_speed,
     unknown_shutters,
     usual_speed,
@@ -30,7 +31,6 @@ _PACE_PX = (
     1.0,
     24.0,
 )  # at the tip, from frame to frame: less holds no information, more cannot be tracked
-_ARM = 0.7  # of the largest radius: the mean distance of what tells the blur
 _THINNED = 4  # at first, of the pixels
 
 
@@ -75,14 +75,13 @@ def find_shutter(
     )
     fast = [fast[n] for n in faster(np.array([one.speed for one in fast]), learnt)]
     rough = still.thinned(_THINNED)
-    further = float(np.median([further_speed(one.speed, learnt) for one in fast]))
 
     def left(by: SurfaceEstimator, shutter: Shutter) -> Array:
         # Rows of the picture that are no rows of the sensor have no time of their own.
         seen = replace(shutter, readout_s=0.0) if sideways else shutter
         return _left(by, fast, learnt, seen)
 
-    pace_px = frame_s * _ARM * radius * further
+    pace_px = further_px(np.array([one.speed for one in fast]), learnt, frame_s, radius)
     return found_shutters(partial(left, still), partial(left, rough), frame_s, pace_px)
 
 
