@@ -25,19 +25,19 @@ def detectable(
 ) -> tuple[Detectable, ...]:
     """For each effect that ``last`` lacks, the smallest size that the fitted data would show.
 
-    In the model from which the effects were tried, which holds what they hold, and as if all else
-    were at the floor: another effect that is missing raises what is needed. What ``last`` has did
-    show, at the size that was fitted beside the others.
+    Each is added to ``last``: what the parameters of its effects can produce as well does not show.
+    Where ``last`` is above the floor, so much of the error must go that the effect is accepted, as
+    if what remains were this effect alone: with others missing it needs more.
     """
-    base = models.first()
-    lacking = set(models.candidates(last))
-    names = [name for name in models.candidates(base) if name in lacking]
-    still = _never_reverses([one.predicted_deg for one in base.judged])
+    names = models.candidates(last)
+    still = _never_reverses([one.predicted_deg for one in last.judged])
+    above_deg = np.sqrt(max(last.score.train_rmse_deg**2 - criterion.floor_deg**2, 0.0))
     found = []
     for name in names:
-        problem = models.with_effect(base, name)
+        problem = models.with_effect(last, name)
         least = _least_deg(criterion, problem, len(names))
-        found.append(size_shown(name, problem, base.fit, least, still))
+        least = max(least, np.sqrt(criterion.policy.min_share) * above_deg)
+        found.append(size_shown(name, problem, last.fit, float(least), still))
     return tuple(found)
 
 

@@ -20,6 +20,8 @@ OFFERED = catalogue().keys() - {"known_disturbance"}
 """What a recording without a disturbance could have shown."""
 CRITERION = AcceptanceCriterion(0.035, 0.01)
 TIME_S = np.arange(0.0, 6.0, 0.02)
+RICH_DEG = 20.0 * np.sin(TIME_S * (2.0 + 2.0 * TIME_S)) + 5.0 * (np.floor(TIME_S) % 2.0)
+"""A command that grows faster, with steps."""
 
 
 def shown(
@@ -31,7 +33,14 @@ def shown(
 
 @pytest.fixture(scope="module")
 def from_play(twin: Any) -> dict[str, Detectable]:
+    """Of a linear model that lacks the play of the servo, 30 times above the floor."""
     return shown(twin("backlash")[0])
+
+
+@pytest.fixture(scope="module")
+def at_floor() -> dict[str, Detectable]:
+    """Of a linear model that lacks nothing."""
+    return shown(linear(RICH_DEG))
 
 
 def test_what_was_found_is_not_said_to_have_shown_from_a_larger_size_only(
@@ -60,27 +69,36 @@ def linear(command_deg: Array) -> Recording:
 
 
 def test_a_rich_command_shows_every_effect_from_the_size_of_the_floor_on(
-    from_play: dict[str, Detectable],
+    at_floor: dict[str, Detectable],
 ) -> None:
-    """Seen: 0.05 deg of play, 0.03 deg of friction, at a floor of 0.035 deg."""
-    assert from_play.keys() == OFFERED
-    assert all(one.value is not None for one in from_play.values())
+    assert at_floor.keys() == OFFERED
+    assert all(one.value is not None for one in at_floor.values())
     for name in ("backlash", "coulomb_friction", "dead_zone"):
-        value = from_play[name].value
+        value = at_floor[name].value
         assert value is not None
         assert 0.5 * CRITERION.floor_deg < value < 5.0 * CRITERION.floor_deg
-    assert "backlash would have shown from 0.0" in from_play["backlash"].sentence
-    assert (from_play["rate_limit"].below, from_play["backlash"].below) == (True, False)
-    assert "below" in from_play["rate_limit"].sentence
+    assert "backlash would have shown from 0.0" in at_floor["backlash"].sentence
+    assert (at_floor["rate_limit"].below, at_floor["backlash"].below) == (True, False)
+    assert "below" in at_floor["rate_limit"].sentence
 
 
-def test_a_higher_floor_hides_more(twin: Any, from_play: dict[str, Detectable]) -> None:
-    blurred = shown(twin("backlash")[0], AcceptanceCriterion(0.35, 0.1))
-    sizes = [(blurred[name].value, from_play[name].value) for name in ("backlash", "dead_zone")]
-    for high, low in sizes:
+def test_a_higher_floor_hides_more(at_floor: dict[str, Detectable]) -> None:
+    blurred = shown(linear(RICH_DEG), AcceptanceCriterion(0.35, 0.1))
+    for name in ("backlash", "dead_zone"):
+        high, low = blurred[name].value, at_floor[name].value
         assert high is not None
         assert low is not None
         assert high > 3.0 * low
+
+
+def test_beside_an_error_an_effect_shows_from_its_share_of_that_error_on(
+    twin: Any, from_play: dict[str, Detectable]
+) -> None:
+    """Play shows from more than the floor's size and less than the size that it has: that takes
+    all of the error, and a part of it is asked for."""
+    value, (_, truth) = from_play["backlash"].value, twin("backlash")
+    assert value is not None
+    assert 10.0 * CRITERION.floor_deg < value < truth["backlash.gap"]
 
 
 def test_a_single_step_shows_no_friction() -> None:
