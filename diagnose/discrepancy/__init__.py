@@ -1,6 +1,7 @@
 """A law for what no catalogued effect accounts for."""
 
 from servosight.diagnose.discrepancy._law import MIN_CLOSED as MIN_CLOSED
+from servosight.diagnose.discrepancy._law import Found as Found
 from servosight.diagnose.discrepancy._law import find_law as find_law
 from servosight.diagnose.discrepancy._law import share_closed as share_closed
 from servosight.diagnose.discrepancy._result import Law as Law

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.diagnose.discrepancy._matching_pursuit import TERMS, TermCandidate, promising
+from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import Solution, polish
 from servosight.identify.problem import Problem
@@ -29,6 +30,8 @@ MIN_GAIN = 0.1
 """A term must lower the validation rmse by this share,"""
 MIN_CLOSED = 0.5
 """and the law as a whole must close this share of the gap between validation rmse and floor."""
+MIN_TESTED = 0.25
+"""A law that closes less of the gap on the test data, which it has not seen, does not hold."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,16 @@ class Found:
     before: Trial
     base: Trial
     after: Trial
+
+    @property
+    def test_rms_deg(self) -> tuple[float, float]:
+        """Errors on the test data [deg], without and with the law."""
+        before, after = self.models.tested(self.before), self.extended.tested(self.after)
+        return held_out_rms(before), held_out_rms(after)
+
+    def holds(self, floor_deg: float) -> bool:
+        """True where it lowers the error on the test data as well."""
+        return share_closed(*self.test_rms_deg, floor_deg) >= MIN_TESTED
 
 
 def find_law(

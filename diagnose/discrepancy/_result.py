@@ -12,14 +12,11 @@ from servosight.diagnose.discrepancy._law import Found, find_law, share_closed
 from servosight.diagnose.discrepancy._matching_pursuit import TERMS
 from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 from servosight.diagnose.discrepancy.basis import BasisTerm
-from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import OwnValues
 from servosight.models.core import Array, Estimate, Frozen
 from servosight.models.effects import Effect
 
-MIN_TESTED = 0.25
-"""A law that closes less of the gap on the test data, which it has not seen, does not hold."""
 MOST_INSTANTS = 3000
 """A longer course of the missing torque is thinned to so many instants."""
 
@@ -82,8 +79,7 @@ class Law(Frozen):
         terms = [TERMS[name] for name in found.after.effects if name in TERMS]
         names = {term.effect.id for term in terms}
         own = {n: one for n, one in parameters.items() if n.split(".")[0] in names}
-        before = held_out_rms(found.models.tested(found.before))
-        after = held_out_rms(found.extended.tested(found.after))
+        before, after = found.test_rms_deg
         closed = share_closed(before, after, floor_deg)
         sentence = _sentence(terms, closed)
         values = {name: one.value for name, one in own.items()}
@@ -114,11 +110,6 @@ class Law(Frozen):
         )
 
     @property
-    def holds(self) -> bool:
-        """True where it lowers the error on the test data as well."""
-        return self.closed >= MIN_TESTED
-
-    @property
     def equation(self) -> str:
         """The terms' equations."""
         return "; ".join(term.equation for term in self.terms)
@@ -133,12 +124,15 @@ def reported_law(
 ) -> Law | None:
     """What a ladder from ``linear`` to ``last`` left, as a law; None where nothing lawful is.
 
-    Nor where the law does not hold on the test data.
+    Nor where the law does not hold on the test data. Where ``last`` accounts for most of the error
+    of ``linear``, its effects are taken for the right ones, and no law is looked for without them.
     """
-    bases = [linear] if last.effects == linear.effects else [linear, last]
+    much = last.effects != linear.effects and criterion.leaves_much(last.score, linear.score)
+    bases = [linear, last] if much else [last]
     found = find_law(models, bases, criterion, noise_deg)
-    law = None if found is None else Law.of(found, criterion.floor_deg, noise_deg)
-    return law if law is not None and law.holds else None
+    if found is None or not found.holds(criterion.floor_deg):
+        return None
+    return Law.of(found, criterion.floor_deg, noise_deg)
 
 
 def law_effects() -> dict[str, Effect]:

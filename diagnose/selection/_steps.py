@@ -36,7 +36,7 @@ class SearchEffort:
     pairs: int = 12
     finalists: int = 6
     beam: int = 2
-    cost: float = 160_000.0
+    cost: float = 110_000.0
     steps_share: float = 0.5
     search_share: float = 0.9
 

@@ -15,6 +15,7 @@ from servosight.models.core import StageProgress, silent
 POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d"))
 CRITERION = AcceptanceCriterion(0.1, 0.0, POLICY)
 HELD = ("k",)
+EFFORT = SearchEffort()
 
 
 def search(
@@ -141,7 +142,7 @@ def test_nothing_is_varied_once_the_simulations_are_spent(spent: int) -> None:
     for effects in ("", "a", "ab"):
         models.fitted(tuple(effects), "first")
     visited = Visited(models, CRITERION)  # type: ignore[arg-type]
-    effort = SearchEffort(beam=1, cost=(3.0 if spent else 3.5) / 0.9)
+    effort = SearchEffort(beam=1, cost=(3.0 if spent else 3.5) / EFFORT.search_share)
     BeamSearch(models, visited, effort, silent).search()  # type: ignore[arg-type]
     assert varied(models.done) == ([] if spent else ["a"])
 
