@@ -24,8 +24,8 @@ class SearchEffort:
 
     No further model is tried once all simulations have ``cost`` (``Work``) so much times the square
     root of the number of fitted recordings: what several show is not looked for in each. The steps
-    end after the share ``steps_share`` of it, the search behind them after ``search_share``, so
-    that some is left for what may stand in for its answer.
+    may take the share ``steps_share`` of it, whatever was spent before them; the search behind them
+    ends at ``search_share``, so that some is left for what may stand in for its answer.
     """
 
     sketched: int = 2
@@ -36,14 +36,18 @@ class SearchEffort:
     pairs: int = 12
     finalists: int = 6
     beam: int = 2
-    cost: float = 110_000.0
-    steps_share: float = 0.5
+    cost: float = 160_000.0
+    steps_share: float = 0.3
     search_share: float = 0.9
+
+    def most(self, models: ModelSelection) -> float:
+        """What all simulations for these models may cost."""
+        return self.cost * math.sqrt(len(models.recordings))
 
     def is_spent(self, models: ModelSelection, share: float | None = None) -> bool:
         """True where a ``share`` of the cost has been spent, by default the search's."""
         share = self.search_share if share is None else share
-        return models.work.cost >= share * self.cost * math.sqrt(len(models.recordings))
+        return models.work.cost >= share * self.most(models)
 
 
 @dataclass(frozen=True)

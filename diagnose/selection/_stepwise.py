@@ -99,7 +99,12 @@ class StepwiseSelector:
     @property
     def _spent(self) -> bool:
         """True where no further step is to be tried."""
-        return self.effort.is_spent(self.models, self.effort.steps_share)
+        return self.models.work.cost >= self._steps_end or self.effort.is_spent(self.models)
+
+    @cached_property
+    def _steps_end(self) -> float:
+        """The cost at which the steps end, which begin where this is first asked for."""
+        return self.models.work.cost + self.effort.steps_share * self.effort.most(self.models)
 
     def _searched_widely(self, steps: list[Step]) -> list[Step]:
         """The steps; where they end far from the floor, those to the best of a wider search."""

@@ -214,15 +214,28 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
     assert len(told) == len(set(told)) == 2  # whenever there is a better one, and once
 
 
-@pytest.mark.parametrize(("made", "whole", "half"), [(59, False, False), (60, False, True)])
-def test_four_recordings_may_cost_twice_what_one_may(made: int, whole: bool, half: bool) -> None:
+def test_four_recordings_may_cost_twice_what_one_may() -> None:
     models = InventedModels({"": 1.0}, recordings=(None,) * 4)
-    models.work.cost = made
     effort = SearchEffort(cost=60.0)
-    assert effort.is_spent(models) is whole  # type: ignore[arg-type]
-    assert effort.is_spent(models, effort.steps_share) is half  # type: ignore[arg-type]
-    models.work.cost = 120.0
-    assert effort.is_spent(models)  # type: ignore[arg-type]
+    assert effort.most(models) == 120.0  # type: ignore[arg-type]
+    for cost, spent in ((107.0, False), (108.0, True)):  # a share of 0.9
+        models.work.cost = cost
+        assert effort.is_spent(models) is spent  # type: ignore[arg-type]
+    assert not effort.is_spent(models, 1.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("steps_share", "searched"), [(0.3, False), (0.0, True)])
+def test_steps_may_take_their_share_whatever_was_spent_before_them(
+    steps_share: float, searched: bool
+) -> None:
+    """Without it the wider search begins where the first step ends."""
+    models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.1})
+    models.work.cost = 80.0
+    effort = replace(EFFORT, cost=160.0, steps_share=steps_share)
+    criterion = AcceptanceCriterion(FLOOR_DEG, 0.0, POLICY)
+    found = StepwiseSelector(models, criterion, effort=effort).select()  # type: ignore[arg-type]
+    assert found.steps[-1].trial.effects == ("a", "b")
+    assert any(one.startswith("together") for one in models.done) is searched
 
 
 def test_the_effort_is_that_of_the_documents() -> None:
@@ -236,7 +249,7 @@ def test_the_effort_is_that_of_the_documents() -> None:
         finalists=6,
         beam=2,
         cost=160_000.0,
-        steps_share=0.5,
+        steps_share=0.3,
     )
 
 
