@@ -3,19 +3,19 @@
     python benchmarks/thresholds.py --facts out/hidden/results --trials 12
 
 Trials of the hidden-effect benchmark whose facts a results file holds are diagnosed with the
-thresholds of docs/diagnosis.md, then with one of them changed at a time. What was fitted once is
-not fitted again: only decisions change. Prints a table; docs/selection.md reports one that was
-measured with earlier rules, and says which.
+thresholds of docs/diagnosis.md, then with one of them changed at a time. Each selection begins anew
+and may cost as much as any other; what was simulated before is not simulated again. Prints a table,
+which docs/selection.md reports.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from hidden.draw import propose
 from hidden.run import Results
@@ -26,13 +26,14 @@ from servosight.diagnose.selection import (
     SelectionPolicy,
     Split,
     StepwiseSelector,
-    Trial,
 )
-from servosight.identify.problem import TOLERANCE_SHARE, joint_noise_deg
+from servosight.identify.problem import TOLERANCE_SHARE, Work, joint_noise_deg
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 
 ROWS = ("single", "weak", "nothing", "pair")
+MOST_BYTES = 2**30
+"""Of simulated angles: those of one trial's selections."""
 CHANGES: Mapping[str, tuple[float, ...]] = {
     "min_gain": (0.01, 0.15),
     "min_share": (0.1, 0.6),
@@ -66,49 +67,6 @@ is selected, and ``ordinary``, which is a list of names.
 
 
 @dataclass(frozen=True)
-class CachedSelection(ModelSelection):
-    """Keeps each fit for later requests of the same fit."""
-
-    made: dict[tuple[Any, ...], Trial] = field(default_factory=dict, compare=False)
-    kept: list[tuple[Any, ...]] = field(default_factory=list, compare=False)
-
-    def _once(self, make: Callable[..., Trial], *asked: Any) -> Trial:
-        key = (make.__name__, *(id(one) if isinstance(one, Trial) else one for one in asked))
-        if key not in self.made:
-            self.made[key] = make(*asked)
-            self.kept.append(asked)  # their identities are keys: none may be freed
-        return self.made[key]
-
-    def sketched(self, base: Trial, name: str) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().sketched, base, name)
-
-    def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().extended, base, name, sketch)
-
-    def finished(self, trial: Trial) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().finished, trial)
-
-    def searched(self, base: Trial, trial: Trial, name: str) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().searched, base, trial, name)
-
-    def reduced(self, base: Trial, without: str) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().reduced, base, without)
-
-    def swapped(self, base: Trial, name: str, other: str) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().swapped, base, name, other)
-
-    def without(self, base: Trial, name: str) -> Trial:
-        """See ModelSelection."""
-        return self._once(super().without, base, name)
-
-
-@dataclass(frozen=True)
 class SelectionOutcome:
     """The result of the diagnosis of one trial."""
 
@@ -119,38 +77,41 @@ class SelectionOutcome:
 
 @dataclass(frozen=True)
 class BenchmarkTrial:
-    """A trial's recording, what is hidden in it, and its fits."""
+    """A trial's recording, divided in two ways, what is hidden in it, and what was simulated."""
 
     row: str
     hidden: frozenset[str]
     floor_deg: float
     tolerance_deg: float
-    splits: tuple[CachedSelection, CachedSelection]
+    splits: tuple[Split, Split]
+    work: Work = field(default_factory=partial(Work, most_bytes=MOST_BYTES))
 
     @classmethod
     def of(cls, row: str, hidden: Sequence[str], recording: Recording) -> BenchmarkTrial:
         """A trial before any fit."""
         tolerance = TOLERANCE_SHARE * recording.moved_range_deg
         floor = math.hypot(joint_noise_deg((recording,)), tolerance)
-        splits = (
-            CachedSelection(Split.of((recording,)), catalogue()),
-            CachedSelection(Split.of((recording,), choice=1), catalogue()),
-        )
+        splits = Split.of((recording,)), Split.of((recording,), choice=1)
         return cls(row, frozenset(hidden), floor, tolerance, splits)
 
     def outcome(self, policy: SelectionPolicy) -> SelectionOutcome:
         """Select with ``policy``, as ``diagnose --auto`` does."""
         criterion = AcceptanceCriterion(self.floor_deg, self.tolerance_deg, policy)
-        models, other = self.splits
+        models = self._models(0)
         score = models.linear().score
         if criterion.settled(score) and not criterion.explained(score):
-            models = other
+            models = self._models(1)
         last = StepwiseSelector(models, criterion).select().steps[-1].trial
         error = held_out_rms(models.tested(last))
         named = frozenset(last.effects)
         return SelectionOutcome(
             named == self.hidden, bool(named - self.hidden), error / self.floor_deg
         )
+
+    def _models(self, choice: int) -> ModelSelection:
+        """No fits, and no cost: only what was simulated before is not simulated again."""
+        self.work.simulations, self.work.cost = 0, 0.0
+        return ModelSelection(self.splits[choice], catalogue(), work=self.work)
 
 
 def cases(facts: Path, rows: Sequence[str], trials: int) -> Iterator[BenchmarkTrial]:

@@ -29,11 +29,13 @@ class Work:
     The cost is in simulations with a step every ``ORDINARY_STEP_S``: one of a fast motor with a
     kink in its torque costs thirty times as much as one of the linear model. Descents, starts and
     sketches come by the same rows again: what is still kept of these is not simulated again, though
-    it counts, so that a budget ends a search at the same place whatever is kept.
+    it counts, so that a budget ends a search at the same place whatever is kept. Answers take
+    ``most_bytes`` of memory.
     """
 
     simulations: int = 0
     cost: float = 0.0
+    most_bytes: int = MOST_BYTES
     _kept: OrderedDict[Key, Answer] = field(default_factory=OrderedDict, repr=False, compare=False)
     _bytes: int = field(default=0, repr=False, compare=False)
 
@@ -75,5 +77,5 @@ class Work:
             else:
                 self._kept[key] = angles.copy(), taken  # a view would hold its whole batch
                 self._bytes += angles.nbytes
-        while self._bytes > MOST_BYTES:
+        while self._bytes > self.most_bytes:
             self._bytes -= self._kept.popitem(last=False)[1][0].nbytes
