@@ -91,10 +91,10 @@ class AcceptanceCriterion:
     >>> criterion = AcceptanceCriterion(0.03, 0.01)
     >>> small = Score(
     ...     effects=(), parameters=3, samples=900, mean_square_deg2=0.25, train_rmse_deg=0.5,
-    ...     validation_rmse_deg=0.5, validation_samples=150)
+    ...     validation_rmse_deg=0.5, validation_samples=150, gain_fitted=True)
     >>> large = Score(
     ...     effects=("backlash",), parameters=4, samples=900, mean_square_deg2=0.0009,
-    ...     train_rmse_deg=0.03, validation_rmse_deg=0.03, validation_samples=150)
+    ...     train_rmse_deg=0.03, validation_rmse_deg=0.03, validation_samples=150, gain_fitted=True)
     >>> criterion.earns(large, small, tried=21)
     True
     """

@@ -12,7 +12,7 @@ import numpy as np
 
 from servosight.identify.fit import floor_deg
 from servosight.identify.foreign._joint import EffectsAround, effects_around
-from servosight.identify.foreign._own import bounds_of, own_start, predicted, trusted
+from servosight.identify.foreign._own import bounds_of, first_guess, predicted, trusted
 from servosight.identify.foreign._result import FmuFit
 from servosight.identify.foreign._runs import Interface
 from servosight.identify.problem import joint_noise_deg, thinned, unused_disturbances, usable_views
@@ -142,7 +142,7 @@ class _Search:
         With effects around it, the best of their guesses.
         """
         first = [one.start or 0.0 for one in self.shared]
-        own = [own_start(run.recording, self.model) for run in self.runs]
+        own = [first_guess(run.recording, self.model) for run in self.runs]
         start = np.concatenate([first, *own])
         if not isinstance(self.model, EffectsAround):
             return start[None, :]
