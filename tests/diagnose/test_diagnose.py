@@ -131,15 +131,17 @@ def test_words_tell_noise_from_tolerance(found: Any) -> None:
     """An error far below the floor is said to be so, where that is only a tolerance."""
     levels = Levels(noise_deg=0.0003, tolerance_deg=0.0224, floor_deg=0.0224)
     assert levels.words(0.0003) == (
-        "far below the tolerance of 0.0224° at which the search ends; the noise of the measurement "
-        "is 0.000300°"
+        "far below the tolerance of 0.0224 deg at which the search ends; the noise of the "
+        "measurement is 0.000300 deg"
     )
-    assert levels.words(0.02).startswith("within the tolerance of 0.0224° at which")
+    assert levels.words(0.02).startswith("within the tolerance of 0.0224 deg at which")
     assert levels.words(0.1) == (
-        "4.5 times the floor of 0.0224° (noise 0.000300° and tolerance 0.0224° together)"
+        "4.5 times the floor of 0.0224 deg (noise 0.000300 deg and tolerance 0.0224 deg together)"
     )
     noisy = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
-    assert noisy.words(0.03) == "no more than the noise of the measurement, 0.0300°, accounts for"
+    assert (
+        noisy.words(0.03) == "no more than the noise of the measurement, 0.0300 deg, accounts for"
+    )
     assert found.headline == "What was missing: backlash"
 
 

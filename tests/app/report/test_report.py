@@ -114,7 +114,7 @@ def test_a_model_without_any_error(tmp_path: Path, found: Diagnosis, recording: 
     ladder = Table((found.ladder[0], exact))
     perfect = replace(found, noise_deg=0.0, floor_deg=0.0, tolerance_deg=0.0, ladder=ladder)
     _, page = written(tmp_path / "report.html", perfect, [simulated])
-    assert "0°" in page.text
+    assert " 0 deg" in page.text
 
 
 def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
@@ -127,8 +127,8 @@ def test_recordings_of_one_name(tmp_path: Path, compared: Comparison, recording:
 
 
 def test_numbers_read_well() -> None:
-    assert degrees(0.70171) == "0.702°"
-    assert degrees(12.0) == "12.0°"
+    assert degrees(0.70171) == "0.702 deg"
+    assert degrees(12.0) == "12.0 deg"
     assert rounded(-0.0) == "0"
     assert rounded(-1.234) == "−1.23"
     assert rounded(1.5e-12) == "1.50e−12"

@@ -26,7 +26,9 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     one, levels = found.ladder[:1], Levels(noise_deg=0.02, tolerance_deg=0.015, floor_deg=0.025)
     ranked = verdict_words(Verdict.UNEXPLAINED, one, found.candidates, None, levels)
     assert "backlash alone would help most" in ranked[1]
-    assert "the floor of 0.0250° (noise 0.0200° and tolerance 0.0150° together)" in ranked[1]
+    assert (
+        "the floor of 0.0250 deg (noise 0.0200 deg and tolerance 0.0150 deg together)" in ranked[1]
+    )
     nothing = verdict_words(Verdict.NO_EFFECT_MISSING, one, found.candidates, None, levels)
     assert nothing[0] == "No effect is missing"
     close = replace(levels, floor_deg=0.5 * found.ladder[-1].held_out_rmse_deg)
@@ -145,7 +147,7 @@ def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
     _, page = written(tmp_path / "beyond.html", shown, [recording])
     assert "regimes" in page.ids
     assert "Beyond the fitted data" in page.text
-    assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08°" in page.text
+    assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08 deg" in page.text
     assert f"{beyond.sentence}." in page.text
     assert "could not have shown, whatever its size: cogging" in page.text
     assert "dead zone would have shown from" in page.text
