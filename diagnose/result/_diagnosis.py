@@ -49,7 +49,9 @@ class LadderStep(Frozen):
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
     chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
-    is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
+    is that of the shared parameters, ``sampling_correlation`` the same without errors that all
+    samples share, of calibration and of the clocks' offset, ``shared_error`` the share of these in
+    each parameter's variance. ``dynamics`` are bandwidth, step metrics and the like.
     ``taken`` is the share of the first step's squared held-out error that this step took away.
     ``base`` names what the effects act on: the linear core, or an FMU. ``fit_percent`` compares the
     held-out error with the motion (100 %: no error; None in results of earlier versions).
@@ -73,6 +75,8 @@ class LadderStep(Frozen):
     base: str = LINEAR
     fit_percent: float | None = None
     held: tuple[str, ...] = ()
+    sampling_correlation: Matrix | None = None
+    shared_error: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def change(self) -> str:

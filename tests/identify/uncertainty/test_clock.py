@@ -79,3 +79,26 @@ def test_an_unknown_clock_is_confounded_with_dead_time(record: Any) -> None:
     for name in ("k", "T", "xi"):
         assert found.actuator.parameters[name] == known.actuator.parameters[name]
     assert both.actuator.parameters["dead_time.delay"].sigma is not None
+
+
+def test_correlations_by_noise_leave_the_clocks_out(record: Any) -> None:
+    """An offset known to 10 ms makes almost all of the variance of T and xi: they correlate by -1.
+
+    Without it they do as on one clock, where the sigmas have nothing else.
+    """
+    recording = record(6.0, T=0.03)
+    fit = fit_effects(Problem.of([recording], catalogue(), []))
+    exact = fit.uncertainty
+    problem = Problem.of([replace(recording, offset_sigma_s=0.01)], catalogue(), [])
+    doubtful = Uncertainty(problem, fit.outcome.point, fit.jacobian, fit.outcome.cost)
+    table, _ = doubtful.shared_estimates(profiled=False)
+    whole = doubtful.matrix(table).correlation.values
+    assert whole[1, 2] < -0.999
+    by_noise = doubtful.matrix(table, sampling=True).correlation.values
+    own, _ = exact.shared_estimates(profiled=False)
+    np.testing.assert_allclose(by_noise, exact.matrix(own).correlation.values, rtol=1e-9)
+    assert abs(by_noise[1, 2]) < 0.9
+    for index, (name, share) in enumerate(doubtful.shared_shares(table).items()):
+        noise = (exact.sigma[index] / doubtful.sigma[index]) ** 2
+        assert share == pytest.approx(1.0 - noise, abs=1e-9), name
+    assert exact.shared_shares(own) == {"k": 0.0, "T": 0.0, "xi": 0.0}
