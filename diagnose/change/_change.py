@@ -269,9 +269,10 @@ def _chi_square(
         return 0.0, 0
     covariance = np.diag([float(one.sigma or 0.0) ** 2 for one in able])
     among = [_among(able, one) for one in covariances if one is not None]
-    both = np.sum(among, axis=0) if len(among) == len(covariances) else np.zeros((1, 1))
-    if np.all(np.isfinite(both)) and np.all(np.diag(both) > 0.0):  # a card is the user's to edit
-        covariance = both
+    if len(among) == len(covariances):
+        both = np.sum(among, axis=0)
+        if np.all(np.isfinite(both)) and np.all(np.diag(both) > 0.0):  # as a card may not be
+            covariance = both
     difference = np.array([one.difference for one in able], dtype=np.float64)
     scale = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(scale, scale)

@@ -126,8 +126,8 @@ class AcceptanceCriterion:
     def frees(self, score: Score, held: Score) -> bool:
         """True where data ask for a parameter to be fitted that ``held`` has at a likely value.
 
-        It must lower the error of fitted and of validation data as an effect must, which is not
-        asked where these are at the floor already.
+        It must lower the error of fitted and of validation data as an effect must. Where the
+        validation data are at the floor with the parameter held, it stays held.
         """
         lower = (1.0 - self.policy.min_gain) * held.validation_rmse_deg
         falls = score.validation_rmse_deg <= lower and not self.explained(held)

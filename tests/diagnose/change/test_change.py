@@ -173,6 +173,18 @@ def test_correlated_sigmas_count_together() -> None:
     assert together.p < 1e-10
 
 
+def test_a_covariance_that_knows_too_little_is_left_aside() -> None:
+    """Of one side alone, or with a variance of zero beside a sigma, as in a card that was edited."""
+    whole = np.diag([1e-6, 1e-8, 1e-4, 9e-4])
+    whole[1, 2] = whole[2, 1] = 0.9e-6
+    moved = servo(T=(0.02 + 2e-4, 1e-4), xi=(0.62, 0.01))
+    alone = between(servo(), moved).p
+    empty = known(moved, np.zeros((4, 4)))
+    for a, b in ((known(servo(), whole), moved), (known(servo(), 0.0 * whole), empty)):
+        assert between(a, b).p == alone
+    assert between(known(servo(), whole), known(moved, whole)).p != pytest.approx(alone)
+
+
 def recorded(gap: float, seed: int) -> ss.Recording:
     """Of the twin, eight seconds at 120 Hz: with the standard friction, and a play."""
     values = {"backlash": {"gap": gap}, "coulomb_friction": {"level": 0.4}}
