@@ -20,7 +20,7 @@ OPTIONS = {
         *("--id", "-o", "--sheet"),
     ),
     "identify": ("--effects", "--method", "--seed", "-o", "--json", "--plugin", "--deg-per-us"),
-    "compare": ("--json", "--report", "--plugin", "--neutral-us"),
+    "compare": ("--json", "--report", "--plugin", "--neutral-us", "--effects", "--fix"),
     "diagnose": ("--validate", "--tolerance", "--limits", "--next", "--json", "--seed", "-o"),
     "add": ("-o", "--json", "--plugin"),
     "effects": ("--json", "--plugin"),

@@ -174,7 +174,7 @@ def test_correlated_sigmas_count_together() -> None:
 
 
 def test_a_covariance_that_knows_too_little_is_left_aside() -> None:
-    """Of one side alone, or with a variance of zero beside a sigma, as in a card that was edited."""
+    """Of one side alone, or with a variance of zero beside a sigma, as in an edited card."""
     whole = np.diag([1e-6, 1e-8, 1e-4, 9e-4])
     whole[1, 2] = whole[2, 1] = 0.9e-6
     moved = servo(T=(0.02 + 2e-4, 1e-4), xi=(0.62, 0.01))
