@@ -146,7 +146,7 @@ def change_between(
 ) -> ServoChange:
     """``b`` against ``a``; their ``bias``, which belongs to the mounting, is left out.
 
-    Parameters of models of which either has no covariance, which ``identify`` leaves in a card, are
+    Parameters of models of which either has no covariance, which a fit leaves in its card, are
     taken for independent.
 
     >>> from servosight.models.core import Estimate

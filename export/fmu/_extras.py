@@ -39,7 +39,7 @@ def extras(request: ExportRequest) -> dict[str, str]:
 
 
 def _covariance(actuator: Actuator) -> dict[str, str]:
-    """The covariance that ``identify`` left in a card's provenance, where it is whole."""
+    """The covariance that a fit left in a card's provenance, where it is whole."""
     kept = kept_covariance(actuator.provenance, actuator.parameters)
     if kept is None:
         return {}

@@ -1,8 +1,8 @@
-"""The covariance of a model's parameters, as its card keeps it."""
+"""The covariance of a model's parameters in the provenance of its card."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,26 @@ import numpy as np
 from servosight.models.core._arrays import Array
 
 
+def covariance_to_keep(names: Sequence[str], values: Array) -> dict[str, Any]:
+    """What a provenance holds of a covariance (names, names): those that are known.
+
+    Empty where none is, or where one that is known has an unknown covariance with another.
+
+    >>> covariance_to_keep(["k", "T"], np.array([[0.01, np.nan], [np.nan, np.nan]]))
+    {'covariance': {'names': ['k'], 'values': [[0.01]]}}
+    """
+    known = np.isfinite(np.diag(values))
+    kept = values[np.ix_(known, known)]
+    if not known.any() or not np.isfinite(kept).all():
+        return {}
+    shown = [name for name, one in zip(names, known, strict=True) if one]
+    return {"covariance": {"names": shown, "values": kept.tolist()}}
+
+
 def kept_covariance(
     provenance: Mapping[str, Any], parameters: Collection[str]
 ) -> tuple[tuple[str, ...], Array] | None:
-    """Names and values (names, names) of the covariance that ``identify`` left in a card.
+    """Names and values (names, names) of the covariance that a fit left in a card.
 
     None where there is none, or where it is not whole or names others than the card's
     ``parameters``: the table is the user's to edit.

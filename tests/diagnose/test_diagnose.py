@@ -13,11 +13,12 @@ import pytest
 from support.vocabulary import WHATS
 
 from servosight.diagnose import Diagnosis, diagnose, predictions
+from servosight.diagnose.change import change_between
 from servosight.diagnose.residuals import TEST
 from servosight.diagnose.result.wording import Levels
 from servosight.diagnose.selection import ModelSelection, PriorKnowledge, Split
 from servosight.models.base import json_text
-from servosight.models.core import InputError, Recording
+from servosight.models.core import Actuator, InputError, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
 
@@ -125,6 +126,26 @@ def test_a_diagnosis_is_a_value(found: Any, twin: Any, tmp_path: Path) -> None:
         assert np.sqrt(np.mean(errors**2)) == pytest.approx(one.held_out_rmse_deg, rel=1e-9)
     with pytest.raises(InputError, match="expected those of the diagnosis"):
         predictions(back, [replace(recording, name="another")])
+
+
+def test_a_card_keeps_the_covariance(found: Any, tmp_path: Path) -> None:
+    """Read back, it gives the bandwidth the sigma that the diagnosis has: of T and xi, to 1 %."""
+    found.actuator.save(tmp_path / "model.toml")
+    card = Actuator.load(tmp_path / "model.toml")
+    last = found.ladder[-1]
+    for name, row in zip(last.covariance.names, last.covariance.values, strict=True):
+        place = last.covariance.names.index(name)
+        assert np.sqrt(row[place]) == pytest.approx(last.parameters[name].sigma)
+    read = change_between(card, card, catalogue=catalogue()).a.dynamics
+    assert read is not None
+    assert read.bandwidth_hz.value == pytest.approx(last.dynamics.bandwidth_hz.value)
+    assert read.bandwidth_hz.sigma == pytest.approx(last.dynamics.bandwidth_hz.sigma, rel=0.01)
+    assert read.rise_time_s is not None
+    assert read.rise_time_s.sigma > 0.0  # type: ignore[operator]
+    held = replace(last.parameters["k"], sigma=0.0)
+    step = replace(last, parameters={**last.parameters, "k": held})
+    at = step.covariance.names.index("k")
+    assert not step.covariance.values[at].any()
 
 
 def test_words_tell_noise_from_tolerance(found: Any) -> None:
