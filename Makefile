@@ -22,7 +22,7 @@ demo: setup
 
 # Pass more to pytest by ARGS: make test ARGS="tests/models -k friction"
 test: setup
-	@echo "test: pytest in $(WORKERS) processes (WORKERS=N changes that); all tests take 8 to 20 minutes on 2 cores"
+	@echo "test: pytest in $(WORKERS) processes (WORKERS=N changes that); all tests take about 12 minutes on two cores"
 	@[ -n "$$SERVOSIGHT_DATA" ] || echo "test: tests on recordings of real servos are skipped, because SERVOSIGHT_DATA names no folder"
 	@$(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
 

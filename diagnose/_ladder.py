@@ -67,4 +67,6 @@ def _step(
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
         base=base_of(models.catalogue),
         fit_percent=held_out_fit_percent(judged),
+        sampling_correlation=fit.uncertainty.matrix(table, sampling=True).correlation,
+        shared_error=fit.uncertainty.shared_shares(table),
     )

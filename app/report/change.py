@@ -12,13 +12,16 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from servosight.app.report.figure import AFTER, FAINT, SHADE, drawn_twice
 from servosight.app.report.section import Section
 from servosight.app.report.sections.model.dynamics import dynamics_of
-from servosight.diagnose.change import ComparedServo, ParameterChange, ServoChange, limit_sigmas
-from servosight.identify.fit import dynamics
+from servosight.diagnose.change import (
+    STEP_DEG,
+    ComparedServo,
+    ParameterChange,
+    ServoChange,
+    limit_sigmas,
+)
 from servosight.models.core import Actuator, Estimate, rounded, signed
 from servosight.models.effects import Effect
 
-SIZE_DEG = 10.0
-"""The step whose responses are drawn, in degrees."""
 ROW = 0.42
 """Height of the figure for each parameter [inch]."""
 
@@ -27,8 +30,9 @@ def sections(result: ServoChange, catalogue: Mapping[str, Effect]) -> list[Secti
     """What changed, each parameter in both, and how the two servos move."""
     names = side_names(result)
     models = [
-        (name, model, dynamics(model, None, SIZE_DEG, catalogue))
-        for name, model in zip(names, _models(result), strict=True)
+        (name, model, side.dynamics)
+        for name, model, side in zip(names, _models(result), (result.a, result.b), strict=True)
+        if side.dynamics is not None
     ]
     return [
         Section(
@@ -56,7 +60,7 @@ def sections(result: ServoChange, catalogue: Mapping[str, Effect]) -> list[Secti
                 "p": result.p,
             },
         ),
-        dynamics_of(models, SIZE_DEG, catalogue),
+        dynamics_of(models, STEP_DEG, catalogue),
     ]
 
 

@@ -64,6 +64,16 @@ _LOOK: dict[Any, Any] = {
 }
 
 
+def png(size: tuple[float, float], dpi: float, paint: Paint) -> bytes:
+    """The same on white as a PNG file, for pages that show no SVG."""
+    with rc_context(_LOOK):
+        figure = Figure(figsize=size, layout="constrained")
+        paint(figure)
+        stream = io.BytesIO()
+        figure.savefig(stream, dpi=dpi, facecolor="white", metadata={"Software": None})
+    return stream.getvalue()
+
+
 def drawn(name: str, size: tuple[float, float], alt: str, paint: Paint) -> Markup:
     """What ``paint`` draws on a figure of ``size`` [inch], as SVG; ``alt`` says what it shows.
 

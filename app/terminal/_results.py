@@ -15,6 +15,13 @@ CANDIDATES = 6
 FINDINGS = 5
 REGIMES = 6
 LEAST_DEG = 1e-9
+STEP_METRICS = {
+    "bandwidth_hz": ("bandwidth", 1.0, "Hz"),
+    "rise_time_s": ("rise time, 10 to 90 %", 1e3, "ms"),
+    "overshoot": ("overshoot", 100.0, "%"),
+    "settling_time_s": ("settling time, to 2 %", 1e3, "ms"),
+}
+"""What is compared of two servos' motion: in words, with the factor to the unit shown."""
 
 
 def show_identification(out: Console, result: Mapping[str, Any]) -> None:
@@ -211,6 +218,7 @@ def show_change(out: Console, result: Mapping[str, Any]) -> None:
         name = f"{one['name']} *" if one["changed"] else one["name"]
         table.add_row(name, *(cell.replace("−", "-") for cell in cells), one["unit"])
     out.print(table)
+    _show_steps(out, result)
     if any(one["changed"] for one in result["parameters"]):
         out.print("* changed by more than chance accounts for")
     for words in result["sentences"]:
@@ -224,6 +232,27 @@ def show_change(out: Console, result: Mapping[str, Any]) -> None:
             )
     for warning in result["warnings"]:
         out.print(f"note: {warning}")
+
+
+def _show_steps(out: Console, result: Mapping[str, Any]) -> None:
+    """How fast either servo is and how it answers a step, with the sigma that its fit leaves."""
+    from servosight.models.core import uncertain
+
+    sides = [result[name]["dynamics"] for name in "ab"]
+    if None in sides:
+        return
+    table = _table(f"step of {sides[0]['step_deg']:g} deg", "a", "b", "unit")
+    for name, (words, factor, unit) in STEP_METRICS.items():
+        cells = []
+        for one in (side[name] for side in sides):
+            if one is None:
+                cells.append("-")
+                continue
+            sigma = None if one["sigma"] is None else factor * one["sigma"]
+            value, spread = uncertain(factor * one["value"], sigma)
+            cells.append(f"{value} +- {spread}" if sigma else value)
+        table.add_row(words, *(cell.replace("−", "-") for cell in cells), unit)
+    out.print(table)
 
 
 def _change(step: Mapping[str, Any]) -> str:

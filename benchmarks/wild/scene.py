@@ -26,7 +26,7 @@ class WildScene:
     is the rms motion of the hand that films, ``pan_s`` how long the camera is panned at first,
     ``hand_s`` when a hand passes (None: never), ``bystander`` whether something else moves.
     ``stabilised`` is a camera whose pictures are shifted so that its shaking hardly shows, and
-    ``focus_px`` the largest radius (one sigma) of the blur of a focus that breathes.
+    ``focus_px`` the largest radius (one sigma) of the blur of a focus that changes.
     """
 
     number: int

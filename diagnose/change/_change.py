@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
@@ -19,8 +19,21 @@ from servosight.diagnose.change._words import (
     sentence,
     summary_words,
 )
-from servosight.models.core import CORE, Actuator, Array, Parameter, Result, Table
+from servosight.identify.fit import Dynamics, dynamics
+from servosight.identify.uncertainty import Matrix
+from servosight.models.core import (
+    CORE,
+    Actuator,
+    Array,
+    Parameter,
+    Result,
+    Table,
+    kept_covariance,
+)
 from servosight.models.effects import Effect
+
+STEP_DEG = 10.0
+"""The step of the command to which the responses of both are compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +77,11 @@ class ParameterChange:
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedServo:
-    """One of the two: its name, effects, recordings, and how well its model fits them."""
+    """One of the two: its name, effects, recordings, and how well its model fits them.
+
+    ``dynamics`` are bandwidth, step metrics and the like for a step by :data:`STEP_DEG`, with
+    sigmas where the covariance of the parameters is known.
+    """
 
     name: str
     effects: tuple[str, ...]
@@ -72,6 +89,7 @@ class ComparedServo:
     rmse_deg: float | None = None
     floor_deg: float | None = None
     other_rmse_deg: float | None = None
+    dynamics: Dynamics | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -123,14 +141,13 @@ def change_between(
     *,
     catalogue: Mapping[str, Effect],
     sides: tuple[ComparedServo, ComparedServo] | None = None,
-    covariances: tuple[tuple[Sequence[str], Array], tuple[Sequence[str], Array]] | None = None,
     warnings: Sequence[str] = (),
     policy: ChangePolicy = ChangePolicy(),
 ) -> ServoChange:
     """``b`` against ``a``; their ``bias``, which belongs to the mounting, is left out.
 
-    ``covariances`` are names and values of those of the shared parameters; without them the
-    parameters of a model are taken for independent.
+    Parameters of models of which either has no covariance, which a fit leaves in its card, are
+    taken for independent.
 
     >>> from servosight.models.core import Estimate
     >>> values = {"k": 1.0, "T": 0.02, "xi": 0.6, "bias": 0.0}
@@ -144,6 +161,7 @@ def change_between(
     limit = limit_sigmas(len(shared), policy)
     reach = float(-ndtri((1.0 - policy.confidence) / 2.0))
     rows = [_row(name, q, a, b, limit, reach, alike) for name, q in shared.items()]
+    covariances = [_covariance(one) for one in (a, b)]
     chi_square, freedom = _chi_square(rows, covariances)
     p = float(chdtrc(freedom, chi_square)) if freedom else None
     first, second = sides or (
@@ -164,8 +182,8 @@ def change_between(
     return ServoChange(
         headline=headline,
         summary=summary,
-        a=first,
-        b=second,
+        a=replace(first, dynamics=dynamics(a, covariances[0], STEP_DEG, catalogue)),
+        b=replace(second, dynamics=dynamics(b, covariances[1], STEP_DEG, catalogue)),
         parameters=Table(rows),
         chi_square=chi_square if freedom else None,
         freedom=freedom,
@@ -228,9 +246,20 @@ def _row(
     )
 
 
+def _covariance(model: Actuator) -> Matrix | None:
+    """That of its shared parameters, NaN for those that have no sigma; None where unknown."""
+    kept = kept_covariance(model.provenance, model.parameters)
+    if kept is None:
+        return None
+    names = tuple(name for name in model.parameters if name != "bias")
+    values = np.full((len(names), len(names)), np.nan)
+    at = [names.index(name) for name in kept[0]]
+    values[np.ix_(at, at)] = kept[1]
+    return Matrix(names, values)
+
+
 def _chi_square(
-    rows: Sequence[ParameterChange],
-    covariances: tuple[tuple[Sequence[str], Array], tuple[Sequence[str], Array]] | None,
+    rows: Sequence[ParameterChange], covariances: Sequence[Matrix | None]
 ) -> tuple[float, int]:
     """d' C^-1 d over the parameters that both have with a sigma above 0, and their number."""
     able = [
@@ -239,8 +268,11 @@ def _chi_square(
     if not able:
         return 0.0, 0
     covariance = np.diag([float(one.sigma or 0.0) ** 2 for one in able])
-    if covariances is not None:
-        covariance = np.sum([_among(able, *one) for one in covariances], axis=0)
+    among = [_among(able, one) for one in covariances if one is not None]
+    if len(among) == len(covariances):
+        both = np.sum(among, axis=0)
+        if np.all(np.isfinite(both)) and np.all(np.diag(both) > 0.0):  # as a card may not be
+            covariance = both
     difference = np.array([one.difference for one in able], dtype=np.float64)
     scale = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(scale, scale)
@@ -248,6 +280,6 @@ def _chi_square(
     return float(scaled @ np.linalg.pinv(correlation, 1e-10) @ scaled), len(able)
 
 
-def _among(rows: Sequence[ParameterChange], names: Sequence[str], values: Array) -> Array:
-    at = [list(names).index(one.name) for one in rows]
-    return np.asarray(values[np.ix_(at, at)])
+def _among(rows: Sequence[ParameterChange], covariance: Matrix) -> Array:
+    at = [covariance.names.index(one.name) for one in rows]
+    return np.asarray(covariance.values[np.ix_(at, at)])

@@ -13,8 +13,16 @@ from servosight.diagnose.change._change import (
     change_between,
 )
 from servosight.diagnose.residuals import EXPLAINED
+from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.fit import Fit, identify
-from servosight.models.core import Recording, StageProgress, degrees, silent
+from servosight.models.core import (
+    InputError,
+    Recording,
+    StageProgress,
+    degrees,
+    either,
+    silent,
+)
 from servosight.models.effects import Effect, select
 
 
@@ -24,6 +32,7 @@ def change_in_recordings(
     *,
     catalogue: Mapping[str, Effect],
     effects: Sequence[str] | None = None,
+    fix: Mapping[str, float] | None = None,
     policy: ChangePolicy | None = None,
     progress: StageProgress = silent,
 ) -> ServoChange:
@@ -32,7 +41,8 @@ def change_in_recordings(
     ``effects`` are those of the model; None finds them by a diagnosis of either set: all that were
     found in one of them; with too few samples for that the linear model, as a warning says. What a
     model lacks shows as a change of what it has: so a warning says where an error stays above the
-    floor. InputError for an unknown effect.
+    floor. ``fix`` holds parameters of the model, such as ``{"k": 1.0}``, in both. InputError for an
+    unknown effect, and for a parameter to hold that the model does not have.
     """
     policy = policy or ChangePolicy()
     fewest = min(sum(one.time_s.size for one in side) for side in (a, b))
@@ -40,11 +50,17 @@ def change_in_recordings(
     if short:
         effects = ()
     elif effects is None:
-        found = [diagnose(one, catalogue=catalogue, auto=True, progress=progress) for one in (a, b)]
+        prior = PriorKnowledge.of(catalogue, fix=fix)
+        found = [
+            diagnose(one, catalogue=catalogue, auto=True, prior=prior, progress=progress)
+            for one in (a, b)
+        ]
         effects = [name for one in found for name in one.effects]
     chosen = _without_contained(select(catalogue, effects), catalogue)
     progress("fitting both", 0, 1)
-    fits = [identify(one, chosen, catalogue=catalogue, method="gradient") for one in (a, b)]
+    fits = [
+        identify(one, chosen, catalogue=catalogue, method="gradient", fix=fix) for one in (a, b)
+    ]
     crossed = [
         compare(fit.actuator, other, catalogue=catalogue).rmse_deg
         for fit, other in zip(fits, (b, a), strict=True)
@@ -65,10 +81,22 @@ def change_in_recordings(
         fits[1].actuator,
         catalogue=catalogue,
         sides=(first, second),
-        covariances=tuple((fit.covariance.names, fit.covariance.values) for fit in fits),  # type: ignore[arg-type]
         warnings=[*_warnings(fits), *([_short(fewest, policy)] if short else [])],
         policy=policy,
     )
+
+
+def refuse_fitting(effects: Sequence[str] | None, fix: Mapping[str, float] | None) -> None:
+    """Raise InputError where it is said what to fit and a model is compared, which is not fitted.
+
+    >>> refuse_fitting(None, {})
+    """
+    if effects is not None or fix:
+        raise InputError(
+            f"compare: a model is not fitted, expected "
+            f"{either('effects and fix', '--effects and --fix')} only where both sides are "
+            f"recordings; leave them out"
+        )
 
 
 def _short(fewest: int, policy: ChangePolicy) -> str:

@@ -20,10 +20,12 @@ from servosight.models.excitation import Grid, grid_of
 FEWEST_SEGMENTS = 4
 EXCITED = 0.003
 """Frequencies count where the command has this share of its strongest line's amplitude."""
+HIGHEST = 0.4
+"""Of the sample rate; the angle's faster motion folds down onto the lines above."""
 MOST_MISSING = 0.1
 """Segments with a larger share of missing samples are left out."""
 _DENSE = 8
-"""Points to a row of the command."""
+"""Points to a row of the command, and to a step of its windows."""
 _OVERLAP_WORTH = 0.95
 """Hann segments that overlap by half are worth so many independent ones each."""
 
@@ -89,20 +91,40 @@ def _welch(one: Judged) -> Response | None:
         inside = np.searchsorted(recording.time_s, [grid[0] - 0.5 * step, grid[-1] + 0.5 * step])
         if np.diff(inside)[0] < (1.0 - MOST_MISSING) * length:
             continue
-        signals = (
-            recording.command_at(grid),
+        angles = (
             np.interp(grid, recording.time_s, recording.angle_deg),
             np.interp(grid, recording.time_s, one.predicted_deg),
         )
-        spectra.append([np.fft.rfft(window * (s - s.mean())) for s in signals])
+        spectra.append(
+            [
+                _command_spectrum(recording, grid[0], step, length),
+                *(np.fft.rfft(window * (angle - angle.mean())) for angle in angles),
+            ]
+        )
     if len(spectra) < FEWEST_SEGMENTS:
         return None
     # Lines 0 and 1 hold the window's own width about the mean.
-    command, angle, model = np.array(spectra).transpose(1, 0, 2)[:, :, 2:-1]
+    lines = np.arange(2, int(HIGHEST * length))
+    command, angle, model = np.array(spectra).transpose(1, 0, 2)[:, :, lines]
     scale = 2.0 / (length * float(np.sum(window**2)))
-    frequency = np.arange(2, length // 2) / (length * step)
+    frequency = lines / (length * step)
     averages = _OVERLAP_WORTH * len(spectra)
     return _of(recording, frequency, (command, angle, model), scale, averages, False)
+
+
+def _command_spectrum(recording: Recording, start_s: float, step_s: float, length: int) -> Complex:
+    """Of ``length`` steps of the command from ``start_s``, (length // 2 + 1,), by a Hann window.
+
+    Of the command itself, not of its samples: a held step between two of them would seem to come
+    at the second, late by half of ``step_s`` on average, and its higher harmonics fold down.
+    """
+    count = _DENSE * length
+    place = (np.arange(count) + 0.5) / _DENSE  # in steps: the middles of their parts
+    command = recording.command_at(start_s + step_s * place)
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * place / length)
+    spectrum = np.fft.rfft(window * (command - command.mean()))[: length // 2 + 1] / _DENSE
+    turns = np.arange(length // 2 + 1) * place[0] / length
+    return np.asarray(spectrum * np.exp(-2j * np.pi * turns))
 
 
 def _of(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Regime, Repeated, Unexplained
@@ -22,7 +24,15 @@ from servosight.identify.fit import Detectable, Dynamics, OwnValues
 from servosight.identify.foreign import LINEAR
 from servosight.identify.transmission import Transmission
 from servosight.identify.uncertainty import Matrix
-from servosight.models.core import Actuator, Estimate, Frozen, InputError, Result, Table
+from servosight.models.core import (
+    Actuator,
+    Estimate,
+    Frozen,
+    InputError,
+    Result,
+    Table,
+    covariance_to_keep,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +59,9 @@ class LadderStep(Frozen):
     Errors are rms [deg]: ``train`` of the samples that were fitted, ``validation`` of those that
     chose the effects, ``held_out`` of the test's, which did neither. ``explained``: the held-out
     error is at most 1.10 times the floor. ``own`` has a line for each recording, ``correlation``
-    is that of the shared parameters, ``dynamics`` are bandwidth, step metrics and the like.
+    is that of the shared parameters, ``sampling_correlation`` the same without errors that all
+    samples share, of calibration and of the clocks' offset, ``shared_error`` the share of these in
+    each parameter's variance. ``dynamics`` are bandwidth, step metrics and the like.
     ``taken`` is the share of the first step's squared held-out error that this step took away.
     ``base`` names what the effects act on: the linear core, or an FMU. ``fit_percent`` compares the
     held-out error with the motion (100 %: no error; None in results of earlier versions).
@@ -73,6 +85,8 @@ class LadderStep(Frozen):
     base: str = LINEAR
     fit_percent: float | None = None
     held: tuple[str, ...] = ()
+    sampling_correlation: Matrix | None = None
+    shared_error: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def change(self) -> str:
@@ -89,6 +103,20 @@ class LadderStep(Frozen):
         bias = self.parameters["bias"]
         return Actuator(
             {**shown, "bias": bias[0] if isinstance(bias, tuple) else bias}, self.effects
+        )
+
+    @property
+    def covariance(self) -> Matrix | None:
+        """Of the shared parameters, by correlation and sigmas; 0 where held, NaN where unknown."""
+        if self.correlation is None:
+            return None
+        found = [self.parameters[name] for name in self.correlation.names]
+        known = [one.sigma if isinstance(one, Estimate) else None for one in found]
+        sigma = np.array([np.nan if one is None else one for one in known])
+        product = np.outer(sigma, sigma)
+        return replace(
+            self.correlation,
+            values=np.where(product == 0.0, 0.0, self.correlation.values * product),
         )
 
     def value(self, name: str) -> float:
@@ -174,6 +202,7 @@ class Diagnosis(Result):
                 f"card cannot hold what is inside an FMU"
             )
         last = self.ladder[-1]
+        kept = last.covariance
         bias = last.parameters["bias"]
         biases = bias if isinstance(bias, tuple) else (bias,)
         # The fitted ones come first, with a bias for each of their parts.
@@ -187,6 +216,7 @@ class Diagnosis(Result):
                 "fitted_on": fitted_on,
                 "held_out_rmse_deg": last.held_out_rmse_deg,
                 "method": "diagnose",
+                **({} if kept is None else covariance_to_keep(kept.names, kept.values)),
             },
         )
 

@@ -3,11 +3,11 @@
 from servosight.diagnose.selection._confounding import Resolution as Resolution
 from servosight.diagnose.selection._confounding import alternatives as alternatives
 from servosight.diagnose.selection._confounding import confounded as confounded
+from servosight.diagnose.selection._criterion import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._known import PriorKnowledge as PriorKnowledge
 from servosight.diagnose.selection._own_latency import REMEDY as REMEDY
 from servosight.diagnose.selection._own_latency import latencies_left as latencies_left
 from servosight.diagnose.selection._own_latency import own_latencies as own_latencies
-from servosight.diagnose.selection._policy import AcceptanceCriterion as AcceptanceCriterion
 from servosight.diagnose.selection._policy import SelectionPolicy as SelectionPolicy
 from servosight.diagnose.selection._score import Score as Score
 from servosight.diagnose.selection._split import BLOCK_S as BLOCK_S

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._steps import SearchEffort, new_in
 from servosight.diagnose.selection.trials import ModelSelection, Trial

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection.trials import Trial
 from servosight.models.core import Array
 

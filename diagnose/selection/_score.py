@@ -23,6 +23,6 @@ class Score:
     train_rmse_deg: float
     validation_rmse_deg: float
     validation_samples: int
+    gain_fitted: bool
     at_bounds: tuple[str, ...] = ()
-    gain_fitted: bool = True
     core_at_bounds: tuple[str, ...] = ()

@@ -1,6 +1,6 @@
 """The ladder: add the best effect, fit all anew, repeat until the floor, or until nothing earns it.
 
-Here the models are fitted in the order that the decisions of ``_policy.py`` ask for.
+Here the models are fitted in the order that the decisions of ``_criterion.py`` ask for.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from servosight.diagnose.selection._candidates import Candidates
-from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (

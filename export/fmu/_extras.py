@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from servosight.export.core import ExportRequest, number
 from servosight.export.csource import layout_of, parameters_of, values_of
-from servosight.models.core import Actuator
+from servosight.models.core import Actuator, kept_covariance
 
 
 def extras(request: ExportRequest) -> dict[str, str]:
@@ -42,19 +39,11 @@ def extras(request: ExportRequest) -> dict[str, str]:
 
 
 def _covariance(actuator: Actuator) -> dict[str, str]:
-    """The covariance that ``identify`` left in a card's provenance, where it is whole."""
-    table: Any = actuator.provenance.get("covariance")
-    if not isinstance(table, Mapping):
+    """The covariance that a fit left in a card's provenance, where it is whole."""
+    kept = kept_covariance(actuator.provenance, actuator.parameters)
+    if kept is None:
         return {}
-    names: Any = table.get("names")
-    values: Any = table.get("values")
-    try:
-        matrix = np.asarray(values, dtype=np.float64)
-        whole = matrix.shape == (len(names), len(names)) and np.all(np.isfinite(matrix))
-    except (TypeError, ValueError):
-        return {}
-    if not whole or not set(names) <= set(actuator.parameters):
-        return {}
+    names, matrix = kept
     lines = [",".join(["name", *names])]
     lines += [",".join([name, *map(number, row)]) for name, row in zip(names, matrix, strict=True)]
     return {"covariance.csv": "\n".join(lines) + "\n"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from servosight.identify.fit._fitted import FittedParameters
 from servosight.identify.fit._own import OwnValues, predicted_angle
 from servosight.identify.problem import thinned, usable_views
 from servosight.identify.transmission import Transmission
-from servosight.identify.uncertainty import Matrix
 from servosight.models.core import (
     Actuator,
     Array,
@@ -25,6 +24,7 @@ from servosight.models.core import (
     Recording,
     Table,
     axes_of,
+    covariance_to_keep,
     plot_prediction,
 )
 from servosight.models.effects import catalogue as built_in
@@ -33,16 +33,6 @@ from servosight.models.plant import Difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-def _covariance_of(covariance: Matrix) -> dict[str, Any]:
-    """The covariance of the parameters that it is known of, for a card's provenance."""
-    known = np.isfinite(np.diag(covariance.values))
-    names = [name for name, one in zip(covariance.names, known, strict=True) if one]
-    values = covariance.values[np.ix_(known, known)]
-    if not names or not np.all(np.isfinite(values)):
-        return {}
-    return {"covariance": {"names": names, "values": values.tolist()}}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -93,7 +83,7 @@ class Fit(FittedParameters):
             {
                 "fitted_on": list(self.recordings),
                 "method": self.method,
-                **_covariance_of(self.covariance),
+                **covariance_to_keep(self.covariance.names, self.covariance.values),
             },
         )
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from servosight.identify.fit import floor_deg
+from servosight.identify.foreign._descent import End, Search, descent
 from servosight.identify.foreign._joint import EffectsAround, effects_around
-from servosight.identify.foreign._own import bounds_of, own_start, predicted, trusted
+from servosight.identify.foreign._own import trusted
 from servosight.identify.foreign._result import FmuFit
 from servosight.identify.foreign._runs import Interface
 from servosight.identify.problem import joint_noise_deg, thinned, unused_disturbances, usable_views
-from servosight.identify.search import LevenbergMarquardt, drive
 from servosight.identify.uncertainty import (
     Matrix,
     by_recording,
@@ -35,15 +34,9 @@ from servosight.models.core import (
 )
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
-from servosight.models.fmu import FmuLimits, FmuModel, FmuRun, FmuVariable, open_fmu
+from servosight.models.fmu import FmuLimits, FmuModel, FmuVariable, open_fmu
 
-BUDGET = 600
-"""Runs of the FMU on all recordings."""
 METHOD = "gradient"
-_STARTS = 3
-"""How many of the effects' guesses are followed down."""
-_FAILED_DEG = 1e6
-"""The residual where a run fails: that point is not taken."""
 
 
 def identify_fmu(
@@ -79,13 +72,13 @@ def identify_fmu(
     interface = Interface(path, command, angle, limits)
     with _opened(interface, known, chosen, scored, trust) as model:
         held = dict(fix or {})
-        search = _Search(
+        search = Search(
             model=model,
             runs=tuple(model.run_of(one) for one in scored),
             shared=_chosen(model, names, held),
             held=held,
         )
-        end = _descent(search)
+        end = descent(search)
     covariance = _covariance(search, end)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
@@ -127,103 +120,6 @@ def _opened(
         yield FmuModel.of(fmu, interface.command, interface.angle)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Search:
-    """The shared parameters, then the own ones of each recording, as one point."""
-
-    model: FmuModel | EffectsAround
-    runs: tuple[FmuRun, ...]
-    shared: tuple[FmuVariable, ...]
-    held: Mapping[str, float]
-
-    def starts(self) -> Array:
-        """The FMU's own values, and what the recordings say of their own: (starts, coordinates).
-
-        With effects around it, the best of their guesses.
-        """
-        first = [one.start or 0.0 for one in self.shared]
-        own = [own_start(run.recording, self.model) for run in self.runs]
-        start = np.concatenate([first, *own])
-        if not isinstance(self.model, EffectsAround):
-            return start[None, :]
-        points = []
-        for guess in self.model.guesses([run.recording for run in self.runs]):
-            guessed = [guess.get(one.name, one.start or 0.0) for one in self.shared]
-            points.append(np.concatenate([guessed, *own]))
-        low, high, _ = self.bounds()
-        table = np.clip(points, low, high)
-        costs = np.sum(self.residuals(table) ** 2, axis=1)
-        return np.asarray(table[np.argsort(costs, kind="stable")[:_STARTS]])
-
-    def bounds(self) -> tuple[Array, Array, Array]:
-        """Low, high and size of a change that matters, (coordinates,) each."""
-        return bounds_of([*self.shared, *self.model.own * len(self.runs)])
-
-    def check(self, start: Array) -> None:
-        """Raise InputError where the FMU does not run at the start."""
-        for run, (names, rows) in zip(self.runs, self._rows(start[None, :]), strict=True):
-            _, errors = predicted(self.model, run, names, rows)
-            if errors[0]:
-                raise InputError(
-                    f"{self.model.fmu.path}: does not run on {run.recording.name} ({errors[0]}), "
-                    f"expected an FMU that does; try it in the tool it is of"
-                )
-
-    def residuals(self, points: Array) -> Array:
-        """Predicted minus measured [deg], (points, samples of all recordings)."""
-        parts = []
-        for run, (names, rows) in zip(self.runs, self._rows(points), strict=True):
-            angles, _ = predicted(self.model, run, names, rows)
-            parts.append(angles - run.recording.angle_deg)
-        return np.nan_to_num(np.hstack(parts), nan=_FAILED_DEG)
-
-    def _rows(self, points: Array) -> list[tuple[list[str], Array]]:
-        """Names and rows of parameters of each recording."""
-        shared, own = len(self.shared), len(self.model.own)
-        names = [one.name for one in (*self.shared, *self.model.own)] + list(self.held)
-        held = np.tile(list(self.held.values()), (len(points), 1))
-        found = []
-        for i in range(len(self.runs)):
-            begin = shared + i * own
-            rows = np.hstack([points[:, :shared], points[:, begin : begin + own], held])
-            found.append((names, rows))
-        return found
-
-
-@dataclass(frozen=True, kw_only=True)
-class _End:
-    """Where the search ended: (coordinates,), (samples,) [deg] and (samples, coordinates)."""
-
-    point: Array
-    residuals: Array
-    jacobian: Array
-    stopped: str
-    evaluations: int
-
-
-def _descent(search: _Search) -> _End:
-    """From the FMU's own values down; InputError where it does not run there."""
-    starts = search.starts()
-    search.check(starts[0])
-    ends = [
-        drive(LevenbergMarquardt(start, *search.bounds()), search.residuals, BUDGET)
-        for start in starts
-    ]
-    outcome = min(ends, key=lambda end: float(end.cost))
-    final = LevenbergMarquardt(outcome.point, *search.bounds())
-    points = final.ask()
-    residuals = search.residuals(points)
-    final.tell(points, residuals)
-    assert final.jacobian is not None
-    return _End(
-        point=outcome.point,
-        residuals=residuals[0],
-        jacobian=final.jacobian,
-        stopped=str(outcome.stopped),
-        evaluations=sum(end.evaluations for end in ends),
-    )
-
-
 def _chosen(
     model: FmuModel | EffectsAround, names: Sequence[str], held: Mapping[str, float]
 ) -> tuple[FmuVariable, ...]:
@@ -247,7 +143,7 @@ def _chosen(
     return chosen
 
 
-def _covariance(search: _Search, end: _End) -> Array:
+def _covariance(search: Search, end: End) -> Array:
     """The sandwich with autocorrelated residuals, NaN where undetermined or on a bound."""
     low, high, _ = search.bounds()
     free = (end.point > low) & (end.point < high)
@@ -268,7 +164,7 @@ def _covariance(search: _Search, end: _End) -> Array:
 
 
 def _estimates(
-    search: _Search, point: Array, covariance: Array
+    search: Search, point: Array, covariance: Array
 ) -> tuple[dict[str, Estimate | tuple[Estimate, ...]], list[str]]:
     """Each parameter with its sigma, and a sentence for each that has none."""
     variance = np.diag(covariance)
@@ -298,5 +194,5 @@ def _estimates(
     return found, list(dict.fromkeys(notes))
 
 
-def _unit(search: _Search, name: str) -> str:
+def _unit(search: Search, name: str) -> str:
     return next(one.unit for one in search.model.parameters if one.name == name)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.identify.foreign._own import own_start
+from servosight.identify.foreign._own import first_guess
 from servosight.identify.foreign._runs import Interface
 from servosight.identify.foreign._surroundings import (
     Surrounded,
@@ -95,7 +95,7 @@ class EffectsAround:
         point = [core["k"], math.log(core["T"]), math.log(core["xi"])]
         for recording in recordings:
             start = dict(
-                zip([one.name for one in self.own], own_start(recording, self), strict=True)
+                zip([one.name for one in self.own], first_guess(recording, self), strict=True)
             )
             own = {"initial_angle": recording.angle_deg[0], **start}
             point += [own.get(one.name, 0.0) for one in OWN]

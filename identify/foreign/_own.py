@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from servosight.identify.problem import own_start
 from servosight.models.core import Array, InputError, Recording, either
 from servosight.models.fmu import FmuRun, FmuVariable
 
@@ -29,7 +30,6 @@ class Model(Protocol):
 
 SCALES = {"bias": 1.0, "initial_angle": 1.0, "initial_speed": 10.0}
 """Sizes of a change that matters [deg], [deg/s]."""
-_FIRST = 3
 
 
 def trusted(path: Path, trust: bool) -> None:
@@ -41,16 +41,11 @@ def trusted(path: Path, trust: bool) -> None:
         )
 
 
-def own_start(recording: Recording, model: Model) -> Array:
+def first_guess(recording: Recording, model: Model) -> Array:
     """First guess of the recording's own numbers, in the order of ``model.own``."""
-    angle = recording.angle_deg
     gain = next((one.start for one in model.parameters if one.name == "k"), None)
-    guess = {
-        "bias": float(np.median(angle) - (1.0 if gain is None else gain)
-                      * np.median(recording.command_deg)),
-        "initial_angle": float(angle[:_FIRST].mean()),
-        "initial_speed": 0.0,
-    }  # fmt: skip
+    guesses = own_start(recording, 1.0 if gain is None else gain)
+    guess = dict(zip(SCALES, guesses, strict=True))
     return np.array([guess[one.name] for one in model.own])
 
 

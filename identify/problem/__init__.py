@@ -9,6 +9,7 @@ from servosight.identify.problem._noise import command_periods as command_period
 from servosight.identify.problem._noise import joint_noise_deg as joint_noise_deg
 from servosight.identify.problem._noise import noise_deg as noise_deg
 from servosight.identify.problem._noise import period_table as period_table
+from servosight.identify.problem._own_start import own_start as own_start
 from servosight.identify.problem._problem import LOST_DEG as LOST_DEG
 from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem

@@ -14,9 +14,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from servosight.identify.problem import noise_deg
+from servosight.identify.transmission._curve import (
+    HIGHEST_DEGREE,
+    curve,
+    degree_of,
+    jackknife,
+    slopes_of,
+    solved,
+)
 from servosight.identify.transmission._play import driven
 from servosight.models.core import (
     Array,
@@ -33,15 +40,11 @@ from servosight.models.core import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HIGHEST_DEGREE = 9
 FEWEST_SAMPLES = 100
 SHOWN = 3.0
 """Play of fewer sigmas is not distinguished from none."""
 OF_NOISE = 6.0
 """Nor is play of fewer standard deviations of the horn's noise: a gap that wide smooths noise."""
-_BLOCKS = 20
-_BETTER = 0.99
-"""A higher degree is taken where it lowers the error on other stretches to this share."""
 _MOST = 5_000
 """The gap is sought on so many samples; a curve through more costs time and changes nothing."""
 _GAPS = 41
@@ -144,37 +147,18 @@ def _shared(surface: Recording, horn: Recording) -> list[Array]:
     return modes
 
 
-def _curve(driver_deg: Array, range_deg: tuple[float, float], degree: int) -> Array:
-    """Legendre polynomials over the horn's range, (samples, degree + 1)."""
-    low, high = range_deg
-    return np.asarray(legendre.legvander((2.0 * driver_deg - low - high) / (high - low), degree))
-
-
-def _slopes(driver_deg: Array, range_deg: tuple[float, float], degree: int) -> Array:
-    """Their derivatives, (samples, degree + 1) [1/deg]."""
-    low, high = range_deg
-    place = (2.0 * driver_deg - low - high) / (high - low)
-    every = [legendre.legval(place, legendre.legder(one)) for one in np.eye(degree + 1)]
-    return np.asarray(np.stack(every, axis=1) * (2.0 / (high - low)))
-
-
-def _solved(rows: Array, wanted: Array) -> Array:
-    """Least squares by the normal equations: the polynomials are nearly orthogonal."""
-    return np.asarray(np.linalg.pinv(rows.T @ rows, hermitian=True) @ (rows.T @ wanted))
-
-
 def _left(angle: Array, follower: Array, gaps: Array) -> Array:
     """Mean square that the best curve leaves behind each gap, (gaps,) [deg^2]."""
     places, known = driven(angle, gaps)
     found = []
     every = max(follower.size // _MOST, 1)
     for place, good in zip(places[:, ::every], known[:, ::every], strict=True):
-        rows = _curve(place[good], _range(angle), HIGHEST_DEGREE)
+        rows = curve(place[good], _range(angle), HIGHEST_DEGREE)
         if rows.shape[0] < FEWEST_SAMPLES:
             found.append(np.inf)
             continue
         wanted = follower[::every][good]
-        values = _solved(rows, wanted)
+        values = solved(rows, wanted)
         found.append(float(np.mean((wanted - rows @ values) ** 2)))
     return np.array(found)
 
@@ -203,42 +187,6 @@ def _pushed(place: Array, known: Mask, noise: float) -> Mask:
     return moving & known
 
 
-def _degree(place: Array, wanted: Array, range_deg: tuple[float, float]) -> int:
-    """The lowest degree beyond which the error on stretches left out hardly falls."""
-    block = np.arange(place.size) * _BLOCKS // place.size
-    errors: list[float] = []
-    for degree in range(1, HIGHEST_DEGREE + 1):
-        rows = _curve(place, range_deg, degree)
-        left = np.empty(place.size)
-        for out in range(_BLOCKS):
-            kept = block != out
-            values = _solved(rows[kept], wanted[kept])
-            left[~kept] = wanted[~kept] - rows[~kept] @ values
-        errors.append(float(np.median(np.abs(left))))
-    chosen = 0
-    for i in range(1, HIGHEST_DEGREE):
-        if errors[i] < _BETTER * errors[chosen]:
-            chosen = i
-    return chosen + 1
-
-
-def _jackknife(jacobian: Array, residuals: Array) -> Array:
-    """Covariance of a least-squares fit from leaving out stretches of time in turn.
-
-    ``jacobian`` (samples, coordinates), ``residuals`` (samples,). The jackknife on blocks, which
-    holds where residuals are correlated or are the model's own (Kuensch, Annals of Statistics 17
-    (1989), section 2).
-    """
-    normal = jacobian.T @ jacobian
-    block = np.arange(residuals.size) * _BLOCKS // residuals.size
-    moves = []
-    for out in range(_BLOCKS):
-        rows, left = jacobian[block == out], residuals[block == out]
-        moves.append(np.linalg.pinv(normal - rows.T @ rows) @ (rows.T @ left))
-    spread = np.array(moves) - np.mean(moves, axis=0)
-    return np.asarray((_BLOCKS - 1) / _BLOCKS * spread.T @ spread)
-
-
 def _fitted(
     name: str, angle: Array, follower: Array, noises: tuple[float, float], shared: Sequence[Array]
 ) -> Transmission:
@@ -255,23 +203,23 @@ def _fitted(
             f"{FEWEST_SAMPLES} or more; record longer, or more motion"
         )
     place, wider, wanted = place[good], wider[good], follower[good]
-    degree = _degree(place, wanted, ends)
-    rows = _curve(place, ends, degree)
-    values = _solved(rows, wanted)
+    degree = degree_of(place, wanted, ends)
+    rows = curve(place, ends, degree)
+    values = solved(rows, wanted)
     residuals = wanted - rows @ values
-    moved = (_curve(wider, ends, degree) - rows) @ values / step
-    covariance = _jackknife(np.column_stack([rows, moved]), residuals)
+    moved = (curve(wider, ends, degree) - rows) @ values / step
+    covariance = jackknife(np.column_stack([rows, moved]), residuals)
     low, high = np.quantile(place, _INNER)
     shown = np.linspace(float(low), float(high), _PLACES)
-    slopes = _slopes(shown, ends, degree)
+    slopes = slopes_of(shown, ends, degree)
     variance = np.einsum("ij,jk,ik->i", slopes, covariance[:-1, :-1], slopes)
-    finer = _solved(_curve(place, ends, degree + 2), wanted)
-    missing = _slopes(shown, ends, degree + 2) @ finer - slopes @ values
+    finer = solved(curve(place, ends, degree + 2), wanted)
+    missing = slopes_of(shown, ends, degree + 2) @ finer - slopes @ values
     ratio = slopes @ values
     off = np.zeros(_PLACES)
     for driver, driven_too in shared:
         (other,), _ = driven(angle + driver, np.array([gap]))
-        turned = _solved(_curve(other[good], ends, degree), wanted + driven_too[good])
+        turned = solved(curve(other[good], ends, degree), wanted + driven_too[good])
         off += (slopes @ turned - ratio) ** 2
     own = float(np.sqrt(covariance[-1, -1]))
     seen = gap > max(SHOWN * own, OF_NOISE * noise)

@@ -13,12 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.problem import Problem
-from servosight.models.core import Array, Estimate
+from servosight.identify.problem import Problem, projected_out
+from servosight.models.core import Array, Estimate, Mask
 from servosight.models.plant import Stimulus
 
 _STEP_S = 1e-4
 """Of the difference quotient with respect to time: short against any servo's time constant."""
+_CONFOUNDED = 0.02
+"""A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 _MOSTLY, _VISIBLE = 0.5, 0.02
 """A sigma of so large a share of the value, with so large a share of its variance from the clocks'
 offsets, is said to come from them."""
@@ -61,6 +63,21 @@ def clock_slope(problem: Problem, point: Array, r: int) -> Array:
     parts = [np.zeros(int(mask.sum())) for mask in problem.masks]
     parts[r] = change[problem.masks[r]]
     return np.concatenate(parts)
+
+
+def like_a_shift(jacobian: Array, known: Mask, shifts: Array) -> Mask:
+    """True for coordinates whose effect a shift of a clock can take over, others adjusted to both.
+
+    ``jacobian`` (scored, coordinates) and ``shifts`` (scored, offsets) of the residuals, ``known``
+    (coordinates,) False for those that the data do not determine.
+    """
+    result = np.zeros(known.size, dtype=bool)
+    for index in np.flatnonzero(known) if shifts.size else ():
+        others = jacobian[:, known & (np.arange(known.size) != index)]
+        alone, shift = (projected_out(one, others) for one in (jacobian[:, [index]], shifts))
+        left = np.linalg.norm(projected_out(alone, shift))
+        result[index] = left < _CONFOUNDED * np.linalg.norm(alone)
+    return result
 
 
 def of_clocks(table: Mapping[str, Estimate], shares: Array, sigmas_s: Array) -> list[str]:

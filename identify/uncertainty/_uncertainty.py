@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.identify.problem import Coordinate, Problem, projected_out
-from servosight.identify.uncertainty._clock import of_clocks, offset_slopes
-from servosight.identify.uncertainty._correlation import by_recording, weighted_normal
+from servosight.identify.problem import Coordinate, Problem
+from servosight.identify.uncertainty._clock import like_a_shift, of_clocks, offset_slopes
+from servosight.identify.uncertainty._correlation import by_recording
 from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
-from servosight.identify.uncertainty._misfit import misfit_covariance
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
+from servosight.identify.uncertainty._sampling import sampling_covariance
 from servosight.models.core import Array, Estimate
 
 _PARABOLA = (0.6, 1.6)
@@ -23,8 +23,6 @@ _NOISY = 1.1
 """Residuals above the noise by no more than this factor are taken for noise."""
 _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
-_TIMED = 0.02
-"""A parameter is confounded with the clock where a shift of it leaves so little of its effect."""
 _ROUNDING_DEG2 = 1e-24
 """Variance of what rounding leaves of an angle of some degrees."""
 
@@ -72,32 +70,38 @@ class Uncertainty:
     def covariance(self) -> Array:
         """Covariance of the coordinates, NaN where undetermined.
 
-        The sandwich (J'J)^-1 J'RJ (J'J)^-1 with R the covariance of the residuals over time (White,
-        Econometrica 50 (1982); Seber and Wild, Nonlinear Regression, 1989, section 6.2); where they
-        are white it is s^2 (J'J)^-1. To the extent that the residuals are the model's own error,
-        :func:`misfit_covariance` takes its place. Errors that all samples of a recording share (of
-        calibration and of the clocks) are added: no number of samples averages them out.
+        That of the samples, and errors that all samples of a recording share (of calibration and of
+        the clocks): no number of samples averages these out.
         """
+        calibration, clocks = self._moved(self.problem.shared), self._moved(self._timing)
+        return self.sampling + calibration @ calibration.T + clocks @ clocks.T
+
+    @cached_property
+    def sampling(self) -> Array:
+        """Its part that differs from sample to sample (:func:`sampling_covariance`)."""
         known = np.isfinite(np.diag(self.inverse))
-        part = self.inverse[np.ix_(known, known)]
-        jacobians, residuals = self._by_recording(known)
-        masks = self.problem.masks
-        parts = zip(jacobians, residuals, masks, strict=True)
-        meat = sum((weighted_normal(*one) for one in parts), np.zeros(part.shape))
-        samples = self.jacobian.shape[0]
-        meat = meat * (samples / max(samples - int(self.free.sum()), 1))
-        found = part @ meat @ part
-        if self.misfit > 0.0 and part.size:
-            times_s = [recording.time_s for recording in self.problem.recordings]
-            own = misfit_covariance(jacobians, residuals, masks, times_s, part)
-            found = (1.0 - self.misfit) * found + self.misfit * own
-        for common in (self.problem.shared, self._timing):
-            shared = part @ (self.jacobian[:, known].T @ common)
-            found = found + shared @ shared.T
+        masks, recordings = self.problem.masks, self.problem.recordings
+        residuals = self.problem.residuals(self.point[None, :])[0]
         result = np.full(self.inverse.shape, np.nan)
-        result[np.ix_(known, known)] = found
+        result[np.ix_(known, known)] = sampling_covariance(
+            *by_recording(masks, self.jacobian[:, known], residuals),
+            masks,
+            [recording.time_s for recording in recordings],
+            self.inverse[np.ix_(known, known)],
+            self.misfit,
+            int(self.free.sum()),
+        )
         result[self.problem.pinned, :] = result[:, self.problem.pinned] = 0.0  # taken as exact
         return result
+
+    def _moved(self, common: Array) -> Array:
+        """What residuals (scored, errors) that all samples share make of the point; 0 where held.
+
+        (coordinates, errors).
+        """
+        moved = np.nan_to_num(self.inverse) @ (self.jacobian.T @ common)
+        moved[self.problem.pinned] = 0.0
+        return np.asarray(moved)
 
     @cached_property
     def misfit(self) -> float:
@@ -111,11 +115,6 @@ class Uncertainty:
         most = (_NOISY * float(np.sqrt(np.mean(noise**2)))) ** 2
         mean_square = 2.0 * self.cost / max(noise.size, 1)
         return max(1.0 - most / mean_square, 0.0) if mean_square > 0.0 else 0.0
-
-    def _by_recording(self, known: NDArray[np.bool_]) -> tuple[list[Array], list[Array]]:
-        """Jacobian (samples, known) and residuals (samples,) of each, zero where not scored."""
-        residuals = self.problem.residuals(self.point[None, :])[0]
-        return by_recording(self.problem.masks, self.jacobian[:, known], residuals)
 
     @cached_property
     def _offsets(self) -> tuple[Array, Array]:
@@ -131,20 +130,11 @@ class Uncertainty:
     @cached_property
     def timed(self) -> NDArray[np.bool_]:
         """True for shared coordinates that cannot be distinguished from an unknown clock offset."""
-        result = np.zeros(self.point.size, dtype=bool)
         slopes, sigmas_s = self._offsets
-        unknown = slopes[:, np.isinf(sigmas_s)]
-        if not unknown.size:
-            return result
-        known = np.flatnonzero(np.isfinite(np.diag(self.inverse)))
-        for index in known[known < self.problem.physical]:
-            others = self.jacobian[:, known[known != index]]
-            alone, shift = (
-                projected_out(columns, others) for columns in (self.jacobian[:, [index]], unknown)
-            )
-            left = np.linalg.norm(projected_out(alone, shift))
-            result[index] = left < _TIMED * np.linalg.norm(alone)
-        return result
+        known = np.isfinite(np.diag(self.inverse))
+        found = like_a_shift(self.jacobian, known, slopes[:, np.isinf(sigmas_s)])
+        found[self.problem.physical :] = False
+        return found
 
     @cached_property
     def sigma(self) -> Array:
@@ -216,31 +206,35 @@ class Uncertainty:
     def _of_clocks(self, table: Mapping[str, Estimate]) -> list[str]:
         """A sentence on the parameters that the offset of the clocks leaves uncertain."""
         _, offset_sigmas_s = self._offsets
-        inverse = np.nan_to_num(self.inverse)
-        variances = np.sum((inverse @ (self.jacobian.T @ self._timing)) ** 2, axis=1)
+        return of_clocks(table, self._share(self._moved(self._timing)), offset_sigmas_s)
+
+    def _share(self, moved: Array) -> Array:
+        """The share of each coordinate's variance that comes from errors all samples share."""
         sigmas = np.where(self.sigma > 0.0, self.sigma, np.inf)
-        return of_clocks(table, variances / sigmas**2, offset_sigmas_s)
+        return np.asarray(np.sum(moved**2, axis=1) / sigmas**2)
+
+    def shared_shares(self, estimates: Mapping[str, Estimate]) -> dict[str, float]:
+        """The same of the shared parameters that have a sigma, calibration and clocks together."""
+        shares = self._share(self._moved(np.hstack([self.problem.shared, self._timing])))
+        names = [coordinate.name for coordinate in self.problem.coordinates]
+        found = zip(names[: self.problem.physical], shares, strict=False)
+        return {name: float(share) for name, share in found if estimates[name].sigma}
 
     def own_estimates(self, name: str) -> tuple[Estimate, ...]:
         """One of the recordings' own parameters (``bias``), for each recording."""
         return tuple(
-            Estimate(
-                float(x),
-                float(sigma) if np.isfinite(sigma) else None,
-                coordinate.parameter.unit,
-            )
-            for coordinate, x, sigma in zip(
-                self.problem.coordinates, self.point, self.sigma, strict=True
-            )
-            if coordinate.recording is not None and coordinate.name == name
+            Estimate(float(x), float(sigma) if np.isfinite(sigma) else None, one.parameter.unit)
+            for one, x, sigma in zip(self.problem.coordinates, self.point, self.sigma, strict=True)
+            if one.recording is not None and one.name == name
         )
 
-    def matrix(self, estimates: Mapping[str, Estimate]) -> Matrix:
-        """Covariance of the shared parameters in their own units.
+    def matrix(self, estimates: Mapping[str, Estimate], *, sampling: bool = False) -> Matrix:
+        """Covariance of the shared parameters in their own units; or its ``sampling`` part alone.
 
         NaN for those without a sigma among ``estimates``, 0 for those held. Linear throughout:
         where a sigma comes from the profile likelihood, it differs from the root of the diagonal.
         """
+        covariance = self.sampling if sampling else self.covariance
         count = self.problem.physical
         slopes = np.array(
             [
@@ -251,7 +245,7 @@ class Uncertainty:
             ]
         )
         names = tuple(coordinate.name for coordinate in self.problem.coordinates[:count])
-        return Matrix(names, self.covariance[:count, :count] * np.outer(slopes, slopes))
+        return Matrix(names, covariance[:count, :count] * np.outer(slopes, slopes))
 
     def _sigma(
         self, index: int, coordinate: Coordinate, value: float, profiled: bool

@@ -40,6 +40,8 @@ from servosight.models.core._arrays import Mask as Mask
 from servosight.models.core._arrays import Single as Single
 from servosight.models.core._camera import Camera as Camera
 from servosight.models.core._camera import exposure_nodes as exposure_nodes
+from servosight.models.core._covariance import covariance_to_keep as covariance_to_keep
+from servosight.models.core._covariance import kept_covariance as kept_covariance
 from servosight.models.core._display import Rows as Rows
 from servosight.models.core._display import frame as frame
 from servosight.models.core._display import html_table as html_table

@@ -19,8 +19,8 @@ def rounded(value: float, digits: int = DIGITS) -> str:
 
 
 def degrees(value: float, digits: int = DIGITS) -> str:
-    """An angle with its sign for degrees."""
-    return f"{rounded(value, digits)}°"
+    """An angle with its unit."""
+    return f"{rounded(value, digits)} deg"
 
 
 def signed(value: float, decimals: int = 2) -> str:

@@ -72,7 +72,8 @@ class Effect:
     the longest step in seconds that resolves the effect; before the effect's parameters it takes
     what it needs of :data:`MOTION`.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
-    ``contains`` names effects that this one becomes at a limit of its parameters.
+    ``contains`` names effects that this one becomes at a limit of its parameters; theirs come
+    first among its own, in their order.
     ``usual`` marks what every servo has; of models that err alike it is assumed first.
     ``for_several_gains`` names the effect in whose place the search tries this one first where
     recordings are at several gains of the position loop.

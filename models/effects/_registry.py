@@ -75,6 +75,12 @@ def _check_joined(path: Path, effect: Effect, effects: Mapping[str, Effect]) -> 
                 f"{path}: effect {effect.id}: contains names {name!r}{did_you_mean(name, effects)};"
                 f" expected effects of the catalogue"
             )
+        theirs = [one.unit for one in effects[name].parameters]
+        if [one.unit for one in effect.parameters][: len(theirs)] != theirs:
+            raise InputError(
+                f"{path}: effect {effect.id}: contains names {name!r}, expected the parameters of "
+                f"{name} first, in units of {' and '.join(theirs)}"
+            )
 
 
 def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:

@@ -9,6 +9,7 @@ from functools import cache
 import pytest
 
 from servosight.diagnose import Diagnosis, diagnose
+from servosight.diagnose.selection import PriorKnowledge
 from servosight.models.core import Recording
 from servosight.models.effects import catalogue
 from servosight.scenarios.draws import hidden_effect
@@ -16,6 +17,7 @@ from servosight.scenarios.scenario import Scenario
 from servosight.sim.run import angle_recording, run
 
 NOISE_DEG = 0.03
+FEW = ("dead_zone", "coulomb_friction", "gravity_load", "backlash")
 
 Twin = Callable[..., tuple[Recording, dict[str, float]]]
 
@@ -48,6 +50,13 @@ def diagnosed(twin: Twin) -> Callable[[str], Diagnosis]:
         return diagnose([twin(name)[0]], catalogue=catalogue(), auto=True)
 
     return of
+
+
+@pytest.fixture(scope="session")
+def few() -> PriorKnowledge:
+    """Four effects to choose from, where a test is of the split or of the words, not the choice."""
+    others = [name for name in catalogue() if name not in FEW]
+    return PriorKnowledge.of(catalogue(), without_effects=others)
 
 
 def _record(scenario: Scenario, with_sigma: bool, name: str) -> tuple[Recording, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""What a diagnosis carries: the JSON that users script against, the held-out data, the words."""
+"""The diagnosis through diagnose(): its JSON, its steps and its words."""
 
 from __future__ import annotations
 
@@ -10,26 +10,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.vocabulary import WHATS
 
-from servosight.diagnose import Diagnosis, Verdict, add, compare, diagnose, predictions
-from servosight.diagnose.residuals import FIT, TEST, VALIDATION
+from servosight.diagnose import Diagnosis, diagnose, predictions
+from servosight.diagnose.change import change_between
+from servosight.diagnose.residuals import TEST
 from servosight.diagnose.result.wording import Levels
 from servosight.diagnose.selection import ModelSelection, PriorKnowledge, Split
-from servosight.identify.fit import identify
 from servosight.models.base import json_text
-from servosight.models.core import Actuator, Estimate, InputError, Recording
+from servosight.models.core import Actuator, InputError, Recording
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus
-
-WHATS = {"reversal", "standstill", "slew", "step", "high_frequency"}
-FEW = ("dead_zone", "coulomb_friction", "gravity_load", "backlash")
-
-
-@pytest.fixture(scope="module")
-def few() -> PriorKnowledge:
-    """Four effects to choose from, where a test is of the split or of the words, not the choice."""
-    others = [name for name in catalogue() if name not in FEW]
-    return PriorKnowledge.of(catalogue(), without_effects=others)
 
 
 @pytest.fixture(scope="module")
@@ -123,78 +114,6 @@ def test_without_auto_the_ladder_has_one_entry(found: Any, twin: Any) -> None:
     assert "backlash" in first.next_experiment
 
 
-def test_held_out_samples_take_no_part_in_the_fit(twin: Any) -> None:
-    """Spoilt by 5 deg in the held-out seconds, the fit is the same (its start, a guess, is not)."""
-    recording, _ = twin("backlash")
-    split = Split.of([recording])
-    spoilt = replace(recording, angle_deg=recording.angle_deg + np.where(split.masks[0], 0.0, 5.0))
-    one, other = (
-        ModelSelection(replace(split, recordings=(r,)), catalogue()).linear()
-        for r in (recording, spoilt)
-    )
-    np.testing.assert_allclose(one.fit.outcome.point, other.fit.outcome.point, rtol=1e-2)
-    assert one.score.train_rmse_deg == pytest.approx(other.score.train_rmse_deg, rel=1e-3)
-    assert other.score.validation_rmse_deg > 3.0
-
-
-def test_the_test_takes_no_part_in_the_selection(twin: Any, few: PriorKnowledge) -> None:
-    """Spoilt by 5 deg in the test's seconds alone, the same model is chosen; the report says so."""
-    recording, _ = twin("backlash")
-    (uses,) = Split.of([recording]).uses
-    angle = recording.angle_deg + np.where(uses == TEST, 5.0, 0.0)
-    # Range and noise are read off the whole recording: both diagnoses are given the same.
-    options: dict[str, Any] = {"auto": True, "tolerance": 0.015, "prior": few}
-    good = diagnose([recording], **options)
-    bad = diagnose([replace(recording, angle_deg=angle)], **options)
-    assert good.effects == bad.effects == ("backlash",)
-    for one, other in zip(good.ladder, bad.ladder, strict=True):
-        assert one.validation_rmse_deg == pytest.approx(other.validation_rmse_deg, rel=0.02)
-        assert one.train_rmse_deg == pytest.approx(other.train_rmse_deg, rel=0.02)
-        assert other.held_out_rmse_deg > 4.0
-    assert (good.verdict, bad.verdict) == (Verdict.EXPLAINED, Verdict.UNEXPLAINED)
-
-
-def test_a_validation_recording_chooses_and_tests_in_turn(twin: Any, few: PriorKnowledge) -> None:
-    """The first is fitted whole; seconds of the second validate and test; its bias is its own."""
-    recording, _ = twin("backlash", duration_s=6.0)
-    other = twin("backlash")[0]
-    found = diagnose([recording], [other], auto=True, prior=few)
-    first, second = predictions(found, [recording, other])
-    assert np.all(first.uses == FIT)
-    assert set(second.uses) == {VALIDATION, TEST}
-    assert [one.role for one in found.recordings] == ["fit", "split"]
-    assert found.effects == ("backlash",)
-    assert found.verdict is Verdict.EXPLAINED
-    assert found.ladder[-1].held_out_rmse_deg <= 1.10 * found.floor_deg
-
-
-def test_test_recordings_are_the_test_and_nothing_else_is(twin: Any, few: PriorKnowledge) -> None:
-    recording, _ = twin("backlash", duration_s=6.0)
-    other = twin("backlash")[0]
-    found = diagnose([recording], test=[other], prior=few)
-    first, second = predictions(found, [recording, other], 0)
-    assert set(first.uses) == {FIT, VALIDATION}
-    assert np.all(second.uses == TEST)
-    rmse = float(np.sqrt(np.mean(second.error_deg**2)))
-    assert found.ladder[0].held_out_rmse_deg == pytest.approx(rmse, rel=1e-9)
-
-
-def test_a_short_recording_falls_back_to_two_parts(twin: Any, few: PriorKnowledge) -> None:
-    recording, _ = twin("backlash")
-    early = recording.time_s < recording.time_s[0] + 3.5
-    assert recording.sigma_deg is not None
-    short = replace(
-        recording,
-        time_s=recording.time_s[early],
-        angle_deg=recording.angle_deg[early],
-        sigma_deg=recording.sigma_deg[early],
-    )
-    found = diagnose([short], prior=few)
-    assert any("too short" in warning for warning in found.warnings)
-    step = found.ladder[0]
-    assert step.held_out_rmse_deg == step.validation_rmse_deg
-
-
 def test_a_diagnosis_is_a_value(found: Any, twin: Any, tmp_path: Path) -> None:
     """What is saved is read back equal, and its models predict what they did."""
     recording = twin("backlash")[0]
@@ -209,19 +128,41 @@ def test_a_diagnosis_is_a_value(found: Any, twin: Any, tmp_path: Path) -> None:
         predictions(back, [replace(recording, name="another")])
 
 
+def test_a_card_keeps_the_covariance(found: Any, tmp_path: Path) -> None:
+    """Read back, it gives the bandwidth the sigma that the diagnosis has: of T and xi, to 1 %."""
+    found.actuator.save(tmp_path / "model.toml")
+    card = Actuator.load(tmp_path / "model.toml")
+    last = found.ladder[-1]
+    for name, row in zip(last.covariance.names, last.covariance.values, strict=True):
+        place = last.covariance.names.index(name)
+        assert np.sqrt(row[place]) == pytest.approx(last.parameters[name].sigma)
+    read = change_between(card, card, catalogue=catalogue()).a.dynamics
+    assert read is not None
+    assert read.bandwidth_hz.value == pytest.approx(last.dynamics.bandwidth_hz.value)
+    assert read.bandwidth_hz.sigma == pytest.approx(last.dynamics.bandwidth_hz.sigma, rel=0.01)
+    assert read.rise_time_s is not None
+    assert read.rise_time_s.sigma > 0.0  # type: ignore[operator]
+    held = replace(last.parameters["k"], sigma=0.0)
+    step = replace(last, parameters={**last.parameters, "k": held})
+    at = step.covariance.names.index("k")
+    assert not step.covariance.values[at].any()
+
+
 def test_words_tell_noise_from_tolerance(found: Any) -> None:
     """An error far below the floor is said to be so, where that is only a tolerance."""
     levels = Levels(noise_deg=0.0003, tolerance_deg=0.0224, floor_deg=0.0224)
     assert levels.words(0.0003) == (
-        "far below the tolerance of 0.0224° at which the search ends; the noise of the measurement "
-        "is 0.000300°"
+        "far below the tolerance of 0.0224 deg at which the search ends; the noise of the "
+        "measurement is 0.000300 deg"
     )
-    assert levels.words(0.02).startswith("within the tolerance of 0.0224° at which")
+    assert levels.words(0.02).startswith("within the tolerance of 0.0224 deg at which")
     assert levels.words(0.1) == (
-        "4.5 times the floor of 0.0224° (noise 0.000300° and tolerance 0.0224° together)"
+        "4.5 times the floor of 0.0224 deg (noise 0.000300 deg and tolerance 0.0224 deg together)"
     )
     noisy = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.0316)
-    assert noisy.words(0.03) == "no more than the noise of the measurement, 0.0300°, accounts for"
+    assert (
+        noisy.words(0.03) == "no more than the noise of the measurement, 0.0300 deg, accounts for"
+    )
     assert found.headline == "What was missing: backlash"
 
 
@@ -271,42 +212,3 @@ def test_look_alikes_on_a_single_amplitude_are_confounded(few: PriorKnowledge) -
         assert {(name,) for name in best.confounded_with} <= set(found.alternatives)
         assert found.next_experiment == found.proposal.sentence
         assert np.ptp(found.proposal.excitation.command_deg) <= np.ptp(command) + 1e-9
-
-
-def test_compare_judges_a_card_without_fitting_its_physics(twin: Any) -> None:
-    """The true model lies at the floor, with a bias found anew; a gap 0.5 deg too wide does not.
-
-    A gap wrong by 0.5 deg leaves about 0.25 deg wherever the surface moves.
-    """
-    recording, truth = twin("backlash")
-    units = {"k": "-", "T": "s", "xi": "-", "bias": "deg", "backlash.gap": "deg"}
-    values = {name: Estimate(value, None, units[name]) for name, value in truth.items()}
-    values["bias"] = Estimate(99.0, None, "deg")
-    right = compare(Actuator(values, ("backlash",)), [recording], catalogue=catalogue())
-    assert right.explained
-    assert right.rmse_deg <= 1.10 * right.floor_deg
-    wide = Estimate(truth["backlash.gap"] + 0.5, None, "deg")
-    wrong = compare(
-        Actuator({**values, "backlash.gap": wide}, ("backlash",)),
-        [recording],
-        catalogue=catalogue(),
-    )
-    assert not wrong.explained
-    assert 0.1 < wrong.rmse_deg < 0.3
-    answer = json.loads(json.dumps(wrong.to_dict(), allow_nan=False))
-    assert answer["recordings"][0]["samples"] == recording.time_s.size
-    assert {one["what"] for one in answer["where"]} <= WHATS
-    assert wrong.sentences
-
-
-def test_add_brings_one_effect_and_fits_anew(twin: Any) -> None:
-    recording, truth = twin("backlash")
-    linear = identify([recording], [], catalogue=catalogue(), method="gradient")
-    better = add(linear.actuator, "backlash", [recording], catalogue=catalogue())
-    assert better.actuator.effects == ("backlash",)
-    assert better.rmse_deg < 0.2 * linear.rmse_deg
-    assert better.actuator.value("backlash.gap") == pytest.approx(truth["backlash.gap"], rel=0.05)
-    with pytest.raises(InputError, match="already"):
-        add(better.actuator, "backlash", [recording], catalogue=catalogue())
-    with pytest.raises(InputError, match="expected one of"):
-        add(better.actuator, "gremlins", [recording], catalogue=catalogue())

@@ -39,6 +39,7 @@ def trial(effects: str, validation_deg: float = 0.1) -> Any:
         train_rmse_deg=validation_deg,
         validation_rmse_deg=validation_deg,
         validation_samples=200,
+        gain_fitted=True,
     )
     return SimpleNamespace(effects=tuple(effects), score=score)
 

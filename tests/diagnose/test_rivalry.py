@@ -29,6 +29,7 @@ def trial(effects: str, error_deg: float) -> Any:
         train_rmse_deg=error_deg,
         validation_rmse_deg=error_deg,
         validation_samples=300,
+        gain_fitted=True,
     )
     return SimpleNamespace(effects=tuple(effects), score=score, key=(tuple(effects), ()))
 

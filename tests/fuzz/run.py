@@ -25,7 +25,8 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from fuzz.inputs import Case, cases, write_inputs
+from fuzz.cases import Case, cases
+from fuzz.inputs import write_inputs
 
 LONGEST_S = 60.0
 LARGEST_BYTES = 2 << 30

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fuzz.inputs import TARGETS, Case, cases, write_inputs
+from fuzz.cases import Case, cases
+from fuzz.inputs import write_inputs
 from fuzz.run import Worker, fuzz, shrunk
+from fuzz.targets import TARGETS
 
 INPUTS, PARTS = 1_200, 4
 """`make fuzz` runs 20,000."""

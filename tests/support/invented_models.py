@@ -9,15 +9,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
-from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, Score
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    Score,
+    SelectionPolicy,
+    Step,
+)
+from servosight.diagnose.selection.search import Visited
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.identify.problem import Work
 from servosight.models.effects import Usual
 
 SAMPLES = 1000
+POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d", "f", "g", "w"))
+CRITERION = AcceptanceCriterion(0.1, 0.0, POLICY)
+HELD = ("k",)
 
 
 @dataclass(frozen=True)
@@ -222,3 +233,11 @@ class InventedModels:
             core_at_bounds=("T",) if "".join(ordered) in self.core_at_bounds else (),
         )
         return InventedTrial(InventedFit(ordered, error, held), score)
+
+
+def visited(models: InventedModels, criterion: AcceptanceCriterion = CRITERION) -> Visited:
+    return Visited(models, criterion)  # type: ignore[arg-type]
+
+
+def steps_of(*trials: InventedTrial) -> list[Any]:
+    return [Step(trial) for trial in trials]  # type: ignore[arg-type]

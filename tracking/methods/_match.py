@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -18,8 +17,9 @@ from servosight.tracking.core import (
     TrackOptions,
     turning,
 )
-from servosight.tracking.fit import AngleEstimator, AngleFit
+from servosight.tracking.fit import AngleFit
 from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
+from servosight.tracking.methods._rectified import RectifiedEstimator
 from servosight.tracking.video import Film
 
 _LEAST_SCORE = 0.6
@@ -148,24 +148,6 @@ def _sigma_rad(template: NDArray[np.float32], seen: NDArray[np.float32], arm_px:
     power = float((along**2).sum())
     spread = noise / np.sqrt(power) if power > 0 else float(max(template.shape))
     return float(np.hypot(spread, _PEAK_BIAS_PX) / radius)
-
-
-@dataclass(frozen=True)
-class RectifiedEstimator:
-    """An estimator on pictures resampled into the plane of motion."""
-
-    estimator: AngleEstimator
-    rectified: Callable[[Image], Image]
-
-    def fit_near(
-        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
-    ) -> AngleFit | None:
-        """The estimator's own fit; which pixels are ``copied`` is not known in the plane."""
-        return self.estimator.fit_near(self.rectified(picture), angle_rad, exposure)
-
-    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
-        """As the estimator's own."""
-        return self.estimator.search(self.rectified(picture), centre_rad, half_rad)
 
 
 def match(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.arguments import (
+    add_fixed,
     add_fmu,
     add_force,
     add_json,
@@ -53,6 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             help="of two recordings: the effects to fit to both (default: found by a diagnosis)",
         )
     )
+    add_fixed(parser)
     add_fmu(parser)
     add_json(parser)
     add_report(parser)
@@ -64,6 +66,7 @@ def run(args: argparse.Namespace) -> None:
     """Simulate, compare, print, write the JSON and the report."""
     from servosight.app.inputs import fmu_interface, load
     from servosight.diagnose import compare, compare_fmu
+    from servosight.diagnose.change import refuse_fitting
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
 
@@ -72,6 +75,7 @@ def run(args: argparse.Namespace) -> None:
     if not is_model_file(args.model) or is_model_file(args.recordings[0]):
         _change(args)
         return
+    refuse_fitting(args.effects, dict(args.fix))
     effects: Mapping[str, Effect] = catalogue(args.plugin)
     if is_fmu(args.model):
         recordings = load(args.recordings, args)
@@ -129,6 +133,7 @@ def _change(args: argparse.Namespace) -> None:
             args.model,
             args.recordings[0],
             effects=args.effects,
+            fix=dict(args.fix),
             plugins=args.plugin,
             progress=show,
         )

@@ -11,8 +11,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
-from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._steps import SearchEffort, Step
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.search._wide import steps_to

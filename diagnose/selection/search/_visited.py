@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from servosight.diagnose.selection._policy import AcceptanceCriterion
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection.trials import TRIAL_BUDGET, Key, ModelSelection, Trial
 
 

@@ -9,8 +9,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from servosight.diagnose.residuals import TEST, VALIDATION, Judged
+from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
-from servosight.diagnose.selection._policy import AcceptanceCriterion
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._gain import at_one_gain, ranges
 from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once

@@ -10,7 +10,7 @@ from servosight.diagnose.residuals import VALIDATION
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._trial import Trial
 from servosight.identify.fit import OwnValues, Solution, own_values
-from servosight.identify.problem import Problem
+from servosight.identify.problem import Problem, own_start
 from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
@@ -50,14 +50,7 @@ def own_point(recording: Recording, problem: Problem, physical: Array) -> Array:
     fixed = problem.physical
     values = problem.values(np.concatenate([physical, np.zeros(3)]))
     (mask,) = problem.masks
-    angle, first = recording.angle_deg, recording.angle_deg[mask][:3]
-    own = np.array(
-        [
-            float(np.median(angle[mask]) - values["k"] * np.median(recording.command_deg)),
-            float(first.mean()),
-            0.0,
-        ]
-    )
+    own = own_start(recording, values["k"], mask)
 
     def residuals(points: Array) -> Array:
         return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))

@@ -34,13 +34,10 @@ def fit_special(
 ) -> Solution:
     """A fit of ``problem``: ``left`` and a special case of an effect that ``base`` has beside that.
 
-    The values of ``base`` are one start: the parameters of a special case come first in the effect
-    that contains it.
+    The values of ``base``, which has all of the effect's parameters, are one start: those of a
+    special case come first in the effect that contains it.
     """
     pairs = zip(special.parameters, effect.parameters, strict=False)
     names = {f"{special.id}.{own.name}": f"{effect.id}.{other.name}" for own, other in pairs}
-    start = None
-    if set(names.values()) <= {one.name for one in base.problem.coordinates}:
-        point = np.clip(point_of(problem, base, names), *problem.bounds)
-        start = Solution.at(problem, point)
-    return fit_effects(problem, left, start, budget)
+    point = np.clip(point_of(problem, base, names), *problem.bounds)
+    return fit_effects(problem, left, Solution.at(problem, point), budget)

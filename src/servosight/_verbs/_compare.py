@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast, overload
 
@@ -40,6 +40,7 @@ def compare(
     recordings: Sources,
     *,
     effects: Sequence[str] | None = None,
+    fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
 ) -> ServoChange: ...
@@ -63,6 +64,7 @@ def compare(
     *,
     tolerance: float | None = None,
     effects: Sequence[str] | None = None,
+    fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
     trust: bool = False,
@@ -73,6 +75,7 @@ def compare(
     *,
     tolerance: float | None = None,
     effects: Sequence[str] | None = None,
+    fix: Mapping[str, float] | None = None,
     plugins: Sequence[Path | str] = (),
     progress: StageProgress | None = None,
     trust: bool = False,
@@ -85,9 +88,10 @@ def compare(
 
     With a second model in their place, or with recordings in both places, the result is a
     ``ServoChange``: which parameters differ, how surely, and what that can mean. To recordings one
-    model is fitted, with ``effects`` or, without them, those that a diagnosis of either finds; a
-    folder of recordings is a set. A type checker cannot see which of the two a path is: narrow the
-    result by ``isinstance`` there. Raises InputError for anything else.
+    model is fitted, with ``effects`` or, without them, those that a diagnosis of either finds, and
+    with the parameters of ``fix`` held; a folder of recordings is a set. A type checker cannot see
+    which of the two a path is: narrow the result by ``isinstance`` there. Raises InputError for
+    anything else.
 
     >>> import servosight as ss
     >>> recording = ss.simulate(effect="backlash", set={"backlash.gap": 1.5}, seed=3)
@@ -98,7 +102,7 @@ def compare(
     ()
     """
     from servosight.diagnose import compare, compare_fmu
-    from servosight.diagnose.change import change_in_recordings
+    from servosight.diagnose.change import change_in_recordings, refuse_fitting
     from servosight.identify.foreign import Interface
     from servosight.models.effects import select
     from servosight.sources import read_all, recordings_in
@@ -111,8 +115,14 @@ def compare(
         first, second = (read_all(recordings_in(one)) for one in both)
         chosen = None if effects is None else select(known, names_of(effects))
         return change_in_recordings(
-            first, second, catalogue=known, effects=chosen, progress=progress or silent
+            first,
+            second,
+            catalogue=known,
+            effects=chosen,
+            fix=fix,
+            progress=progress or silent,
         )
+    refuse_fitting(effects, fix)
     if is_model(recordings):
         return models_change(model, recordings, known)
     given = read_all(cast("Sources", recordings))

@@ -59,11 +59,10 @@ def is_model(given: Any) -> TypeGuard[Model]:
 
 
 def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChange:
-    """What differs between two models; a fit knows its covariance, a card only sigmas."""
+    """What differs between two models."""
     from servosight.diagnose.change import ComparedServo, change_between
 
     actuators = [actuator_of(one, known) for one in (a, b)]
-    fits = [getattr(one, "covariance", None) for one in (a, b)]
     first, second = (
         ComparedServo(
             name=str(one) if isinstance(one, Path | str) else name,
@@ -72,11 +71,4 @@ def models_change(a: Model, b: Model, known: Mapping[str, Effect]) -> ServoChang
         )
         for name, one, actuator in zip("ab", (a, b), actuators, strict=True)
     )
-    return change_between(
-        *actuators,
-        catalogue=known,
-        sides=(first, second),
-        covariances=None
-        if fits[0] is None or fits[1] is None
-        else ((fits[0].names, fits[0].values), (fits[1].names, fits[1].values)),
-    )
+    return change_between(*actuators, catalogue=known, sides=(first, second))

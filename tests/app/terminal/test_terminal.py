@@ -92,7 +92,7 @@ def test_verbose_says_what_took_how_long(capsys: pytest.CaptureFixture[str]) -> 
     assert lines == ["diagnosing ...", "  trying backlash: N s", "diagnosing: N s"]
 
 
-BEST = "best so far: backlash, 0.412° rms on validation data, 3.4 times the floor of 0.120°"
+BEST = "best so far: backlash, 0.412 deg rms on validation data, 3.4 times the floor of 0.120 deg"
 
 
 def searching() -> None:

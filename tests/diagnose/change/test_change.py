@@ -13,7 +13,7 @@ import pytest
 import servosight as ss
 from servosight.app.main import main
 from servosight.diagnose.change import ChangePolicy, ComparedServo, change_between
-from servosight.models.core import Actuator, Estimate
+from servosight.models.core import Actuator, Array, Estimate
 from servosight.models.effects import catalogue
 from servosight.scenarios.scenario import Scenario
 
@@ -128,18 +128,61 @@ def test_an_unknown_sigma_decides_nothing() -> None:
     assert found.freedom == 3
 
 
+def known(actuator: Actuator, covariance: Array) -> Actuator:
+    """With the covariance in its provenance, as ``identify`` leaves it."""
+    names = [name for name in actuator.parameters if name != "bias"]
+    kept = {"names": names, "values": covariance.tolist()}
+    return replace(actuator, provenance={"covariance": kept})
+
+
+def test_step_metrics_carry_the_sigma_of_the_fit() -> None:
+    """Of a linear servo rise and settling time go as T: 0.5 % of either, where xi is certain.
+
+    The damping decides the overshoot exp(-pi xi / sqrt(1 - xi^2)), 9.478 % at 0.6; its slope there
+    is -pi / (1 - xi^2)^1.5 of itself: 0.00582 for 0.01.
+    """
+    linear = Actuator({n: one for n, one in servo().parameters.items() if "." not in n})
+    by_time = known(linear, np.diag([0.0, 1e-8, 0.0]))
+    by_damping = known(linear, np.diag([0.0, 0.0, 1e-4]))
+    found = between(by_time, by_damping)
+    a, b = found.a.dynamics, found.b.dynamics
+    assert a is not None
+    assert b is not None
+    for one in (a.rise_time_s, a.settling_time_s):
+        assert one is not None
+        assert one.sigma == pytest.approx(0.005 * one.value, rel=0.02)
+    assert b.overshoot is not None
+    assert b.overshoot.value == pytest.approx(0.09478, rel=1e-3)
+    assert b.overshoot.sigma == pytest.approx(0.00582, rel=0.02)
+    unknown = between(linear, linear).a.dynamics
+    assert unknown is not None
+    assert unknown.rise_time_s is not None
+    assert unknown.rise_time_s.sigma is None
+
+
 def test_correlated_sigmas_count_together() -> None:
     """Two parameters that moved by one sigma against their correlation: far more than chance."""
-    names, covariance = ("k", "T", "xi", "backlash.gap"), np.diag([1e-6, 1e-8, 1e-4, 9e-4])
+    covariance = np.diag([1e-6, 1e-8, 1e-4, 9e-4])
     covariance[1, 2] = covariance[2, 1] = -0.99 * 1e-6
     moved = servo(T=(0.02 + 2e-4, 1e-4), xi=(0.62, 0.01))
     alone = between(servo(), moved)
-    both = ((names, covariance), (names, covariance))
-    together = between(servo(), moved, covariances=both)
+    together = between(known(servo(), covariance), known(moved, covariance))
     assert alone.p is not None
     assert together.p is not None
     assert alone.p > 0.1
     assert together.p < 1e-10
+
+
+def test_a_covariance_that_knows_too_little_is_left_aside() -> None:
+    """Of one side alone, or with a variance of zero beside a sigma, as in an edited card."""
+    whole = np.diag([1e-6, 1e-8, 1e-4, 9e-4])
+    whole[1, 2] = whole[2, 1] = 0.9e-6
+    moved = servo(T=(0.02 + 2e-4, 1e-4), xi=(0.62, 0.01))
+    alone = between(servo(), moved).p
+    empty = known(moved, np.zeros((4, 4)))
+    for a, b in ((known(servo(), whole), moved), (known(servo(), 0.0 * whole), empty)):
+        assert between(a, b).p == alone
+    assert between(known(servo(), whole), known(moved, whole)).p != pytest.approx(alone)
 
 
 def recorded(gap: float, seed: int) -> ss.Recording:
@@ -222,3 +265,31 @@ def test_the_command_line_compares_cards_and_recordings(
     assert type(ss.compare("before/1", "card.toml")).__name__ == "Comparison"
     assert main(["compare", "before/1", "before/2", "after"]) == 2
     assert "expected two" in capsys.readouterr().err
+
+
+def test_a_parameter_is_held_in_both(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Friction at its true value, with a sigma of 0; a model that is not fitted takes no --fix."""
+    for gap, name in ((0.3, "a"), (0.6, "b")):
+        recorded(gap, 1).save(tmp_path / name)
+    words = ["compare", str(tmp_path / "a"), str(tmp_path / "b"), "--effects", ",".join(EFFECTS)]
+    fixed = ["--fix", "coulomb_friction.level=0.4", "--json", str(tmp_path / "change.json")]
+    assert main([*words, *fixed]) == 0
+    said = capsys.readouterr().out
+    answer = json.loads((tmp_path / "change.json").read_text())
+    rows = {one["name"]: one for one in answer["parameters"]}
+    assert (rows["coulomb_friction.level"]["a"], rows["coulomb_friction.level"]["a_sigma"]) == (
+        0.4,
+        0,
+    )
+    assert rows["backlash.gap"]["changed"]
+    for side in "ab":
+        assert answer[side]["dynamics"]["rise_time_s"]["sigma"] > 0.0
+    assert "rise time, 10 to 90 %" in said
+    assert " +- " in said
+    with pytest.raises(ss.InputError, match="no effect dead_time"):
+        ss.compare(tmp_path / "a", tmp_path / "b", effects=EFFECTS, fix={"dead_time.delay": 0.01})
+    servo().save(tmp_path / "card.toml")
+    for other in ("a", "card.toml"):
+        words = ["compare", str(tmp_path / "card.toml"), str(tmp_path / other), "--fix", "k=1"]
+        assert main(words) == 2
+        assert "a model is not fitted" in capsys.readouterr().err

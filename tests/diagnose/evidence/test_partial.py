@@ -82,7 +82,9 @@ def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> No
 def test_an_error_that_grew_is_no_share() -> None:
     """Chosen on other motion than the test data contain: 534 % of an error says nothing."""
     found = partial((0.073, 0.177), 0.053, [], [judged()], None)
-    assert found.sentence.startswith("On test data the rms error, 0.177°, is 2.4 times the first")
+    assert found.sentence.startswith(
+        "On test data the rms error, 0.177 deg, is 2.4 times the first"
+    )
 
 
 def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:

@@ -55,7 +55,13 @@ def test_a_law_stands_in_the_headline(closed: float, after_deg: float, share: st
     found = law(closed, after_deg)
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
     assert headline == f"Not explained by any known effect; a law closes {share} of the gap"
-    for words in ("grows with the cube of speed", "with backlash", "0.500°", share, "0.0320°"):
+    for words in (
+        "grows with the cube of speed",
+        "with backlash",
+        "0.500 deg",
+        share,
+        "0.0320 deg",
+    ):
         assert words in summary, summary
 
 

@@ -157,3 +157,29 @@ def test_worse() -> None:
     for rmse, expected in ((0.309 - JUST, True), (0.309 + JUST, False)):
         whole = score(0.2, validation_rmse_deg=rmse)
         assert CRITERION.worth_its_parameters(whole, simple) is expected
+
+
+@pytest.mark.parametrize(
+    ("validation", "train", "frees"),
+    [
+        (0.95 - JUST, 0.99 - JUST, True),
+        (0.95 + JUST, 0.90, False),
+        (0.90, 0.99 + JUST, False),
+    ],
+    ids=["both fall", "validation hardly", "fitted hardly"],
+)
+def test_a_held_parameter_is_fitted_where_both_errors_fall(
+    validation: float, train: float, frees: bool
+) -> None:
+    """By 5 % on the validation data and 1 % on the fitted ones; never where these are explained."""
+    held = score(10.0 * FLOOR)
+    free = score(
+        10.0 * FLOOR,
+        validation_rmse_deg=validation * held.validation_rmse_deg,
+        train_rmse_deg=train * held.train_rmse_deg,
+    )
+    assert CRITERION.frees(free, held) is frees
+    explained = score(FLOOR)
+    better = score(0.5 * FLOOR)
+    assert CRITERION.explained(explained)
+    assert not CRITERION.frees(better, explained)

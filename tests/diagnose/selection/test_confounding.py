@@ -43,6 +43,7 @@ def trial(effects: str, off_deg: float, evidence: float = 0.0) -> Trial:
         train_rmse_deg=rms,
         validation_rmse_deg=rms,
         validation_samples=COUNT,
+        gain_fitted=True,
     )
     return found
 

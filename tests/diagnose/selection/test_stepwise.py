@@ -200,7 +200,7 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
         criterion,
         lambda stage, done, total=None: shown.append((stage, done, total)),
     ).select()
-    best = "best so far: the linear model, 0.280° rms on validation data, 2.8 times the floor of"
+    best = "best so far: the linear model, 0.280 deg rms on validation data, 2.8 times the floor of"
     assert shown[0][0].startswith(best)
     assert shown[0][1:] == (0, 1)
     assert shown[1:4] == [
@@ -208,7 +208,7 @@ def test_progress_names_what_is_tried_and_the_best_so_far() -> None:
         ("first effect: trying b", 1, 2),
         ("first effect: fitting a", 0, 2),
     ]
-    assert shown[4][0].startswith("best so far: a, 0.100° rms on validation data")
+    assert shown[4][0].startswith("best so far: a, 0.100 deg rms on validation data")
     assert shown[5:7] == [("first effect: fitting b", 1, 2), ("first effect: tried all", 2, 2)]
     told = [stage for stage, *_ in shown if stage.startswith("best so far")]
     assert len(told) == len(set(told)) == 2  # whenever there is a better one, and once

@@ -88,6 +88,11 @@ def test_a_plugin_joins_behind_the_catalogue(tmp_path: Path) -> None:
         (PLUGIN.replace('source="', 'source=b"'), "source is b'"),
         (PLUGIN.replace("term=term", "term=5"), "term is 5"),
         (PLUGIN.replace("term=term", "term=max"), "term is <built-in"),
+        (PLUGIN.replace("source=", "contains=('slop',), source="), "expected effects of the"),
+        (
+            PLUGIN.replace("source=", "contains=('backlash',), source="),
+            "expected the parameters of backlash first, in units of deg",
+        ),
     ],
 )
 def test_a_broken_plugin_is_named_in_one_sentence(text: str, named: str, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ _SURE = 4.0
 _TIMES, _EXPOSURE_AT_LEAST, _READOUT_AT_LEAST = 2.0, 0.04, 0.02
 _LIKE = 0.005  # of the residuals: by so much the best value may leave more
 # By so much the mean square width of the blur in fast pictures and in those that the part is
-# learnt from may differ otherwise, as of a codec or a focus that breathes.
+# learnt from may differ otherwise, as of a codec or a focus that changes.
 _WIDTH_PX2 = 0.2
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it

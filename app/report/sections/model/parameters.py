@@ -9,6 +9,7 @@ import numpy as np
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose import Diagnosis, LadderStep
+from servosight.identify.uncertainty import Matrix
 from servosight.models.core import CORE, OWN, Estimate
 from servosight.models.effects import Effect
 
@@ -16,6 +17,8 @@ SYMBOLS = {"xi": "ξ"}
 """How a parameter is written in the transfer function, where that is not its name."""
 STRONG = 0.95
 """Above this correlation the recording hardly distinguishes two parameters."""
+MOSTLY = 0.5
+"""A parameter with a larger share of its variance from errors that all samples share is named."""
 
 
 def section(story: Story) -> Section | None:
@@ -33,6 +36,7 @@ def section(story: Story) -> Section | None:
             "rows": [*_rows(last, story.catalogue), *_biases(last, names)],
             "correlation": _correlation(last),
             "uncorrelated": _uncorrelated(last),
+            "shared": [(n, share) for n, share in last.shared_error.items() if share > MOSTLY],
             "strong": STRONG,
             "warnings": last.warnings,
         },
@@ -40,8 +44,11 @@ def section(story: Story) -> Section | None:
 
 
 def _correlation(step: LadderStep) -> list[tuple[str, list[float | None]]]:
-    """A row for each shared parameter that is determined; None where a pair's is not known."""
-    found = step.correlation
+    """A row for each shared parameter that is determined; None where a pair's is not known.
+
+    What all samples share, such as the offset of the clocks, would make each pair +-1.
+    """
+    found = _shown(step)
     if found is None:
         return []
     known = np.asarray(np.isfinite(found.values).any(axis=1))
@@ -52,9 +59,14 @@ def _correlation(step: LadderStep) -> list[tuple[str, list[float | None]]]:
     ]
 
 
+def _shown(step: LadderStep) -> Matrix | None:
+    """By noise alone; results of earlier versions have only the whole."""
+    return step.sampling_correlation or step.correlation
+
+
 def _uncorrelated(step: LadderStep) -> bool:
     """True where a parameter has no correlation with any: it is held, or undetermined."""
-    found = step.correlation
+    found = _shown(step)
     return found is not None and not bool(np.isfinite(found.values).any(axis=1).all())
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -27,6 +29,9 @@ LEAST_GAIN = 1e-3
 MOST_UNSURE = 0.5
 """Lines whose gain is known no better than to this share are not drawn."""
 
+LEAST_COHERENCE = 0.8
+"""Where less of the first model's own motion follows the command linearly, the command hardly
+excites it, and the response there is what the windows let through from other lines."""
 FEWEST_LINES = 5
 
 
@@ -54,34 +59,33 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
     first = answers[0]
     known = _known(first)
     at = first.frequency_hz[known]
-    phase, last = _phase(first.measured[known]), answers[-1]
-    # Phases differ by whole turns at most: all begin where the measured one does.
+    (phase, *modelled), last = phases(answers, known), answers[-1]
     gain = np.abs(first.measured[known])
     wide = BAND * np.sqrt(0.5) * first.sigma[known]
 
     def paint(figure: Figure) -> None:
-        gains, phases, coherences = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 2))
+        gains, middle, coherences = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 2))
         band = decibels(np.maximum(gain - wide, LEAST_GAIN)), decibels(gain + wide)
         gains.fill_between(at, *band, color=MEASURED, alpha=0.15, linewidth=0)
         dots = "." if first.periodic else ""
         gains.plot(at, decibels(gain), marker=dots, color=MEASURED, linewidth=2.2, label="measured")
         around = np.degrees(wide / gain)
-        phases.fill_between(
+        middle.fill_between(
             at, phase - around, phase + around, color=MEASURED, alpha=0.15, linewidth=0
         )
-        phases.plot(at, phase, marker=dots, color=MEASURED, linewidth=2.2)
+        middle.plot(at, phase, marker=dots, color=MEASURED, linewidth=2.2)
         coherences.plot(at, first.coherence[known], color=MEASURED, linewidth=2.2)
-        for model, one, (colour, look) in zip(story.models, answers, LOOKS, strict=False):
+        drawn = zip(story.models, answers, modelled, LOOKS, strict=False)
+        for model, one, lag, (colour, look) in drawn:
             style = {"color": colour, "linewidth": 1.1}
             gains.plot(at, decibels(np.abs(one.model[known])), look, label=model.name, **style)
-            ahead = np.angle(one.model[known] / first.measured[known], deg=True)
-            phases.plot(at, phase + ahead, look, **style)
+            middle.plot(at, lag, look, **style)
             coherences.plot(at, one.model_coherence[known], look, **style)
         gains.set_xscale("log")
         log_ticks(gains.xaxis, at[0], at[-1])
         coherences.set_ylim(0.0, 1.05)
         gains.set_ylabel("gain [dB]")
-        phases.set_ylabel("phase [deg]")
+        middle.set_ylabel("phase [deg]")
         coherences.set_ylabel("coherence")
         coherences.set_xlabel("frequency [Hz]")
         figure.legend(
@@ -105,10 +109,19 @@ def decibels(gain: Array) -> Array:
 
 
 def _known(one: Response) -> NDArray[np.bool_]:
-    """The lines whose gain is known well enough to draw."""
-    return np.asarray(one.sigma < MOST_UNSURE * np.abs(one.measured))
+    """The lines whose gain and phase are known well enough to draw."""
+    sure = one.sigma < MOST_UNSURE * np.abs(one.measured)
+    return np.asarray(sure & (one.model_coherence > LEAST_COHERENCE))
 
 
-def _phase(values: NDArray[np.complex128]) -> Array:
-    """Degrees, without jumps of a whole turn."""
-    return np.asarray(np.degrees(np.unwrap(np.angle(values))))
+def phases(answers: Sequence[Response], known: NDArray[np.bool_]) -> list[Array]:
+    """Measured phase and each model's [deg] at the known lines, without jumps of a whole turn.
+
+    The first model has no noise, so that its phase has no jumps. The others' differences from it
+    change little from line to line, also across lines that are left out, and begin within half a
+    turn of it.
+    """
+    reference = answers[0].model[known]
+    begun = np.unwrap(np.angle(reference))
+    curves = [answers[0].measured[known], *(one.model[known] for one in answers)]
+    return [np.degrees(begun + np.unwrap(np.angle(curve / reference))) for curve in curves]

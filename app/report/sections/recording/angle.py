@@ -17,6 +17,7 @@ from servosight.app.report.figure import (
     FAINT,
     MEASURED,
     NOISE,
+    Paint,
     drawn_twice,
     legend_columns,
     shade,
@@ -24,8 +25,8 @@ from servosight.app.report.figure import (
 )
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose.residuals import TEST
-from servosight.models.core import Array, degrees
+from servosight.diagnose.residuals import TEST, Window
+from servosight.models.core import Array, Mask, degrees
 
 MOST_RECORDINGS = 4
 MARGIN_S = 0.35
@@ -48,9 +49,7 @@ def section(story: Story) -> Section:
         window = story.where[0]
         close = {
             "window": window,
-            "figure": _figure(
-                story, story.worst, (window.start_s - MARGIN_S, window.end_s + MARGIN_S)
-            ),
+            "figure": _figure(story, story.worst, _surrounded(window)),
         }
     return Section(
         "angle",
@@ -82,11 +81,44 @@ def _pushed(story: Story, numbers: Iterable[int]) -> bool:
 
 def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Markup:
     """Angle above, error below, then a known disturbance; ``span_s`` cuts out a window."""
+    close = span_s is not None
+    low, high, seen = _window(story, number, span_s)
+    pushed = _pushed(story, [number])
+    where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
+    errors = ", ".join(
+        f"{model.name}: {degrees(_rms(model.judged[number].error_deg[seen]))} rms"
+        for model in story.models
+    )
+    below = ", the error and the known disturbance below" if pushed else ", and the error below"
+    alt = f"Measured and predicted angle {where}{below}. Error of the {errors}."
+    name = f"angle-{number}{'-close' if close else ''}"
+    return drawn_twice(name, 5.4 if pushed else 4.4, alt, painted(story, number, span_s))
+
+
+def worst_moment(story: Story) -> Paint:
+    """What draws the worst window of the worst recording, with its surroundings."""
+    return painted(story, story.worst, _surrounded(story.where[0]))
+
+
+def _surrounded(window: Window) -> tuple[float, float]:
+    return window.start_s - MARGIN_S, window.end_s + MARGIN_S
+
+
+def _window(
+    story: Story, number: int, span_s: tuple[float, float] | None
+) -> tuple[float, float, Mask]:
+    """Its ends [s], and the samples within; of the whole recording where there is no span."""
+    time_s = story.recordings[number].time_s
+    low, high = (float(time_s[0]), float(time_s[-1])) if span_s is None else span_s
+    return low, high, np.asarray((time_s >= low) & (time_s <= high))
+
+
+def painted(story: Story, number: int, span_s: tuple[float, float] | None) -> Paint:
+    """What draws the figure of one recording."""
     recording = story.recordings[number]
     pushed = _pushed(story, [number])
     time_s = recording.time_s
-    low, high = (time_s[0], time_s[-1]) if span_s is None else span_s
-    seen = (time_s >= low) & (time_s <= high)
+    low, high, seen = _window(story, number, span_s)
     close = span_s is not None
 
     def paint(figure: Figure) -> None:
@@ -130,15 +162,7 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
         figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns(figure))
         figure.align_ylabels(panels)
 
-    where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
-    errors = ", ".join(
-        f"{model.name}: {degrees(_rms(model.judged[number].error_deg[seen]))} rms"
-        for model in story.models
-    )
-    below = ", the error and the known disturbance below" if pushed else ", and the error below"
-    alt = f"Measured and predicted angle {where}{below}. Error of the {errors}."
-    name = f"angle-{number}{'-close' if close else ''}"
-    return drawn_twice(name, 5.4 if pushed else 4.4, alt, paint)
+    return paint
 
 
 def _own_scale(command: Array, angle: Array) -> bool:

@@ -56,6 +56,7 @@ def score(*effects: str, error_deg: float, parameters: int = 0, samples: int = 9
         train_rmse_deg=error_deg,
         validation_rmse_deg=error_deg,
         validation_samples=samples // 5,
+        gain_fitted=True,
     )
 
 

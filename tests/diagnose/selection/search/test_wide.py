@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from support.invented_models import InventedModels, InventedTrial
+from support.invented_models import InventedModels, steps_of
 
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     PriorKnowledge,
     SearchEffort,
     SelectionPolicy,
-    Step,
 )
 from servosight.diagnose.selection.search import Visited, fitted_jointly, searched_widely
 from servosight.diagnose.selection.search._wide import steps_to
@@ -20,10 +19,6 @@ from servosight.models.core import silent
 
 CRITERION = AcceptanceCriterion(0.1, 0.0, SelectionPolicy(ordinary=("a", "b", "c", "d")))
 EFFORT = SearchEffort(beam=1)
-
-
-def steps_of(*trials: InventedTrial) -> list[Any]:
-    return [Step(trial) for trial in trials]  # type: ignore[arg-type]
 
 
 def visited(models: InventedModels) -> Visited:

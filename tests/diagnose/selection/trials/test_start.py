@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -61,3 +62,29 @@ def stuck_at_the_start(models: ModelSelection) -> Trial:
     linear = models.linear()
     fit = Solution.at(problem, np.clip(neutral_start(problem, linear.fit.as_base), *problem.bounds))
     return replace(linear, effects=problem.effects, fit=fit)
+
+
+def problem_of(*coordinates: tuple[str, float]) -> Any:
+    """Coordinates by name, each with the factor from its value to its place in the search."""
+    return SimpleNamespace(
+        coordinates=[
+            SimpleNamespace(
+                name=name,
+                recording=None,
+                to_search=lambda value, factor=factor: factor * value,
+                from_search=lambda place, factor=factor: place / factor,
+            )
+            for name, factor in coordinates
+        ]
+    )
+
+
+def test_a_value_goes_over_in_its_own_units() -> None:
+    """A parameter of another name may be searched for on another scale; 0.1 / 3 * 3 is not 0.1."""
+    fit: Any = SimpleNamespace(
+        problem=problem_of(("k", 3.0), ("larger.level", 2.0)),
+        outcome=SimpleNamespace(point=[0.1, 8.0]),
+    )
+    names = {"small.level": "larger.level"}
+    found = point_of(problem_of(("k", 3.0), ("small.level", 5.0)), fit, names)
+    assert found.tolist() == [0.1, 20.0]

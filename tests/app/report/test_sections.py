@@ -16,7 +16,7 @@ import servosight as ss
 from servosight.app.main import main
 from servosight.app.report import write_report
 from servosight.diagnose import Diagnosis
-from servosight.models.core import Estimate, Recording, Signals, uncertain
+from servosight.models.core import Estimate, Recording, Signals, Table, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus, bandwidth_hz
 
@@ -118,6 +118,24 @@ def test_correlations_are_shown(page: str, found: Diagnosis) -> None:
     assert all(f"{place} {name}" in words for place, name in enumerate(matrix.names, 1))
     assert "correlation" in words.lower()
     assert shown in words
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_errors_that_all_samples_share_are_told_apart(
+    tmp_path: Path, found: Diagnosis, recording: Recording, page: str
+) -> None:
+    """The table is by noise; one sentence names whose variance is the clocks' or calibration's."""
+    assert "What all samples share" not in page
+    last = found.ladder[-1]
+    assert last.correlation is not None
+    clocks = replace(last.correlation, values=np.ones_like(last.correlation.values))
+    shares = {"k": 0.5, "T": 0.999, "xi": 0.876, "backlash.gap": 0.6}
+    step = replace(last, correlation=clocks, shared_error=shares)
+    changed = replace(found, ladder=Table([*found.ladder[:-1], step]))
+    write_report(tmp_path / "report.html", changed, [recording])
+    words = section((tmp_path / "report.html").read_text(encoding="utf-8"), "parameters")
+    assert "of the variance of T 100 %, xi 88 % and backlash.gap 60 %." in words
+    assert "+1.00" not in words
 
 
 def test_the_worst_seconds_are_a_film(page: str) -> None:

@@ -65,8 +65,8 @@ def test_what_cannot_be_compared_and_the_errors_of_both_are_shown(tmp_path: Path
     change.report(tmp_path / "change.html")
     page = Page((tmp_path / "change.html").read_text(encoding="utf-8"))
     assert "backlash.gap 0.3000 0.3000 0 not known – deg not known" in page.text
-    assert "a: run 0.0300° 0.250° –" in page.text
-    assert "b: run 0.0400° – 0.0350°" in page.text
+    assert "a: run 0.0300 deg 0.250 deg –" in page.text
+    assert "b: run 0.0400 deg – 0.0350 deg" in page.text
 
 
 def test_models_with_different_effects_are_shown_and_not_compared(tmp_path: Path) -> None:

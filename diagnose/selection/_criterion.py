@@ -1,0 +1,248 @@
+"""Decisions of the model selection: from the scores of fitted models to what is added or removed.
+
+Nothing here fits or simulates. The functions of :class:`AcceptanceCriterion` compare scores. All
+thresholds are in :class:`SelectionPolicy` (``_policy.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from scipy.special import chdtri
+
+from servosight.diagnose.selection._policy import SelectionPolicy
+from servosight.diagnose.selection._score import Score
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class AcceptanceCriterion:
+    """What a model must meet on the given data.
+
+    ``floor_deg`` is the smallest error that counts, the measurement's noise and the tolerance
+    together; ``tolerance_deg`` is the part of it that no model is asked to be right within.
+
+    >>> criterion = AcceptanceCriterion(0.03, 0.01)
+    >>> small = Score(
+    ...     effects=(), parameters=3, samples=900, mean_square_deg2=0.25, train_rmse_deg=0.5,
+    ...     validation_rmse_deg=0.5, validation_samples=150, gain_fitted=True)
+    >>> large = Score(
+    ...     effects=("backlash",), parameters=4, samples=900, mean_square_deg2=0.0009,
+    ...     train_rmse_deg=0.03, validation_rmse_deg=0.03, validation_samples=150, gain_fitted=True)
+    >>> criterion.earns(large, small, tried=21)
+    True
+    """
+
+    floor_deg: float
+    tolerance_deg: float
+    policy: SelectionPolicy = field(default_factory=SelectionPolicy)
+
+    def value(self, score: Score) -> float:
+        """Log-likelihood with parameters counted (half the negative BIC, Schwarz 1978).
+
+        Errors below the tolerance do not count: the tolerance adds to the mean square.
+        """
+        count = score.samples
+        variance = score.mean_square_deg2 + self.tolerance_deg**2
+        size = -0.5 * count * float(np.log(max(variance, 1e-300)))
+        return size - 0.5 * score.parameters * float(np.log(count))
+
+    def evidence(self, score: Score, base: Score) -> float:
+        """How much ``score`` gains on ``base`` in log-likelihood; positive is better."""
+        return self.value(score) - self.value(base)
+
+    def at_floor(self, rmse_deg: float, samples: int) -> bool:
+        """True where an error is within 10 % of the floor, or of few samples within chance.
+
+        The mean square of n samples of noise exceeds chi2(n, 1 - chance) / n floor² by chance only.
+        """
+        chance = float(np.sqrt(chdtri(max(samples, 1), self.policy.chance) / max(samples, 1)))
+        return rmse_deg <= max(self.policy.explained, chance) * self.floor_deg
+
+    def explained(self, score: Score) -> bool:
+        """True where the validation error is at the floor."""
+        return self.at_floor(score.validation_rmse_deg, score.validation_samples)
+
+    @property
+    def enough_deg(self) -> float:
+        """The rms error of fitted samples that is at the floor [deg]."""
+        return self.policy.explained * self.floor_deg
+
+    def settled(self, score: Score) -> bool:
+        """True where the error of the fitted samples is at the floor."""
+        return score.train_rmse_deg <= self.enough_deg
+
+    def done(self, score: Score) -> bool:
+        """True where a model is at the floor on fitted and on validation samples.
+
+        What is missing may show in a few seconds only, all of which were fitted.
+        """
+        return self.explained(score) and self.settled(score)
+
+    def closed(self, score: Score, base: Score) -> float:
+        """Share of the squared validation error above the floor that ``score`` takes off."""
+        before, after = base.validation_rmse_deg**2, score.validation_rmse_deg**2
+        return (before - after) / max(before - self.floor_deg**2, 1e-300)
+
+    def learnt(self, score: Score, base: Score) -> bool:
+        """True where the fitted samples have determined what ``score`` has and ``base`` lacks."""
+        return score.train_rmse_deg <= (1.0 - self.policy.learnt) * base.train_rmse_deg
+
+    def within_bounds(self, score: Score, base: Score) -> bool:
+        """True where no effect rests on a bound of its range that did not in ``base``.
+
+        The data then ask for a value that no servo has: something else is missing.
+        """
+        return set(score.at_bounds) <= set(base.at_bounds)
+
+    def earns(self, score: Score, base: Score, tried: int) -> bool:
+        """True where the gain shows on validation data, in degrees and in evidence.
+
+        A real servo differs from every model a little everywhere, and with thousands of samples
+        any effect gains significantly: so it must also account for a fair share of what is left.
+        Where the validation samples show nothing, all samples are compared, and the validation
+        error must stay at the floor. ``tried``: among how many it was the best.
+        """
+        after, before = score.validation_rmse_deg, base.validation_rmse_deg
+        if self.explained(base):
+            if not self.explained(score):
+                return False
+            after, before = score.mean_square_deg2**0.5, base.mean_square_deg2**0.5
+        gone = before**2 - after**2
+        needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
+        return (
+            self.learnt(score, base)
+            and self.within_bounds(score, base)
+            and after <= (1.0 - self.policy.min_gain) * before
+            and gone >= self.policy.min_share * (before**2 - self.floor_deg**2)
+            and gone >= (self.policy.min_removed * self.floor_deg) ** 2
+            and self.evidence(score, base) >= needed
+        )
+
+    def frees(self, score: Score, held: Score) -> bool:
+        """True where data ask for a parameter to be fitted that ``held`` has at a likely value.
+
+        It must lower the error of fitted and of validation data as an effect must. Where the
+        validation data are at the floor with the parameter held, it stays held.
+        """
+        lower = (1.0 - self.policy.min_gain) * held.validation_rmse_deg
+        falls = score.validation_rmse_deg <= lower and not self.explained(held)
+        return falls and self.learnt(score, held)
+
+    def earns_as_pair(self, both: Score, rivals: Sequence[Score], tried: int) -> bool:
+        """True where two effects together earn their place beside each of ``rivals``.
+
+        These are the current model, that with the pair's first effect, and the best single one.
+        """
+        return all(self.earns(both, rival, tried**2) for rival in rivals)
+
+    def beats(self, score: Score, rival: Score) -> bool:
+        """True where a model is better than one built otherwise, also on validation data."""
+        lower = score.validation_rmse_deg < rival.validation_rmse_deg
+        return lower and self.evidence(score, rival) > 0.0
+
+    def worth_its_parameters(self, score: Score, simple: Score) -> bool:
+        """True where an effect that contains another is clearly better than that one.
+
+        On all samples: what parts the two may show in a few of them only.
+        """
+        gone = simple.mean_square_deg2 - score.mean_square_deg2
+        return (
+            self.evidence(score, simple) >= self.policy.nested
+            and gone >= (self.policy.visible * self.tolerance_deg) ** 2
+            and score.validation_rmse_deg <= self.policy.worse * simple.validation_rmse_deg
+        )
+
+    def price(self, score: Score) -> float:
+        """What a model costs among many: log rmse [deg], its effects and parameters.
+
+        The rmse is the larger of fitted and validation data: effects that are missing raise the
+        one, too many the other. A fitted k costs what an effect does. Below the floor no error is
+        better than another.
+        """
+        return self._price(score, _larger_rmse(score))
+
+    def overall_price(self, score: Score) -> float:
+        """The same with the error of all fitted and validation samples."""
+        return self._price(score, float(np.sqrt(score.mean_square_deg2)))
+
+    def _price(self, score: Score, error_deg: float) -> float:
+        return float(np.log(max(error_deg, self.floor_deg, 1e-300))) + self.burden(score)
+
+    def burden(self, score: Score) -> float:
+        """The part of a price that is not the error's: what effects and parameters cost."""
+        ordinary = sum(name in self.policy.ordinary for name in score.effects)
+        effects = self.policy.effect_price * (ordinary + score.gain_fitted)
+        effects += self.policy.rare_price * (len(score.effects) - ordinary)
+        return effects + self.policy.parameter_price * score.parameters
+
+    def clearly_cheaper(self, price: float, than: float) -> bool:
+        """True where a price is lower by so much that a search goes on."""
+        return price <= than - self.policy.worth_going_on
+
+    def near(self, price: float, least: float) -> bool:
+        """True where a price is within that of a few effects of the least."""
+        return price <= least + self.policy.near * self.policy.effect_price
+
+    def wants_search(self, score: Score) -> bool:
+        """True where single steps have ended far from the floor."""
+        return self._far(score) and score.samples >= self.policy.fewest
+
+    def hopeless(self, single: Score) -> bool:
+        """True where the best single effect is so far from the floor that no second will do."""
+        beyond = single.validation_rmse_deg > self.policy.hopeless * self.floor_deg
+        return beyond and single.samples >= self.policy.fewest
+
+    def leaves_much(self, score: Score, linear: Score) -> bool:
+        """True where a model leaves so much that its first effect may be the wrong one."""
+        return self._far(score) and self.closed(score, linear) < self.policy.most
+
+    def _far(self, score: Score) -> bool:
+        """True where fitted or validation data leave much: what is missing may show in one only."""
+        return _larger_rmse(score) > self.policy.far * self.floor_deg
+
+    def wants_pairs(self, reached: Score, first: Score) -> bool:
+        """True where no effect was added to the first model on its own, and one is missing."""
+        return reached.effects == first.effects and not self.explained(reached)
+
+    def tied(self, log_likelihood: float) -> bool:
+        """True where a difference in log-likelihood distinguishes no two models."""
+        return log_likelihood < self.policy.tie
+
+    def undecided(self, score: Score, rival: Score) -> bool:
+        """True where two models' evidence is close enough to compare them on all samples."""
+        return abs(self.evidence(score, rival)) < self.policy.undecided
+
+    def ranked(self, models: Sequence[T], score: Callable[[T], Score]) -> list[T]:
+        """Best first; of equals the one with fewer parameters."""
+        return sorted(models, key=lambda one: (-self.value(score(one)), score(one).parameters))
+
+    def ordered(
+        self,
+        models: Sequence[T],
+        score: Callable[[T], Score],
+        contains: Callable[[T], Collection[str]],
+        name: Callable[[T], str],
+    ) -> list[T]:
+        """Best first; an effect goes behind one that it contains unless it is clearly better.
+
+        ``name`` gives the effect that a model adds, ``contains`` its special cases.
+        """
+        found = self.ranked(models, score)
+        for model in tuple(found):
+            for simple in tuple(found):
+                ahead = found.index(model) < found.index(simple)
+                if name(simple) not in contains(model) or not ahead:
+                    continue
+                if not self.worth_its_parameters(score(model), score(simple)):
+                    found.remove(model)
+                    found.insert(found.index(simple) + 1, model)
+        return found
+
+
+def _larger_rmse(score: Score) -> float:
+    return max(score.train_rmse_deg, score.validation_rmse_deg)
