@@ -35,6 +35,7 @@ _MUCH_LEFT = 0.1  # of it: what is less is to be explained as well as by a part 
 _GAP_PX, _SHADOW_PX = 15, 11
 _CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
+_SOFT_PX = 1.5
 _RIVAL = 0.6  # of what the best part explains: less is not made up for by a better pivot
 
 
@@ -182,12 +183,9 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
     references = references_for(middle, change, near)
     given = near.pivot_px if near is not None else None
     starts = [given] if given is not None else promising_pivots(pictures, scale, hint)
-    rough = []
-    for start in starts:
-        place = (float(start[0]), float(start[1]))
-        part = learnt(middle, change, place, _FAR * max(middle.shape[1:]), references)
-        if part is not None:
-            rough.append(part)
+    rough = _rough(middle, change, starts, references)
+    if all(part.explained < TRUST.least_measured for part in rough):
+        rough += _rough(middle, change, _softly(middle, starts, near), references)
     found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
         far_off = part.explained < _RIVAL * found[0].explained if found else False
@@ -197,6 +195,33 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
+
+
+def _rough(
+    pictures: Single, change: Change, pivots: list[Array], references: list[Reference]
+) -> list[TurningPart]:
+    """The parts learnt about each of the pivots about which something holds."""
+    reach = _FAR * max(pictures.shape[1:])
+    places = [(float(x), float(y)) for x, y in pivots]
+    parts = [learnt(pictures, change, place, reach, references) for place in places]
+    return [part for part in parts if part is not None]
+
+
+def _softly(pictures: Single, pivots: list[Array], hint: Hint | None) -> list[Array]:
+    """Pivots (2,) corrected in blurred pictures: turned about one that is a pixel off, a needle of
+    one pixel lies beside itself, and nothing holds."""
+    soft = np.stack([_blurred(picture) for picture in pictures])
+    change = Change.of(soft)
+    if not change.moved.any():
+        return []
+    seen = hint and replace(hint, picture=_blurred(hint.picture))
+    references = references_for(soft, change, seen)
+    parts = _rough(soft, change, pivots, references)
+    return [np.array(_converged(soft, change, part, references).view.pivot_px) for part in parts]
+
+
+def _blurred(picture: Single) -> Single:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), _SOFT_PX), np.float32)
 
 
 def _converged(

@@ -186,11 +186,11 @@ class Footage:
             self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
             roll_rad=self.stabilised.roll_rad.tolist(),
         )  # fmt: skip
-        line = in_video(meter.outline(first_rad(fits)), self.stabilised.scale)
+        lines = [in_video(one, self.stabilised.scale) for one in meter.pieces(first_rad(fits))]
         shown = outline_at(track, float(track.angle_deg[self.stabilised.reference_index]))
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
         verify(
-            self.film, self.options, track, np.array(track.pivot_px), line,
+            self.film, self.options, track, np.array(track.pivot_px), lines,
             seen, inside, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))

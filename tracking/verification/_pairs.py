@@ -8,6 +8,9 @@ this.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import cv2
 import numpy as np
 
@@ -18,6 +21,8 @@ from servosight.tracking.verification._turning import PolarView
 _PAIRS = 24
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_CELLS = 30
+_OTHER = 0.5  # times the turn: what is nearer is an angle that is too large or too small
+_NEARLY = 0.7
 
 
 def pairs_apart(angle_rad: Array) -> Array:
@@ -55,24 +60,47 @@ def turn_between(
 
 
 def pair_agreement(
-    view: PolarView, frames: Single, angle_rad: Array, swept: Mask, near_rad: float, as_good: float
-) -> float:
+    view: PolarView, frames: Single, angle_rad: Array, swept: Mask,
+    claimed: Callable[[float], Single], near_rad: float, as_good: float,
+) -> float:  # fmt: skip
     """Share of pairs of frames (n, height, width) whose turn is that of their angles (n,).
 
-    ``near_rad`` is the tolerance, ``as_good`` the share of the best gain that the angles must
-    reach. 1 where no pair changes enough to tell.
+    ``claimed`` is the frame on the raster that an angle [rad] is said to show, ``near_rad`` the
+    tolerance, ``as_good`` the share of the best gain that the angles must reach. A pair tells
+    nothing where another turn explains it better, which by what is claimed would explain nearly as
+    much: of a plain plate that turns by less than its own width, what differs is one edge of it in
+    the first frame and the other edge in the second one, and these are a width apart. 1 where no
+    pair tells anything.
     """
     away = (frames - median_of(frames))[:, ::2, ::2]
     step = _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
     reached = np.nan_to_num(view.of(swept.astype(np.float32), nearest=True)) > 0
     agreed = []
     for one, other in pairs_apart(angle_rad):
-        turn = turn_between(view, view.of(frames[one]), view.of(frames[other]), reached, step)
-        if turn is None:
+        seen = turn_between(view, view.of(frames[one]), view.of(frames[other]), reached, step)
+        if seen is None:
             continue
-        gain, angles = turn
-        true = angle_rad[other] - angle_rad[one]
-        near = np.abs(np.angle(np.exp(1j * (angles - true)))) <= near_rad
-        best = float(gain.max())
-        agreed.append(best > 0.0 and float(gain[near].max()) >= as_good * best)
+        true_rad = float(angle_rad[other] - angle_rad[one])
+        best_rad = float(seen[1][int(np.argmax(seen[0]))])
+        best, here = (_largest_near(*seen, rad, near_rad) for rad in (best_rad, true_rad))
+        same = best > 0.0 and here >= as_good * best
+        if not same and _apart(best_rad, true_rad) > _OTHER * abs(true_rad):
+            said = turn_between(
+                view, claimed(angle_rad[one]), claimed(angle_rad[other]), reached, step
+            )
+            if said is not None:
+                best, here = (_largest_near(*said, rad, near_rad) for rad in (best_rad, true_rad))
+                if best >= _NEARLY * here:
+                    continue
+        agreed.append(same)
     return float(np.mean(agreed)) if agreed else 1.0
+
+
+def _largest_near(gain: Array, angles: Array, angle_rad: float, near_rad: float) -> float:
+    """The largest gain (columns,) as near an angle [rad] as that."""
+    return float(gain[_apart(angles, angle_rad) <= near_rad].max())
+
+
+def _apart(first_rad: Any, second_rad: float) -> Any:
+    """By how much angles [rad] differ."""
+    return np.abs(np.angle(np.exp(1j * (first_rad - second_rad))))

@@ -49,7 +49,7 @@ def pictures(angles_rad: Array, grey: float = 210.0, patch: float | None = None)
 
 def evidence(claimed_rad: Array) -> Evidence:
     """Of a track that claims these angles for a bar that turns by ``ANGLES``."""
-    scene = TurningScene.of(pictures(ANGLES), claimed_rad, PIVOT, BAR)
+    scene = TurningScene.of(pictures(ANGLES), claimed_rad, PIVOT, [BAR])
     sigma = np.full(len(ANGLES), np.deg2rad(0.02))
     still = np.zeros(len(ANGLES))
     return evidence_of(scene, claimed_rad, sigma, np.ones(len(ANGLES), bool), still)
@@ -80,7 +80,7 @@ def test_angles_that_are_too_small_disagree_with_pairs_of_frames() -> None:
 def test_a_bar_that_stands_out_less_than_what_it_covers_agrees_with_pairs_of_frames() -> None:
     """A dark patch beside a bar that is hardly brighter than the rest: what turns is the bar alone,
     and not what it is about to cover."""
-    scene = TurningScene.of(pictures(ANGLES, 165.0, 10.0), ANGLES, PIVOT, BAR)
+    scene = TurningScene.of(pictures(ANGLES, 165.0, 10.0), ANGLES, PIVOT, [BAR])
     sigma, still = np.full(len(ANGLES), 1e-4), np.zeros(len(ANGLES))
     found = evidence_of(scene, ANGLES, sigma, np.ones(len(ANGLES), bool), still)
     assert found.pairs > VerificationLimits().least_pairs
@@ -89,7 +89,7 @@ def test_a_bar_that_stands_out_less_than_what_it_covers_agrees_with_pairs_of_fra
 def test_a_background_that_turns_because_the_camera_was_taken_to_is_told() -> None:
     """In pictures stabilised on a part the bench turns the other way by the camera's supposed
     turn; beside a camera that really rolls by a tenth of that the part does turn."""
-    scene = TurningScene.of(pictures(ANGLES), ANGLES, PIVOT, BAR)
+    scene = TurningScene.of(pictures(ANGLES), ANGLES, PIVOT, [BAR])
     usual = np.full(24, 1e-4), np.ones(24, bool)
     locked = evidence_of(scene, ANGLES, *usual, -ANGLES)
     assert locked.filmed < 0.01
@@ -99,7 +99,7 @@ def test_a_background_that_turns_because_the_camera_was_taken_to_is_told() -> No
 
 def test_a_still_piece_of_background_is_no_moving_part() -> None:
     """Something else turns in the picture; the piece claimed to turn a little does not."""
-    scene = TurningScene.of(pictures(ANGLES), 0.01 * ANGLES, (50.0, 120.0), BAR + AWAY)
+    scene = TurningScene.of(pictures(ANGLES), 0.01 * ANGLES, (50.0, 120.0), [BAR + AWAY])
     found = evidence_of(scene, 0.01 * ANGLES, np.full(24, 1e-4), np.ones(24, bool), np.zeros(24))
     assert found.share < 0.1
     assert found.explained < 0.25
