@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import aligned, motion_between
+from servosight.tracking.composite._camera import aligned, motion_from
 from servosight.tracking.composite._direct import Background
 from servosight.tracking.composite._model import (
     CompositeModel,
@@ -22,6 +22,7 @@ from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
+from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.core import median_of, threaded
 from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
@@ -139,13 +140,23 @@ class PartMeter:
         self, frames: Iterable[Frame], first: int, last: int
     ) -> Iterator[tuple[Frame, PoseFit | None]]:
         """Each frame with its fit; None where the part is not found, and outside of the frames
-        ``first`` to ``last``."""
+        ``first`` to ``last``.
+
+        Where the camera does not rest, only a part of which the frame explains as much as is asked
+        of one that is believed is found.
+        """
         before: float | None = None
         since = 1
         for frame in frames:
             inside = first <= frame.index <= last
             near = None if before is None else (before, _farthest(self.rough, since))
             fit = self._fit(frame, near) if inside else None
+            if (
+                fit
+                and not self.stabilised.rests(frame.index)
+                and (fit.explained < TRUST.least_explained)
+            ):
+                fit = None
             # A wheel that looks the same at several angles would jump after a frame without it.
             before, since = (fit.angle_rad, 1) if fit is not None else (before, since + 1)
             yield frame, fit
@@ -155,7 +166,10 @@ class PartMeter:
         onto = np.eye(2, 3)
         if self.stabilised.moves:
             grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
-            motion = motion_between(self.stabilised.reference, grey, self.features)
+            # Far from the reference features are found from where the sampled frames have them.
+            at_rest = self.stabilised.rests(frame.index)
+            rough = np.eye(2, 3) if at_rest else self.stabilised.onto_near(frame.index)
+            motion = motion_from(rough, self.stabilised.reference, grey, self.features)
             if motion is None:
                 return None
             onto = motion

@@ -22,7 +22,7 @@ _PAIRS = 24
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_CELLS = 30
 _OTHER = 0.5  # times the turn: what is nearer is an angle that is too large or too small
-_NEARLY = 0.7
+_NEARLY = 0.6
 
 
 def pairs_apart(angle_rad: Array) -> Array:

@@ -86,6 +86,29 @@ def test_a_bar_that_stands_out_less_than_what_it_covers_agrees_with_pairs_of_fra
     assert found.pairs > VerificationLimits().least_pairs
 
 
+def test_a_plain_plate_that_turns_by_less_than_its_width_is_not_refused_by_pairs() -> None:
+    """One edge of it differs in the first frame and the other edge in the second one: a turn by its
+    width, of 60 deg, explains them as well as its own, of 34 deg at most. Angles with the wrong
+    sign are still contradicted."""
+    angles, plate = (
+        0.7 * ANGLES,
+        np.array([[108.0, 48.0], [170.0, 42.0], [170.0, 118.0], [108.0, 112.0]]),
+    )
+    rng = np.random.default_rng(5)
+    drawn = []
+    for angle in angles:
+        image = cv2.GaussianBlur(rng.standard_normal((160, 240)), (0, 0), 1.0) + 110.0
+        image[::8] += 20.0
+        corners = np.round(16 * turned(plate, PIVOT, float(angle))).astype(np.int32)
+        cv2.fillPoly(image, [corners], 225.0, cv2.LINE_AA, shift=4)
+        drawn.append(np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), np.float32))
+    usual = np.full(len(angles), 1e-4), np.ones(len(angles), bool), np.zeros(len(angles))
+    found = evidence_of(TurningScene.of(drawn, angles, PIVOT, [plate]), angles, *usual)
+    assert contradiction(found, pointed=False) is None
+    found = evidence_of(TurningScene.of(drawn, -angles, PIVOT, [plate]), -angles, *usual)
+    assert contradiction(found, pointed=False) is not None
+
+
 def test_a_background_that_turns_because_the_camera_was_taken_to_is_told() -> None:
     """In pictures stabilised on a part the bench turns the other way by the camera's supposed
     turn; beside a camera that really rolls by a tenth of that the part does turn."""
