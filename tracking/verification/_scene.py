@@ -84,11 +84,17 @@ class TurningScene:
         seen = np.stack([self.view.of(frame) for frame in self.frames])
         return Gains.of(self.view, seen, behind).by(self.part, self.cover)
 
-    def claimed(self, angle_rad: float) -> Single:
+    def picture(self, angle_rad: float) -> Single:
         """The turned part over its background on the raster; (rows, columns)."""
-        turn = int(round(angle_rad / self.view.step_rad))
-        on = np.roll(self.cover, turn, axis=1) > 0
-        return np.where(on, np.roll(self.part, turn, axis=1), self._behind)
+        turned_part = np.roll(self.part, self._columns(angle_rad), axis=1)
+        return np.where(self.cover_at(angle_rad) > 0, turned_part, self._behind)
+
+    def cover_at(self, angle_rad: float) -> Single:
+        """1 on the turned part on the raster; (rows, columns)."""
+        return np.roll(self.cover, self._columns(angle_rad), axis=1)
+
+    def _columns(self, angle_rad: float) -> int:
+        return int(round(angle_rad / self.view.step_rad))
 
     @cached_property
     def _behind(self) -> Single:
@@ -101,7 +107,7 @@ class TurningScene:
         usual = self.view.of(self.usual)
         models, stills = [], []
         for frame, angle in zip(self.frames, self.angle_rad, strict=True):
-            model, seen = self.claimed(float(angle)), self.view.of(frame)
+            model, seen = self.picture(float(angle)), self.view.of(frame)
             reached = np.isfinite(model) & np.isfinite(seen) & np.isfinite(usual)
             weight = np.where(reached, self.view.radius_px[:, None], 0.0)
             models.append(_mean_square(seen - model, weight))

@@ -91,7 +91,7 @@ def evidence_of(
             scene.frames,
             scene.angle_rad,
             scene.swept,
-            scene.claimed,
+            scene,
             _near(scene),
             _AS_GOOD,
         ),
