@@ -165,14 +165,24 @@ def longest_rest(place_px: Array, reach_px: float) -> tuple[int, int]:
 
 
 def refined(reference: Image, picture: Image, rough: Array, mask: Image | None = None) -> Array:
-    """The motion from the reference to a picture, from a rough one."""
+    """The motion from the reference to a picture, from a rough one; that one if it is unknown."""
+    motion = motion_from(rough, reference, picture, mask)
+    return rough if motion is None else motion
+
+
+def motion_from(
+    rough: Array, reference: Image, picture: Image, mask: Image | None = None
+) -> Array | None:
+    """As ``refined``; None if it is unknown."""
+    if np.array_equal(rough, _STILL):
+        return motion_between(reference, picture, mask)
     size = (picture.shape[1], picture.shape[0])
     near = cv2.warpAffine(
         picture, rough, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )  # fmt: skip
     rest = motion_between(reference, np.asarray(near, np.uint8), mask)
-    return _joined(rough, rest) if rest is not None else rough
+    return _joined(rough, rest) if rest is not None else None
 
 
 def _joined(after: Array, before: Array) -> Array:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import aligned, motion_between
+from servosight.tracking.composite._camera import aligned, motion_from
 from servosight.tracking.composite._direct import Background
 from servosight.tracking.composite._model import (
     CompositeModel,
@@ -21,6 +22,7 @@ from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
 from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
+from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.core import median_of, threaded
 from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
@@ -32,6 +34,7 @@ _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
 _PIECE = 0.2  # of the largest piece's area; smaller ones are noise
+_HOLE = 0.02
 
 
 @dataclass(frozen=True)
@@ -106,9 +109,15 @@ class PartMeter:
 
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
-        return _contour(
-            cover_in(self.view, self.shape > 0.5, angle_rad, self.stabilised.content.shape)
-        )
+        return _contour(self._cover(angle_rad))
+
+    def pieces(self, angle_rad: float) -> list[Array]:
+        """The contours (points, 2) of the part's pieces at an angle, and of the holes in them: the
+        background is seen between the arms of a cross, and between the spokes of a wheel."""
+        return _lines(self._cover(angle_rad), cv2.RETR_CCOMP, _HOLE)
+
+    def _cover(self, angle_rad: float) -> Mask:
+        return cover_in(self.view, self.shape > 0.5, angle_rad, self.stabilised.content.shape)
 
     @property
     def radius_px(self) -> float:
@@ -131,13 +140,23 @@ class PartMeter:
         self, frames: Iterable[Frame], first: int, last: int
     ) -> Iterator[tuple[Frame, PoseFit | None]]:
         """Each frame with its fit; None where the part is not found, and outside of the frames
-        ``first`` to ``last``."""
+        ``first`` to ``last``.
+
+        Where the camera does not rest, only a part of which the frame explains as much as is asked
+        of one that is believed is found.
+        """
         before: float | None = None
         since = 1
         for frame in frames:
             inside = first <= frame.index <= last
             near = None if before is None else (before, _farthest(self.rough, since))
             fit = self._fit(frame, near) if inside else None
+            if (
+                fit
+                and not self.stabilised.rests(frame.index)
+                and (fit.explained < TRUST.least_explained)
+            ):
+                fit = None
             # A wheel that looks the same at several angles would jump after a frame without it.
             before, since = (fit.angle_rad, 1) if fit is not None else (before, since + 1)
             yield frame, fit
@@ -147,7 +166,10 @@ class PartMeter:
         onto = np.eye(2, 3)
         if self.stabilised.moves:
             grey = np.clip(np.round(picture), 0, 255).astype(np.uint8)
-            motion = motion_between(self.stabilised.reference, grey, self.features)
+            # Far from the reference features are found from where the sampled frames have them.
+            at_rest = self.stabilised.rests(frame.index)
+            rough = np.eye(2, 3) if at_rest else self.stabilised.onto_near(frame.index)
+            motion = motion_from(rough, self.stabilised.reference, grey, self.features)
             if motion is None:
                 return None
             onto = motion
@@ -180,11 +202,19 @@ def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
 
 def _contour(cover: Mask) -> Array:
     """Around a part (points, 2); around all of its pieces, as the spokes of a plain wheel are."""
-    lines, _ = cv2.findContours(cover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    sizes = np.array([cv2.contourArea(line) for line in lines])
-    large = [line for line, size in zip(lines, sizes, strict=True) if size >= _PIECE * sizes.max()]
-    line = large[0] if len(large) == 1 else cv2.convexHull(np.concatenate(large))
-    return np.asarray(line[:, 0, :], np.float64)
+    large = _lines(cover, cv2.RETR_EXTERNAL, _PIECE)
+    if len(large) == 1:
+        return large[0]
+    hull: Any = cv2.convexHull(np.concatenate(large).astype(np.float32))
+    return np.asarray(hull[:, 0, :], np.float64)
+
+
+def _lines(cover: Mask, which: int, share: float) -> list[Array]:
+    """The contours (points, 2) that enclose some share of the largest one's area at least."""
+    found, _ = cv2.findContours(cover.astype(np.uint8), which, cv2.CHAIN_APPROX_NONE)
+    sizes = np.array([cv2.contourArea(line) for line in found])
+    large = (line for line, size in zip(found, sizes, strict=True) if size >= share * sizes.max())
+    return [np.asarray(line[:, 0, :], np.float64) for line in large]
 
 
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:

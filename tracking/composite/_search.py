@@ -8,12 +8,16 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite._centred import (
+    FAR,
+    converged,
+    parts_about,
+    softly_corrected,
+)
 from servosight.tracking.composite._entering import enough_left, without_entering
 from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite._model import CompositeModel, pivot_step
 from servosight.tracking.composite._part import (
     Change,
-    Reference,
     TurningPart,
     diverse,
     learnt,
@@ -25,11 +29,9 @@ from servosight.tracking.core import median_of
 from servosight.tracking.verification import Gains
 
 _MIDDLE_PX = 240  # the longer side
-_FAR = 0.62  # of the longer side: how far a part reaches
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _PICTURES = 20
-_REFINED, _ROUNDS, _SETTLED_PX = 2, 5, 0.2
-_MARGIN = 1.25  # of a part's radius, in which it is learnt anew
+_REFINED = 2
 _LEFT_SHARE = 0.015  # of the squared change, beside a part, for which another one is looked for
 _MUCH_LEFT = 0.1  # of it: what is less is to be explained as well as by a part that is believed
 _GAP_PX, _SHADOW_PX = 15, 11
@@ -151,11 +153,11 @@ def found_about(
     change = Change.of(middle)
     references = references_for(middle, change, hint.scaled(scale) if hint is not None else None)
     x, y = (pivot_px + 0.5) * scale - 0.5
-    reach = _FAR * max(middle.shape[1:])
+    reach = FAR * max(middle.shape[1:])
     part = learnt(middle, change, (float(x), float(y)), reach, references)
     if part is None:
         return None
-    better = _as_found(_converged(middle, change, part, references), scale)
+    better = _as_found(converged(middle, change, part, references), scale)
     return replace(better, inside=inside, beside=beside)
 
 
@@ -182,34 +184,18 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
     references = references_for(middle, change, near)
     given = near.pivot_px if near is not None else None
     starts = [given] if given is not None else promising_pivots(pictures, scale, hint)
-    rough = []
-    for start in starts:
-        place = (float(start[0]), float(start[1]))
-        part = learnt(middle, change, place, _FAR * max(middle.shape[1:]), references)
-        if part is not None:
-            rough.append(part)
+    rough = parts_about(middle, change, starts, references)
+    if all(part.explained < TRUST.least_measured for part in rough):
+        rough += parts_about(middle, change, softly_corrected(middle, starts, near), references)
     found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
         far_off = part.explained < _RIVAL * found[0].explained if found else False
         better = part
         if rank < refined and not far_off:
-            better = _converged(middle, change, part, references)
+            better = converged(middle, change, part, references)
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
-
-
-def _converged(
-    pictures: Single, change: Change, part: TurningPart, references: list[Reference]
-) -> TurningPart:
-    """The part about the pivot to which corrections lead."""
-    for _ in range(_ROUNDS):
-        better = _recentred(pictures, change, part, references)
-        moved_px = float(np.hypot(*np.subtract(better.view.pivot_px, part.view.pivot_px)))
-        part = better
-        if moved_px < _SETTLED_PX:
-            break
-    return part
 
 
 def _connected(pictures: Single, region: Mask) -> Single:
@@ -250,32 +236,6 @@ def _pointed_at(part: TurningPart, hint: Hint) -> bool:
     cover = cover_in(view, part.cover > 0.5, angle, hint.picture.shape)
     least = _COVERED * min(int(hint.region.sum()), int(cover.sum()))
     return int((cover & hint.region).sum()) > least
-
-
-def _recentred(
-    pictures: Single, change: Change, part: TurningPart, references: list[Reference]
-) -> TurningPart:
-    """The part about a better pivot, from where it is seen shifted at its angles."""
-    view = part.view
-    model = CompositeModel.of(
-        pictures, part.angle_rad, view.pivot_px, part.cover, view, change.usual
-    )
-    fits = model.fits(pictures, part.angle_rad)
-    good = [fit for fit in fits if fit is not None and fit.explained > 0.3 and fit.kept > 0.4]
-    if len(good) < 6:
-        return part
-    angles = np.array([fit.angle_rad for fit in good])
-    shifts = np.array([fit.shift_px for fit in good])
-    spread = np.median(np.abs(shifts - np.median(shifts, axis=0))) + 0.1
-    near = (np.abs(shifts - np.median(shifts, axis=0)) < 5.0 * spread).all(1)
-    known = np.stack([fit.covariance[1:, 1:] for fit in good])
-    step, _ = pivot_step(angles[near], shifts[near], known[near])
-    step *= min(1.0, 8.0 / max(float(np.hypot(*step)), 1e-9))
-    x, y = np.array(view.pivot_px) + step
-    rows = np.flatnonzero(part.cover.any(1))
-    reach = min(float(view.rows), _MARGIN * float(rows[-1]) + 8.0) * view.step_px
-    fresh = learnt(pictures, change, (float(x), float(y)), reach, references)
-    return fresh if fresh is not None and fresh.explained > 0.97 * part.explained else part
 
 
 def _distinct(found: list[FoundPart], distance_px: float) -> list[FoundPart]:

@@ -16,6 +16,7 @@ from servosight.tracking.core import LUMA, NEUTRAL, Channel, median_of
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
 
+_NEAR_SHARE = 0.1  # of the longer side: a camera held by hand drifts so far, without being panned
 _DARK, _BAR_SHARE, _BAR_EDGE_PX = 20, 0.9, 5
 _STAYS, _MOST, _LEAST_STEP, _LETTER_PX = 2.0, 0.9, 1.5, 9
 _SEEN_PX = 15  # of a feature, of which the bar's edge lies some pixels inside of the mask
@@ -54,6 +55,28 @@ class StabilisedSample:
             return np.asarray(self.reference, np.float32)
         row = int(np.searchsorted(self.index, self.reference_index))
         return np.asarray(self.pictures[row], np.float32)
+
+    @property
+    def near(self) -> tuple[int, int]:
+        """The first and the last frame about its rest in which the camera is not far from there."""
+        size = np.array(self.content.shape[1::-1], np.float64)
+        places = np.stack([0.5 * size, np.zeros(2)])  # the corner as well: a camera may turn
+        moved = places @ self.onto[:, :, :2].transpose(0, 2, 1) + self.onto[:, None, :, 2] - places
+        far = np.abs(moved).max((1, 2)) > _NEAR_SHARE * size.max()
+        low, high = np.searchsorted(self.every, self.index[[0, -1]])
+        before, after = np.flatnonzero(far[:low]), np.flatnonzero(far[high:])
+        first = before[-1] + 1 if before.size else 0
+        last = high + after[0] - 1 if after.size else len(far) - 1
+        return int(self.every[first]), int(self.every[last])
+
+    def rests(self, index: int) -> bool:
+        """Whether the camera rests in the frame of that number."""
+        return bool(self.index[0] <= index < self.index[-1] + np.diff(self.every[:2]).sum())
+
+    def onto_near(self, index: int) -> Array:
+        """What takes the reference to the pixels of the sampled frame (2, 3) before a frame."""
+        row = int(np.searchsorted(self.every, index, "right")) - 1
+        return np.asarray(self.onto[max(row, 0)])
 
     @property
     def roll_rad(self) -> Array:

@@ -10,6 +10,8 @@ import numpy as np
 from servosight.models.core import Array
 from servosight.tracking.composite._model import PoseFit
 
+_AROUND = 2  # frames on either side
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrustLimits:
@@ -28,6 +30,10 @@ class TrustLimits:
             hand or a shadow is as likely; and share of what it covers that it explains better than
             the background, in the worst third of its angles. Neither is asked of a part that the
             user points at.
+        largest_jump_deg: by how much a part turns from one frame to the next where it turns by a
+            quarter of that at most in the frames around. A wheel of which one spoke cannot be told
+            from the next one jumps farther.
+        most_jumps: how many larger ones may be, as where frames are missing.
     """
 
     largest_apart_deg: float = 0.5
@@ -35,6 +41,8 @@ class TrustLimits:
     largest_sigma_share: float = 1.0 / 600.0
     least_measured: float = 0.5
     least_explained: float = 0.65
+    largest_jump_deg: float = 35.0
+    most_jumps: int = 2
 
     def most_deg(self, moved_deg: float) -> float:
         """The largest median sigma [deg] of a part that moved by ``moved_deg``.
@@ -70,6 +78,13 @@ def distrust(
             f"turns by angles that differ by {apart_deg:.2g} deg rms from those found without a "
             "pivot; expected a part that turns about one point"
         )
+    many = jumps(fits, np.deg2rad(limits.largest_jump_deg))
+    if many > limits.most_jumps:
+        return (
+            f"jumps by more than {limits.largest_jump_deg:.0f} deg between frames {many} times, "
+            "as one that looks the same at several angles; expected a part with a mark, or more "
+            "frames per second"
+        )
     if pointed:
         return None
     angle_deg = np.rad2deg([fit.angle_rad for fit in fits if fit is not None])
@@ -90,3 +105,15 @@ def worst_third(fits: Sequence[PoseFit | None]) -> float:
     pairs = np.array([(fit.angle_rad, fit.explained) for fit in fits if fit is not None])
     ordered = pairs[np.argsort(pairs[:, 0]), 1]
     return min(float(np.median(third)) for third in np.array_split(ordered, 3))
+
+
+def jumps(fits: Sequence[PoseFit | None], least_rad: float) -> int:
+    """How often the angle turns by more than ``least_rad`` from one frame to the next, and by a
+    quarter of that turn at most in the frames around."""
+    angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
+    turn = np.abs(np.angle(np.exp(1j * np.diff(angle))))
+    count = 0
+    for place in np.flatnonzero(turn > least_rad).tolist():
+        around = np.delete(turn[max(place - _AROUND, 0) : place + _AROUND + 1], min(place, _AROUND))
+        count += bool(around.size and np.nanmax(around, initial=0.0) <= 0.25 * turn[place])
+    return count

@@ -161,7 +161,7 @@ class Footage:
                 f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
                 self._drawn([seen]),
             )
-        first, last = int(self.stabilised.index[0]), int(self.stabilised.index[-1])
+        first, last = self.stabilised.near
         if last + 2 * self.sample.stride > self.film.header.count:  # its stride ends before
             last = self.film.header.count
         fits = []
@@ -173,12 +173,11 @@ class Footage:
         inside &= np.arange(len(fits)) <= last
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
         track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
-        return self._confirmed(track, meter, fits, inside, settled), inside
+        return self._confirmed(track, meter, fits, settled), inside
 
     def _confirmed(
-        self, track: Track, meter: PartMeter, fits: list[PoseFit | None], inside: Mask,
-        part: FoundPart,
-    ) -> Track:  # fmt: skip
+        self, track: Track, meter: PartMeter, fits: list[PoseFit | None], part: FoundPart
+    ) -> Track:
         """The track at mid-exposure with the sigma of its pivot and of its times, where the frames
         confirm it."""
         pictures = list(self.stabilised.pictures)
@@ -186,12 +185,13 @@ class Footage:
             self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
             roll_rad=self.stabilised.roll_rad.tolist(),
         )  # fmt: skip
-        line = in_video(meter.outline(first_rad(fits)), self.stabilised.scale)
+        lines = [in_video(one, self.stabilised.scale) for one in meter.pieces(first_rad(fits))]
         shown = outline_at(track, float(track.angle_deg[self.stabilised.reference_index]))
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
+        resting = np.array([self.stabilised.rests(number) for number in range(len(fits))])
         verify(
-            self.film, self.options, track, np.array(track.pivot_px), line,
-            seen, inside, draw, partial(_left_out, part, self.stabilised.content),
+            self.film, self.options, track, np.array(track.pivot_px), lines,
+            seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))

@@ -112,7 +112,7 @@ def track_frames(
         shared_deg=np.rad2deg(angles.shared_rad),
         shutters=setup.shutters,
     )
-    verify(film, options, track, pivot, part.outline, sample)
+    verify(film, options, track, pivot, [part.outline], sample)
     return track
 
 

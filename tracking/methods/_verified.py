@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import cv2
@@ -30,17 +30,18 @@ def refused_with_picture(film: Film) -> Iterator[None]:
 
 
 def verify(
-    film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outline: Array,
+    film: Film, options: TrackOptions, track: Track, flat_pivot: Array, outlines: Sequence[Array],
     sample: FrameSample, usable: Mask | None = None,
     draw: Callable[[], Image] | None = None,
     entering: Callable[[Single], Mask] | None = None,
 ) -> None:  # fmt: skip
     """Compare a track with a sample of the frames; ``TrackRefused`` where they contradict it.
 
-    ``flat_pivot`` (2,) and ``outline`` (points, 2) lie in the plane of motion, as the sample's
-    pictures do. ``usable`` (frames,) marks the frames in which the part was looked for.
-    ``draw`` makes the picture of a refusal; the part on the calm frames where None. ``entering``
-    marks in pictures (n, height, width) what enters them, which is not asked of the part.
+    ``flat_pivot`` (2,) and ``outlines`` (points, 2), those of the part's pieces and of the holes in
+    them, lie in the plane of motion, as the sample's pictures do. ``usable`` (frames,) marks the
+    frames in which the part was looked for. ``draw`` makes the picture of a refusal; the part on
+    the calm frames where None. ``entering`` marks in pictures (n, height, width) what enters them,
+    which is not asked of the part.
     """
     tried = np.ones(track.frames, bool) if usable is None else usable
     chosen, pictures, rolls = sample.chosen(track.found)
@@ -49,9 +50,9 @@ def verify(
     else:
         scale = sample.scale
         # Integer pixel centres, before and after the change of size.
-        pivot, line = ((points + 0.5) * scale - 0.5 for points in (flat_pivot, outline))
+        pivot, *lines = ((points + 0.5) * scale - 0.5 for points in (flat_pivot, *outlines))
         scene = TurningScene.of(
-            pictures, np.deg2rad(track.angle_deg[chosen]), (float(pivot[0]), float(pivot[1])), line
+            pictures, np.deg2rad(track.angle_deg[chosen]), (float(pivot[0]), float(pivot[1])), lines
         )
         evidence = evidence_of(
             scene,

@@ -8,16 +8,30 @@ this.
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import median_of
+from servosight.tracking.core import Index, median_of
 from servosight.tracking.verification._turning import PolarView
 
 _PAIRS = 24
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_CELLS = 30
+_OTHER = 0.5  # times the turn: what is nearer is an angle that is too large or too small
+_NEARLY = 0.6
+
+
+class Claim(Protocol):
+    """What a track says of an angle [rad]; (rows, columns) on the raster each."""
+
+    def picture(self, angle_rad: float) -> Single:
+        """The turned part over its background."""
+
+    def cover_at(self, angle_rad: float) -> Single:
+        """1 on the part."""
 
 
 def pairs_apart(angle_rad: Array) -> Array:
@@ -49,30 +63,77 @@ def turn_between(
     cover = template.astype(np.float32)
     there, back = (np.where(template, one, np.float32(np.nan)) for one in (second, first))
     angles = view.angles()
-    backwards = (2 * (view.columns // 2) - np.arange(view.columns)) % view.columns
     gain = view.gains(there, first, first, cover)
-    return gain + view.gains(back, second, second, cover)[backwards], angles
+    return gain + view.gains(back, second, second, cover)[_backwards(view)], angles
+
+
+def _backwards(view: PolarView) -> Index:
+    """Where the gains of the opposite turns lie (columns,)."""
+    return np.asarray((2 * (view.columns // 2) - np.arange(view.columns)) % view.columns, np.intp)
+
+
+def turn_of_part(
+    view: PolarView, first: Single, second: Single, there: Single, back: Single
+) -> tuple[Array, Array]:
+    """As ``turn_between``, of all that the part covers in the first frame, ``there``, and in the
+    second one, ``back``; (rows, columns) each."""
+    gain = view.gains(second, first, first, there)
+    return gain + view.gains(first, second, second, back)[_backwards(view)], view.angles()
 
 
 def pair_agreement(
-    view: PolarView, frames: Single, angle_rad: Array, swept: Mask, near_rad: float, as_good: float
-) -> float:
+    view: PolarView, frames: Single, angle_rad: Array, swept: Mask, claim: Claim,
+    near_rad: float, as_good: float,
+) -> float:  # fmt: skip
     """Share of pairs of frames (n, height, width) whose turn is that of their angles (n,).
 
-    ``near_rad`` is the tolerance, ``as_good`` the share of the best gain that the angles must
-    reach. 1 where no pair changes enough to tell.
+    ``claim`` is what an angle is said to show, ``near_rad`` the tolerance, ``as_good`` the share of
+    the best gain that the angles must reach. 1 where no pair changes enough to tell.
+
+    Of a plain plate that turns by less than its own width, what differs is one edge of it in the
+    first frame and the other edge in the second one, and these are a width apart. Where another
+    turn explains a pair better, which by what is claimed would explain nearly as much, all that the
+    part covers is turned instead.
     """
     away = (frames - median_of(frames))[:, ::2, ::2]
     step = _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
     reached = np.nan_to_num(view.of(swept.astype(np.float32), nearest=True)) > 0
     agreed = []
     for one, other in pairs_apart(angle_rad):
-        turn = turn_between(view, view.of(frames[one]), view.of(frames[other]), reached, step)
-        if turn is None:
+        ends = float(angle_rad[one]), float(angle_rad[other])
+        turn_rad = ends[1] - ends[0]
+        first, second = view.of(frames[one]), view.of(frames[other])
+        seen = turn_between(view, first, second, reached, step)
+        if seen is None:
             continue
-        gain, angles = turn
-        true = angle_rad[other] - angle_rad[one]
-        near = np.abs(np.angle(np.exp(1j * (angles - true)))) <= near_rad
-        best = float(gain.max())
-        agreed.append(best > 0.0 and float(gain[near].max()) >= as_good * best)
+        best_rad = float(seen[1][int(np.argmax(seen[0]))])
+        same = _agrees(seen, turn_rad, near_rad, as_good)
+        if not same and _apart(best_rad, turn_rad) > _OTHER * abs(turn_rad):
+            said = turn_between(view, claim.picture(ends[0]), claim.picture(ends[1]), reached, step)
+            if said is not None and (
+                _largest_near(said, best_rad, near_rad)
+                >= _NEARLY * _largest_near(said, turn_rad, near_rad)
+            ):
+                whole = turn_of_part(
+                    view, first, second, claim.cover_at(ends[0]), claim.cover_at(ends[1])
+                )
+                same = _agrees(whole, turn_rad, near_rad, as_good)
+        agreed.append(same)
     return float(np.mean(agreed)) if agreed else 1.0
+
+
+def _agrees(found: tuple[Array, Array], turn_rad: float, near_rad: float, as_good: float) -> bool:
+    """Whether a turn [rad] explains nearly as much as the best one; gains and angles (columns,)."""
+    best = float(found[0].max())
+    return best > 0.0 and _largest_near(found, turn_rad, near_rad) >= as_good * best
+
+
+def _largest_near(found: tuple[Array, Array], angle_rad: float, near_rad: float) -> float:
+    """The largest gain as near an angle [rad] as that; gains and angles (columns,)."""
+    gain, angles = found
+    return float(gain[_apart(angles, angle_rad) <= near_rad].max())
+
+
+def _apart(first_rad: Any, second_rad: float) -> Any:
+    """By how much angles [rad] differ."""
+    return np.abs(np.angle(np.exp(1j * (first_rad - second_rad))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -44,20 +45,25 @@ class TurningScene:
         pictures: Sequence[Single],
         angle_rad: Array,
         pivot_px: tuple[float, float],
-        outline_px: Array,
+        outlines_px: Sequence[Array],
     ) -> TurningScene:
-        """From pictures of equal size and the part's outline (points, 2) at angle zero."""
+        """From pictures of equal size and the part's outlines (points, 2) at angle zero, those of
+        its pieces and of the holes in them."""
         frames = evenly_lit(np.stack(pictures))
         shape = frames.shape[1:]
-        outlines = [turned(outline_px, pivot_px, float(angle)) for angle in angle_rad]
-        covers = np.stack([_filled(outline, shape) for outline in outlines])
+        covers = np.stack(
+            [
+                _filled([turned(line, pivot_px, float(angle)) for line in outlines_px], shape)
+                for angle in angle_rad
+            ]
+        )
         swept = cv2.dilate(covers.max(0), _disc(_SHADOW_PX))
         near = np.stack([cv2.dilate(cover, _disc(_MARGIN_PX)) for cover in covers])
         behind = known_median(np.where(near > 0, np.float32(np.nan), frames))
-        reach = float(np.hypot(*(outline_px - pivot_px).T).max()) + 2.0
+        reach = float(np.hypot(*(np.concatenate(outlines_px) - pivot_px).T).max()) + 2.0
         view = PolarView.around(pivot_px, reach)
         back = [view.of(f, float(a)) for f, a in zip(frames, angle_rad, strict=True)]
-        cover = view.of(_filled(outline_px, shape).astype(np.float32), nearest=True)
+        cover = view.of(_filled(outlines_px, shape).astype(np.float32), nearest=True)
         if not np.all(np.isfinite(cover)):  # a part that begins outside the picture
             cover = np.nan_to_num(cover)
         usual = median_of(frames)
@@ -72,23 +78,36 @@ class TurningScene:
         At ``view.angles()``. What is behind a wheel is never seen: there the part counts by how
         much better it explains the frame than its own middle level at each radius does.
         """
-        behind = self.view.of(self.behind)
         own = np.where((self.cover > 0.0) & np.isfinite(self.part), self.part, np.nan)
         level = known_median(own.T.astype(np.float32))[:, None]
-        behind = np.where(np.isfinite(behind), behind, level).astype(np.float32)
+        behind = np.where(np.isfinite(self._behind), self._behind, level).astype(np.float32)
         seen = np.stack([self.view.of(frame) for frame in self.frames])
         return Gains.of(self.view, seen, behind).by(self.part, self.cover)
+
+    def picture(self, angle_rad: float) -> Single:
+        """The turned part over its background on the raster; (rows, columns)."""
+        turned_part = np.roll(self.part, self._columns(angle_rad), axis=1)
+        return np.where(self.cover_at(angle_rad) > 0, turned_part, self._behind)
+
+    def cover_at(self, angle_rad: float) -> Single:
+        """1 on the turned part on the raster; (rows, columns)."""
+        return np.roll(self.cover, self._columns(angle_rad), axis=1)
+
+    def _columns(self, angle_rad: float) -> int:
+        return int(round(angle_rad / self.view.step_rad))
+
+    @cached_property
+    def _behind(self) -> Single:
+        """The background on the raster."""
+        return self.view.of(self.behind)
 
     def left_over(self) -> tuple[Array, Array]:
         """Mean squared difference of each frame from the turned part over its background, and from
         the median frame, both where the part passes; (n,) each."""
-        behind, usual = self.view.of(self.behind), self.view.of(self.usual)
+        usual = self.view.of(self.usual)
         models, stills = [], []
         for frame, angle in zip(self.frames, self.angle_rad, strict=True):
-            turn = int(round(float(angle) / self.view.step_rad))
-            on = np.roll(self.cover, turn, axis=1) > 0
-            seen = self.view.of(frame)
-            model = np.where(on, np.roll(self.part, turn, axis=1), behind)
+            model, seen = self.picture(float(angle)), self.view.of(frame)
             reached = np.isfinite(model) & np.isfinite(seen) & np.isfinite(usual)
             weight = np.where(reached, self.view.radius_px[:, None], 0.0)
             models.append(_mean_square(seen - model, weight))
@@ -121,9 +140,10 @@ def _mean_square(values: NDArray[Any], weight: NDArray[Any]) -> float:
     return float((square * weight).sum() / max(float(weight.sum()), 1e-9))
 
 
-def _filled(outline_px: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def _filled(outlines_px: Sequence[Array], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     cover = np.zeros(shape, np.uint8)
-    cv2.fillPoly(cover, [np.round(16.0 * outline_px).astype(np.int32)], 1, shift=4)
+    lines = [np.round(16.0 * line).astype(np.int32) for line in outlines_px]
+    cv2.fillPoly(cover, lines, 1, shift=4)  # of a line within another one: a hole
     return cover
 
 

@@ -87,7 +87,13 @@ def evidence_of(
         share=share,
         agreement=_agreement(scene),
         pairs=pair_agreement(
-            scene.view, scene.frames, scene.angle_rad, scene.swept, _near(scene), _AS_GOOD
+            scene.view,
+            scene.frames,
+            scene.angle_rad,
+            scene.swept,
+            scene,
+            _near(scene),
+            _AS_GOOD,
         ),
         found=float(found.mean()),
         filmed=_filmed(scene.angle_rad, roll_rad),

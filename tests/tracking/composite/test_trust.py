@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servosight.tracking.composite import TRUST, PoseFit, distrust
-from servosight.tracking.composite._trust import worst_third
+from servosight.tracking.composite._trust import jumps, worst_third
 
 
 def fit(angle_rad: float, explained: float) -> PoseFit:
@@ -55,3 +55,25 @@ def test_a_part_pointed_at_may_be_measured_roughly(apart_share: float, refused: 
     apart_deg = apart_share * TRUST.largest_apart_deg
     poor = [fit(0.01 * n, 0.2) for n in range(9)]
     assert (distrust(apart_deg, 4.0 * SIGMA_DEG, poor, pointed=True) is not None) == refused
+
+
+def test_a_wheel_that_jumps_from_spoke_to_spoke_is_refused() -> None:
+    """It turns by 11 deg from frame to frame, and five spokes are 72 deg apart: within a range of
+    144 deg the angles jump. Truth: no jump of a wheel that turns through, five of this one."""
+    wheel = np.deg2rad(11.0 * np.arange(75))
+    through = [fit(angle, 0.9) for angle in wheel]
+    jumping = [fit(angle % np.deg2rad(144.0), 0.9) for angle in wheel]
+    assert jumps(through, np.deg2rad(35.0)) == 0
+    assert jumps([None if n % 9 == 0 else one for n, one in enumerate(through)], 0.6) == 0
+    assert jumps(jumping, np.deg2rad(35.0)) == 5
+    sigma_deg = np.full(75, 0.1)
+    for pointed in (False, True):
+        assert distrust(0.0, sigma_deg, through, pointed) is None
+        assert "jumps" in str(distrust(0.0, sigma_deg, jumping, pointed))
+
+
+def test_steps_of_a_fast_servo_are_no_jumps() -> None:
+    """Steps of 60 deg within two frames, as of 0.08 s per 60 deg at 24 frames/s."""
+    steps = np.repeat(np.arange(12) % 2 * 60.0, 6)
+    steps = np.convolve(np.pad(steps, 1, mode="edge"), [0.5, 0.5], "valid")
+    assert jumps([fit(np.deg2rad(angle), 0.9) for angle in steps], np.deg2rad(35.0)) == 0

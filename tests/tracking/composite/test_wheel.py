@@ -107,7 +107,7 @@ def test_angles_of_a_wheel_are_checked_although_nothing_behind_it_is_seen(
     claim: float, confirmed: bool
 ) -> None:
     claimed = np.deg2rad(claim * ANGLE_DEG) + 1e-4 * np.sin(np.arange(FRAMES))
-    scene = TurningScene.of(wheels(ANGLE_DEG), claimed, PIVOT, RIM)
+    scene = TurningScene.of(wheels(ANGLE_DEG), claimed, PIVOT, [RIM])
     assert np.isnan(scene.behind[60:110, 100:140]).all()
     sigma = np.full(FRAMES, np.deg2rad(0.02))
     found = evidence_of(scene, claimed, sigma, np.ones(FRAMES, bool), np.zeros(FRAMES))
