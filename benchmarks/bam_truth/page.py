@@ -27,7 +27,9 @@ one chooses, one tests.
 
 An effect is *material* where leaving it out, all else fitted anew without noise, adds {material:g}
 noises to the misfit, or more; what adds less than half a noise must not be named; in between
-either is right. A test error is judged against the floor of noise and of the true effects' own
+either is right. Of directional friction and load-dependent Stribeck friction, each of which takes
+the place of the other when that is left out, the two together are weighed as well: where only both
+are material, one must be named, and where only both are not absent, either may be. A test error is judged against the floor of noise and of the true effects' own
 misfit. *Within reach* of the catalogue are servos that the true effects fit within {own:g} noises.
 
 {table}
@@ -70,7 +72,7 @@ def page(lines: Sequence[Line]) -> str:
 
 def _row(line: Line) -> tuple[str, ...]:
     facts = line["facts"]
-    weights = facts["weights"]
+    weights = {**facts["weights"], **facts.get("together", {})}
     names = sorted(material(line), key=lambda name: -weights[name])
     return (
         line["name"],

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hidden.compound.facts import fit_from, missed, rms, weighed
+from hidden.compound.facts import fit_from, missed, rms, weighed, weighed_together
 from servosight.diagnose import diagnose, predictions
 from servosight.models.effects import catalogue
 
@@ -23,6 +23,8 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "current_limit": ("torque_saturation", "speed_limit"),
 }
 """Effects that could pass for another one: accepted in its place where that adds nothing."""
+ALIKE = (("directional_friction", "load_dependent_stribeck"),)
+"""Both make friction grow with the load: without one of them the other is fitted in its place."""
 FRICTION = {
     "coulomb_friction",
     "stribeck_friction",
@@ -67,10 +69,12 @@ def find_facts(trial: BamTrial) -> dict[str, Any]:
         )
     )
     full = fit_from(ideal, trial.effects, trial.truth)
+    alone = weighed(full, trial.truth, noise, STAND_INS)
     return {
         "truth": dict(trial.truth),
         "noise_deg": noise,
         "own_deg": full.rmse_deg,
         "test_own_deg": missed(full, trial.ideal["test"]),
-        **weighed(full, trial.truth, noise, STAND_INS),
+        **alone,
+        **weighed_together(full, trial.truth, noise, alone["weights"], ALIKE),
     }

@@ -90,6 +90,21 @@ def test_material_effects_must_be_named_and_absent_ones_must_not() -> None:
     assert score.foreign(line(["gravity_load", "presliding"])) == {"presliding"}
 
 
+def test_of_effects_that_take_each_others_place_one_must_be_named() -> None:
+    """Each alone is absent; together they are material, or in between, where either is right."""
+    facts = line([])["facts"]
+    there = {**facts, "weights": {**facts["weights"], "directional": 0.1, "growing": 0.2}}
+    both = {**there, "together": {"directional or growing": 30.0}}
+    named = ["gravity_load", "stribeck"]
+    assert score.exact(line([*named, "growing"], facts=both))
+    assert score.exact(line([*named, "directional"], facts=both))
+    assert not score.complete(line(named, facts=both))
+    assert score.foreign(line([*named, "growing"], facts=there)) == {"growing"}
+    between = {**there, "together": {"directional or growing": 3.0}}
+    assert score.exact(line(named, facts=between))
+    assert score.clean(line([*named, "growing"], facts=between))
+
+
 def test_two_runs_agree_by_names_and_sigmas() -> None:
     one, same = line(["a"]), line(["a"], row="compound-again")
     assert score.agree((one, same))

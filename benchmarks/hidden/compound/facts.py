@@ -118,6 +118,28 @@ def weighed(
     return {"weights": weights, "stand_ins": instead}
 
 
+def weighed_together(
+    full: Solution,
+    truth: Mapping[str, float],
+    noise: float,
+    weights: Mapping[str, float],
+    alike: Sequence[tuple[str, ...]],
+) -> dict[str, dict[str, float]]:
+    """What the misfit gains without all of some effects that take each other's place, in noises.
+
+    Each left out alone may add nothing, as the others are fitted anew in its place. ``alike`` are
+    such effects; those of the fit count of which one alone is not material.
+    """
+    found: dict[str, float] = {}
+    for names in alike:
+        both = [name for name in names if name in full.problem.effects]
+        if len(both) > 1 and min(weights[name] for name in both) < MATERIAL:
+            others = [effect for effect in full.problem.effects if effect not in both]
+            without = fit_from(full.problem.recordings, others, truth)
+            found[" or ".join(both)] = added(without, full, noise)
+    return {"together": found}
+
+
 def missed(full: Solution, tests: Sequence[Recording]) -> float:
     """Rms error [deg] of a fit on other recordings, each from its first angle at rest."""
     physical = full.outcome.point[: full.problem.physical]

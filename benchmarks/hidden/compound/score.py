@@ -15,19 +15,30 @@ SIGMAS = 2.0
 
 
 def material(line: Line) -> dict[str, set[str]]:
-    """Effects that must be named, each with all names that will do for it."""
+    """Effects that must be named, each with all names that will do for it.
+
+    Of effects that take each other's place and are material only together, one must.
+    """
     facts = line["facts"]
-    return {
+    alone = {
         name: {name, *_passing(facts, name)}
         for name, weight in facts["weights"].items()
         if weight >= MATERIAL
     }
+    together = {
+        names: set(names.split(" or "))
+        for names, weight in facts.get("together", {}).items()
+        if weight >= MATERIAL
+    }
+    return alone | {names: some for names, some in together.items() if not some & alone.keys()}
 
 
 def allowed(line: Line) -> set[str]:
     """Effects that may be named: what is not absent, and what passes for it."""
     facts = line["facts"]
-    there = {name for name, weight in facts["weights"].items() if weight >= ABSENT}
+    weights = {**facts["weights"], **facts.get("together", {})}
+    there = {name for name, weight in weights.items() if weight >= ABSENT}
+    there = {name for names in there for name in names.split(" or ")}
     return there.union(*(_passing(facts, name) for name in there))
 
 
