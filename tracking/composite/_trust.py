@@ -11,6 +11,7 @@ from servosight.models.core import Array
 from servosight.tracking.composite._model import PoseFit
 
 _AROUND = 2  # frames on either side
+_AT_REST = np.deg2rad(1.0)  # from frame to frame
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,11 +110,16 @@ def worst_third(fits: Sequence[PoseFit | None]) -> float:
 
 def jumps(fits: Sequence[PoseFit | None], least_rad: float) -> int:
     """How often the angle turns by more than ``least_rad`` from one frame to the next, and by a
-    quarter of that turn at most in the frames around."""
+    quarter of that turn at most in the frames around.
+
+    A servo's step within one frame begins and ends at rest: it is no jump of a part that turns on.
+    """
     angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
     turn = np.abs(np.angle(np.exp(1j * np.diff(angle))))
     count = 0
     for place in np.flatnonzero(turn > least_rad).tolist():
         around = np.delete(turn[max(place - _AROUND, 0) : place + _AROUND + 1], min(place, _AROUND))
-        count += bool(around.size and np.nanmax(around, initial=0.0) <= 0.25 * turn[place])
+        known = around[np.isfinite(around)]
+        turns_on = known.size and known.min() > _AT_REST
+        count += bool(turns_on and known.max() <= 0.25 * turn[place])
     return count

@@ -66,6 +66,8 @@ def test_a_wheel_that_jumps_from_spoke_to_spoke_is_refused() -> None:
     assert jumps(through, np.deg2rad(35.0)) == 0
     assert jumps([None if n % 9 == 0 else one for n, one in enumerate(through)], 0.6) == 0
     assert jumps(jumping, np.deg2rad(35.0)) == 5
+    lonely = [one if n % 4 < 2 else None for n, one in enumerate(jumping)]
+    assert jumps(lonely, np.deg2rad(35.0)) == 0, "nothing is known around"
     sigma_deg = np.full(75, 0.1)
     for pointed in (False, True):
         assert distrust(0.0, sigma_deg, through, pointed) is None
@@ -77,3 +79,5 @@ def test_steps_of_a_fast_servo_are_no_jumps() -> None:
     steps = np.repeat(np.arange(12) % 2 * 60.0, 6)
     steps = np.convolve(np.pad(steps, 1, mode="edge"), [0.5, 0.5], "valid")
     assert jumps([fit(np.deg2rad(angle), 0.9) for angle in steps], np.deg2rad(35.0)) == 0
+    at_once = np.repeat(np.arange(12) % 2 * 60.0, 6)  # as at 15 frames/s
+    assert jumps([fit(np.deg2rad(angle), 0.9) for angle in at_once], np.deg2rad(35.0)) == 0
