@@ -207,13 +207,18 @@ def _relative(left: Sequence[Array]) -> Array:
 def _like(share: Array, left: Sequence[Array]) -> float:
     """By how much a share differs where the residuals ``left`` (frames,) are nearly as small as the
     least: what pictures have in common that the model does not know, as a shadow, moves it so far.
-    By the bend of the residuals about their least."""
+    By the bend of the residuals about their least; that is one-sided where the least is the last
+    value, as of a readout of a whole frame time."""
     table = _relative(left)
     if table.shape[1] < LEAST:
         return 1.0
     total = table.mean(1)
-    near = _near(total)
-    bend: float = np.polyfit(share[near], total[near] / total.min(), 2)[0]
+    near, least = _near(total), int(np.argmin(total))
+    if least in (0, total.size - 1):
+        away = np.square(share[near] - share[least])
+        bend = float(away @ (total[near] / total.min() - 1.0) / (away @ away))
+    else:
+        bend = np.polyfit(share[near], total[near] / total.min(), 2)[0]
     return float(np.sqrt(_LIKE / max(bend, _LIKE)))
 
 
