@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.identify.problem import Work
-from servosight.identify.problem import _work as module
 from servosight.models.core import Array
 
 
@@ -54,10 +53,9 @@ def test_a_plant_that_tells_no_steps_costs_one_a_row() -> None:
     assert (work.simulations, work.cost) == (2, 2.0)
 
 
-def test_what_was_asked_least_recently_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_asked_least_recently_is_forgotten() -> None:
     """Room for two answers of four samples."""
-    monkeypatch.setattr(module, "MOST_BYTES", 2 * 4 * 8)
-    work, plant = Work(), Plant()
+    work, plant = Work(most_bytes=2 * 4 * 8), Plant()
     for value in (1.0, 2.0, 1.0, 3.0, 1.0, 2.0):
         work.angles("run", np.array([[value, 1.0]]), 2.0, plant)
     assert plant.batches == [[1.0], [2.0], [3.0], [2.0]]
