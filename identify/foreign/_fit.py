@@ -39,6 +39,7 @@ from servosight.models.fmu import FmuLimits, FmuModel, FmuVariable, open_fmu
 METHOD = "gradient"
 
 
+# Long by its keywords, each of which is documented.
 def identify_fmu(
     path: Path,
     recordings: Sequence[Recording],

@@ -18,9 +18,9 @@ from servosight.tracking.core import (
     TrackOptions,
     TrackRefused,
 )
-from servosight.tracking.drawing import refusal_picture
 from servosight.tracking.uncertainty import even_scatter, gaps
 from servosight.tracking.video import Film
+from servosight.tracking.video.drawing import refusal_picture
 
 # Of the small pictures: what shake and codec leave of a part's place. On eight composed clips
 # without shadow 0.01 to 0.12 px.

@@ -33,7 +33,6 @@ from servosight.tracking.core import (
     median_of,
     outline_at,
 )
-from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite_track import (
     at_mid_exposure,
     first_rad,
@@ -44,6 +43,7 @@ from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Film, Frame, frame_at
+from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15

@@ -11,9 +11,9 @@ import numpy as np
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition import POINT, swept
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
-from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.verification import FrameSample, TurningScene, contradiction, evidence_of
 from servosight.tracking.video import Film
+from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 _LEAST_FRAMES = 8
 

@@ -182,7 +182,7 @@ def _drawing_refusals(output: Path) -> Iterator[None]:
     """Write the picture of a refused video beside ``output``, unless a foreign file is there."""
     from servosight.models.core import InputError
     from servosight.tracking.core import TrackRefused
-    from servosight.tracking.drawing import write_picture
+    from servosight.tracking.video.drawing import write_picture
 
     try:
         yield
@@ -241,7 +241,7 @@ def _draw(args: argparse.Namespace, output: Path, tracks: Sequence[Track], out: 
     sheet = args.sheet or drawn.get(Kind.PNG)
     if overlay is None and sheet is None:
         return
-    from servosight.tracking.drawing import write_overlay, write_sheet
+    from servosight.tracking.video.drawing import write_overlay, write_sheet
 
     for place, write in ((overlay, write_overlay), (sheet, write_sheet)):
         if place is None:

@@ -48,6 +48,7 @@ class Raw:
     path: Path | None = None
 
 
+# Long by the fields of a recording: each is converted and checked in a line or two.
 def assemble(
     path: Path,
     raw: Mapping[str, Raw],

@@ -69,6 +69,7 @@ def compare(
     progress: StageProgress | None = None,
     trust: bool = False,
 ) -> Comparison | ServoChange: ...
+# Long by its keywords, each of which is documented and passed on by name.
 def compare(
     model: Model | Sources,
     recordings: Model | Sources,

@@ -14,10 +14,10 @@ from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition import check_hints, pointed_box
 from servosight.tracking.composite import Hint, StabilisedSample, find_parts
 from servosight.tracking.core import Box, TrackOptions, TrackRefused, turned
-from servosight.tracking.drawing import SeenPart, refusal_picture
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Frame, open_film
+from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 Write = Callable[[Path, list[Image], Array], Path]
 

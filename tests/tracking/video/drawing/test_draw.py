@@ -15,9 +15,9 @@ import pytest
 
 from servosight.models.core import InputError
 from servosight.tracking.core import Flag, Track
-from servosight.tracking.drawing import write_overlay, write_sheet
-from servosight.tracking.drawing._draw import annotated, caption, doubtful
 from servosight.tracking.video import frames
+from servosight.tracking.video.drawing import write_overlay, write_sheet
+from servosight.tracking.video.drawing._draw import annotated, caption, doubtful
 
 ANGLE = 8 * np.sin(np.arange(60) / 8)
 RATE_HZ = 120.0

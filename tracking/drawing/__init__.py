@@ -1,7 +1,0 @@
-"""Drawing the result on the video's pictures."""
-
-from servosight.tracking.drawing._draw import write_overlay as write_overlay
-from servosight.tracking.drawing._draw import write_picture as write_picture
-from servosight.tracking.drawing._draw import write_sheet as write_sheet
-from servosight.tracking.drawing._refused import SeenPart as SeenPart
-from servosight.tracking.drawing._refused import refusal_picture as refusal_picture
