@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Found:
     base: Trial
     after: Trial
 
-    @property
+    @cached_property
     def test_rms_deg(self) -> tuple[float, float]:
         """Errors on the test data [deg], without and with the law."""
         before, after = self.models.tested(self.before), self.extended.tested(self.after)

@@ -31,13 +31,13 @@ def detectable(
     """
     names = models.candidates(last)
     still = _never_reverses([one.predicted_deg for one in last.judged])
-    above_deg = np.sqrt(max(last.score.train_rmse_deg**2 - criterion.floor_deg**2, 0.0))
+    above = max(last.score.train_rmse_deg**2 - criterion.floor_deg**2, 0.0)
+    share_deg = float(np.sqrt(criterion.policy.min_share * above))
     found = []
     for name in names:
         problem = models.with_effect(last, name)
-        least = _least_deg(criterion, problem, len(names))
-        least = max(least, np.sqrt(criterion.policy.min_share) * above_deg)
-        found.append(size_shown(name, problem, last.fit, float(least), still))
+        least = max(_least_deg(criterion, problem, len(names)), share_deg)
+        found.append(size_shown(name, problem, last.fit, least, still))
     return tuple(found)
 
 

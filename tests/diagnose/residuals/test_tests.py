@@ -13,6 +13,7 @@ from servosight.diagnose.residuals import (
     FIT,
     TEST,
     VALIDATION,
+    Judged,
     held_out_samples,
     independence,
     linear_share,
@@ -35,18 +36,22 @@ def test_whiteness_is_a_chi_square(gaps: bool) -> None:
     assert np.max(np.abs(np.sort(chances) - steps)) < 1.63 / np.sqrt(60)
 
 
-def test_the_autocorrelation_is_the_process_own() -> None:
-    """e_t = 0.8 e_(t-1) + v_t has the autocorrelation 0.8^lag."""
+def coloured(pole: float, seed: int) -> Judged:
+    """All samples for the test, with errors e_t = pole e_(t-1) + v_t, v of 0.1 deg."""
     judged = case(noise_deg=0.0)
-    drive = np.random.default_rng(3).normal(0.0, 0.1, judged.recording.time_s.size)
     recording = judged.recording
-    coloured = recording.angle_deg + lfilter([1.0], [1.0, -0.8], drive)
-    one = replace(
+    drive = np.random.default_rng(seed).normal(0.0, 0.1, recording.time_s.size)
+    error_deg = lfilter([1.0], [1.0, -pole], drive)
+    return replace(
         judged,
-        recording=replace(recording, angle_deg=coloured),
+        recording=replace(recording, angle_deg=recording.angle_deg + error_deg),
         uses=np.full(recording.time_s.size, TEST, dtype=np.int8),
     )
-    found = whiteness(held_out_samples([one]))
+
+
+def test_the_autocorrelation_is_the_process_own() -> None:
+    """e_t = 0.8 e_(t-1) + v_t has the autocorrelation 0.8^lag."""
+    found = whiteness(held_out_samples([coloured(0.8, seed=3)]))
     # Bartlett: the standard error of these is below sqrt((1 + 0.64) / (1 - 0.64) / 2400) = 0.044.
     np.testing.assert_allclose(found.value[:4], 0.8 ** np.arange(1, 5), atol=3 * 0.044)
 
@@ -55,16 +60,7 @@ def test_the_band_of_independence_holds_what_it_says() -> None:
     """Coloured errors against a coloured command: 95 % of all values within the 95 % band."""
     inside = []
     for seed in range(40):
-        judged = case(noise_deg=0.0)
-        recording = judged.recording
-        drive = np.random.default_rng(seed).normal(0.0, 0.1, recording.time_s.size)
-        coloured = recording.angle_deg + lfilter([1.0], [1.0, -0.9], drive)
-        one = replace(
-            judged,
-            recording=replace(recording, angle_deg=coloured),
-            uses=np.full(recording.time_s.size, TEST, dtype=np.int8),
-        )
-        found = independence(held_out_samples([one]))
+        found = independence(held_out_samples([coloured(0.9, seed)]))
         inside.append(np.mean(np.abs(found.value) < quantile(0.95) * found.sigma))
     # Lags of a recording hang together: 40 recordings give about +-0.05.
     assert np.mean(inside) == pytest.approx(0.95, abs=0.06)
