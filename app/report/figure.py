@@ -66,12 +66,7 @@ _LOOK: dict[Any, Any] = {
 
 def png(size: tuple[float, float], dpi: float, paint: Paint) -> bytes:
     """The same on white as a PNG file, for pages that show no SVG."""
-    with rc_context(_LOOK):
-        figure = Figure(figsize=size, layout="constrained")
-        paint(figure)
-        stream = io.BytesIO()
-        figure.savefig(stream, dpi=dpi, facecolor="white", metadata={"Software": None})
-    return stream.getvalue()
+    return _saved(size, paint, _LOOK, dpi=dpi, facecolor="white", metadata={"Software": None})
 
 
 def drawn(name: str, size: tuple[float, float], alt: str, paint: Paint) -> Markup:
@@ -79,12 +74,19 @@ def drawn(name: str, size: tuple[float, float], alt: str, paint: Paint) -> Marku
 
     ``name`` must differ between the figures of a page: it keeps their ids apart.
     """
-    with rc_context({**_LOOK, "svg.hashsalt": name}):
+    look = {**_LOOK, "svg.hashsalt": name}
+    metadata = {"Date": None, "Creator": None}
+    return _inlined(_saved(size, paint, look, format="svg", metadata=metadata).decode(), name, alt)
+
+
+def _saved(size: tuple[float, float], paint: Paint, look: dict[Any, Any], **options: Any) -> bytes:
+    """The file that a figure is saved as with these options."""
+    with rc_context(look):
         figure = Figure(figsize=size, layout="constrained")
         paint(figure)
-        stream = io.StringIO()
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return _inlined(stream.getvalue(), name, alt)
+        stream = io.BytesIO()
+        figure.savefig(stream, **options)
+    return stream.getvalue()
 
 
 def drawn_twice(name: str, height: float, alt: str, paint: Paint) -> Markup:
