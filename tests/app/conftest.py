@@ -19,7 +19,7 @@ def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are made but not turned into SVG, most of a page's time: for tests of its words."""
 
     def blank(figure: Figure, stream: Any, **_: Any) -> None:
-        stream.write('<svg id="figure"></svg>')
+        stream.write(b'<svg id="figure"></svg>')
 
     monkeypatch.setattr(Figure, "savefig", blank)
 
