@@ -60,8 +60,6 @@ def model_source(request: ExportRequest, name: str | None = None, kind: str = "c
         "values": _lines(_c(one) for one in values_of(request.actuator, layout)),
         "lows": _lines(_c(min(limits_of(bounds[one]))) for one in names),
         "highs": _lines(_c(max(limits_of(bounds[one]))) for one in names),
-        "n_memory": str(program.constants["N_MEMORY"] + 1),
-        "n_command": str(program.constants["N_COMMAND"] + 1),
         "TINY": number(program.constants["TINY"]),
     }
     return filled("csource", "model.c", words)
@@ -82,17 +80,20 @@ def _types(program: Program, width: int) -> dict[str, str]:
     steps = program.need("step_lengths", [NUMBER, NUMBER])
     program.need("latency", [row, flags])
     program.need("has_command_terms", [flags])
-    program.need("command_start", [row, flags, NUMBER, ARRAY])
+    last = program.need("command_start", [row, flags, NUMBER])
+    memory = program.need("memory_start", [NUMBER])
     program.need("reducer_angle", [row, flags, NUMBER, states])
-    program.need("output_chain", [row, flags, NUMBER, ARRAY])
-    chain = program.need("command_chain", [row, flags, *[NUMBER] * 3, *[ARRAY] * 3])
+    program.need("output_chain", [row, flags, NUMBER, memory])
+    chain = program.need("command_chain", [row, flags, *[NUMBER] * 3, last])
+    program.need("command_end", [last, last, NUMBER])
     motion: Type = Tuple((pair, states, mode))
     updates: Type = Tuple((*halves.items, NUMBER))
     moved = [row, flags, acts, own, steps, motion, updates]
-    answer = program.need("piece", [*moved, ARRAY, pair, pair, ARRAY, WHOLE, TRUTH, ARRAY, WHOLE])
+    answer = program.need("piece", [*moved, memory, pair, pair, ARRAY, WHOLE, TRUTH, ARRAY, WHOLE])
     kinds = {
         "Row": row, "Flags": flags, "Acts": acts, "Own": own, "Pair": pair, "Motion": motion,
-        "Updates": updates, "Halves": halves, "Chain": chain, "Answer": answer,
+        "Updates": updates, "Halves": halves, "Memory": memory, "Last": last, "Chain": chain,
+        "Answer": answer,
     }  # fmt: skip
     return {word: name(kind) for word, kind in kinds.items()}
 

@@ -48,8 +48,8 @@ typedef struct {
     @Pair@ steps;
     @Motion@ motion;
     @Updates@ updates;
-    double memory[@n_memory@];
-    double last[@n_command@];
+    @Memory@ memory;  /* of the transmission */
+    @Last@ last;      /* of the command's terms */
     double clock;    /* time of the end of the last step since the start [s] */
     double t;        /* the same, as the steps of the motion add up [s] */
     double command;  /* that acts now, behind the dead time */
@@ -134,13 +134,6 @@ static double inner_angle(const @name@_model *m)
     return reducer_angle(&m->p, &m->on, m->motion.f0.v[0], &m->motion.f1);
 }
 
-static void remember(@name@_model *m, double angle)
-{
-    for (int i = 0; i < @n_memory@; ++i) {
-        m->memory[i] = angle;
-    }
-}
-
 void @name@_defaults(@name@_model *m)
 {
     static const @Row@ none = {{0}};
@@ -160,10 +153,8 @@ void @name@_start(@name@_model *m, double angle_deg, double speed_deg_s)
     m->motion.f0.v[1] = speed_deg_s;
     m->motion.f1 = start_states(&m->p);
     m->motion.f2 = first_mode(m->acts.v[2], speed_deg_s);
-    remember(m, angle_deg);
-    for (int i = 0; i < @n_command@; ++i) {
-        m->last[i] = 0.0;
-    }
+    m->memory = memory_start(angle_deg);
+    m->last = command_start(&m->p, &m->on, 0.0);
     for (int i = 0; i < @NAME@_DELAY_ROWS; ++i) {
         m->row_time[i] = 0.0;
         m->row_value[i] = 0.0;
@@ -171,7 +162,7 @@ void @name@_start(@name@_model *m, double angle_deg, double speed_deg_s)
     m->clock = m->t = m->command = m->newest = 0.0;
     m->first = m->rows = 0;
     m->given = m->begun = false;
-    m->angle = output_chain(&m->p, &m->on, inner_angle(m), m->memory);
+    m->angle = output_chain(&m->p, &m->on, inner_angle(m), &m->memory);
 }
 
 int @name@_set(@name@_model *m, int parameter, double value)
@@ -193,7 +184,7 @@ int @name@_set(@name@_model *m, int parameter, double value)
         m->motion.f1 = start_states(&here);
     }
     if (m->acts.v[3] && !before.v[3]) {
-        remember(m, inner_angle(m));
+        m->memory = memory_start(inner_angle(m));
     }
     if (!m->shaped) {
         m->begun = false;
@@ -239,8 +230,8 @@ static int give(@name@_model *m, double command)
 static bool advance(@name@_model *m, double shift, double end, long *budget)
 {
     const double tiny = @TINY@;
-    double slope[@n_command@] = {0}, value[@n_command@] = {0};
     double horizon;
+    @Chain@ shaped;
     @Pair@ line = {{0}}, span = {{0}};
     @Answer@ found;
     while (m->rows > 0 && m->row_time[m->first] + shift - m->t <= tiny) {
@@ -255,32 +246,28 @@ static bool advance(@name@_model *m, double shift, double end, long *budget)
     line.v[0] = m->command;
     if (m->shaped) {
         if (!m->begun) {
-            command_start(&m->p, &m->on, m->command, m->last);
+            m->last = command_start(&m->p, &m->on, m->command);
             m->begun = true;
         }
-        {
-            const @Chain@ shaped = command_chain(
-                &m->p, &m->on, m->command, 0.0, horizon, m->last, value, slope);
-            line.v[0] = shaped.v[0];
-            line.v[1] = shaped.v[1];
-            horizon = fmin(horizon, shaped.v[2]);
-        }
+        shaped = command_chain(&m->p, &m->on, m->command, 0.0, horizon, &m->last);
+        line.v[0] = shaped.f0;
+        line.v[1] = shaped.f1;
+        horizon = fmin(horizon, shaped.f2);
     }
     line.v[0] = m->p.v[0] * line.v[0] + m->p.v[3];
     line.v[1] = m->p.v[0] * line.v[1];
     span.v[0] = m->t;
     span.v[1] = fmax(horizon, 2.0 * tiny);
-    found = piece(&m->p, &m->on, &m->acts, &m->own, &m->steps, &m->motion, &m->updates, m->memory,
+    found = piece(&m->p, &m->on, &m->acts, &m->own, &m->steps, &m->motion, &m->updates, &m->memory,
                   &line, &span, &end, 1, 0, false, &m->angle, *budget - 1);
     m->motion = found.f0;
     m->updates = found.f1;
-    *budget = found.f4;
+    m->memory = found.f2;
+    *budget = found.f5;
     if (m->shaped) {
-        for (int i = 0; i + 1 < @n_command@; ++i) {
-            m->last[i] = value[i] + slope[i] * found.f2;
-        }
+        m->last = command_end(&shaped.f3, &shaped.f4, found.f3);
     }
-    m->t += found.f2;
+    m->t += found.f3;
     return *budget >= 0;
 }
 

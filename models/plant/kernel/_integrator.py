@@ -23,15 +23,15 @@ from servosight.models.plant.kernel._linear_core import step_lengths
 from servosight.models.plant.kernel._piece import branches, first_mode, motor, piece
 from servosight.models.plant.kernel._steps import TINY, core_updates
 from servosight.models.plant.kernel._terms import (
-    N_COMMAND,
-    N_MEMORY,
     command_chain,
+    command_end,
     command_start,
     flags,
     has_command_terms,
     has_input,
     latency,
     memory_commit,
+    memory_start,
     output_chain,
     start_states,
     unpack,
@@ -76,10 +76,8 @@ def first_angle(p, on, rest):
     Within its play the surface says nothing of the motor, which then is where the command holds it,
     at ``rest``, or as near to it as it can be without moving the surface.
     """
-    memory = np.full(N_MEMORY + 1, rest)
-    free = output_chain(p, on, rest, memory)
-    memory[:] = p[4]
-    return p[4] + (free - output_chain(p, on, rest, memory))
+    free = output_chain(p, on, rest, memory_start(rest))
+    return p[4] + (free - output_chain(p, on, rest, memory_start(p[4])))
 
 
 @njit
@@ -119,10 +117,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     acts = branches(p, on)
     own = motor(p, on, acts[0])
 
-    last = np.zeros(N_COMMAND + 1)
-    piece_value = np.zeros(N_COMMAND + 1)
-    piece_slope = np.zeros(N_COMMAND + 1)
-    memory = np.full(N_MEMORY + 1, p[4])
+    memory = memory_start(p[4])
     step = steps[0]
     half, full = core_updates(own[0], own[1], step, acts[0])
     updates = (half, full, step)
@@ -132,7 +127,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     t = samples[0]
     stop = samples[-1]
     row = np.searchsorted(times, t - shift, side="right") - 1
-    started = False
+    last = command_start(p, on, recorded_piece(times, values, linear, row, t - shift)[1])
     n = 0
     push_row, restart = -1, 0
     length = (stop - t) / step + len(times)
@@ -145,11 +140,8 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     while n < len(samples):
         row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
         if shaped:
-            if not started:
-                command_start(p, on, value, last)
-                started = True
-            value, slope, horizon = command_chain(
-                p, on, value, slope, horizon, last, piece_value, piece_slope
+            value, slope, horizon, own_value, own_slope = command_chain(
+                p, on, value, slope, horizon, last
             )
         if pushed:
             push_row, push, _, until = recorded_piece(pushes[0], pushes[1], False, push_row, t)
@@ -166,7 +158,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
         line = (gain * value + bias, gain * slope)
         if t == samples[0]:
             motion = first_motion(p, acts[2], first_angle(p, on, line[0]))
-        motion, updates, gone, n, budget = piece(
+        motion, updates, memory, gone, n, budget = piece(
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
             budget + 1 if shaped else budget - 1,
         )  # fmt: skip
@@ -175,8 +167,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
             out[n:] = np.nan
             break
         if shaped:
-            for i in range(N_COMMAND):
-                last[i] = piece_value[i] + piece_slope[i] * gone
+            last = command_end(own_value, own_slope, gone)
         t += gone
     return allowed - budget + (2 * made if shaped else 0)
 
@@ -209,28 +200,24 @@ def shape_command(row_values, times, values, linear, first, last, out):
     p = unpack(row_values)
     on = flags(p)
     shaped = has_command_terms(on)
-    kept = np.zeros(N_COMMAND + 1)
-    piece_value = np.zeros(N_COMMAND + 1)
-    piece_slope = np.zeros(N_COMMAND + 1)
     shift = latency(p, on)
     t = first
     row = np.searchsorted(times, t - shift, side="right") - 1
+    kept = command_start(p, on, recorded_piece(times, values, linear, row, t - shift)[1])
     n = 0
     while t < last:
         if n == len(out):
             return -1
         row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
         if shaped:
-            if n == 0:
-                command_start(p, on, value, kept)
-            value, slope, horizon = command_chain(
-                p, on, value, slope, horizon, kept, piece_value, piece_slope
+            value, slope, horizon, own_value, own_slope = command_chain(
+                p, on, value, slope, horizon, kept
             )
         out[n] = t, value, slope
         n += 1
         gone = max(min(horizon, last - t), 2.0 * TINY)
-        for i in range(N_COMMAND):
-            kept[i] = piece_value[i] + piece_slope[i] * gone
+        if shaped:
+            kept = command_end(own_value, own_slope, gone)
         t += gone
     return n
 
@@ -243,10 +230,10 @@ def shape_output(row_values, angles, out):
     """
     p = unpack(row_values)
     on = flags(p)
-    memory = np.full(N_MEMORY + 1, p[4])
+    memory = memory_start(p[4])
     for i in range(len(angles)):
         out[i] = output_chain(p, on, angles[i], memory)
-        memory_commit(p, on, angles[i], memory)
+        memory = memory_commit(p, on, angles[i], memory)
 
 
 @njit

@@ -103,9 +103,9 @@ def piece(
     something has just changed, and the longest. ``motion`` is (angle, speed), states and mode;
     ``updates`` the core's over half of a step, over all of it, and that step. ``out`` takes the
     angle at the ``samples`` from the ``n``-th on that fall into the piece; with ``horn`` it is
-    that of the horn, which shaft and linkage lie behind. Returns motion, updates, the time gone,
-    the next sample and what is left of ``budget``, negative where the steps ran out or the motion
-    ran away.
+    that of the horn, which shaft and linkage lie behind. Returns motion, updates, memory, the time
+    gone, the next sample and what is left of ``budget``, negative where the steps ran out or the
+    motion ran away.
     """
     exact, eventless, friction, memory_on, loop_memory, switching, paced, shaft, states = acts
     T, xi, held = own
@@ -215,8 +215,9 @@ def piece(
         x = x1
         z = keep_memory(p, on, x[0], z1) if loop_memory else z1
         if memory_on:
-            memory_commit(p, on, z[0] if shaft else reducer_angle(p, on, x[0], z), memory)
+            shown = z[0] if shaft else reducer_angle(p, on, x[0], z)
+            memory = memory_commit(p, on, shown, memory)
         if stopped:
             mode = 0
         gone += h
-    return (x, z, mode), (half, full, known), gone, n, budget
+    return (x, z, mode), (half, full, known), memory, gone, n, budget

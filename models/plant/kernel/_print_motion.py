@@ -98,10 +98,13 @@ def friction(slots: Slots) -> str:
 def output(slots: Slots) -> str:
     """The angle behind the reducer and behind the transmission, and what the latter remembers."""
     show, keep = [], []
-    for slot, (i, effect) in enumerate(slots.at(Place.TRANSMISSION)):
+    terms = slots.at(Place.TRANSMISSION)
+    for slot, (i, effect) in enumerate(terms):
         line = f"angle = {symbol(effect, 'term')}(angle, memory[{slot}], {slots.values(i)})"
         show.append(f"if on[{i}]:\n    {line}")
-        keep.append(f"if on[{i}]:\n    {line}\nmemory[{slot}] = angle")
+        keep.append(f"if on[{i}]:\n    {line}\nm{slot} = angle")
+    count = max(len(terms), 1)  # a tuple has one entry at least
+    kept = ", ".join(f"m{slot}" for slot in range(len(terms))) or "angle"
     return "\n\n".join(
         [
             function("reducer_angle(p, on, theta, z)", _reducer(slots), "return felt"),
@@ -110,6 +113,7 @@ def output(slots: Slots) -> str:
                 slots.guarded(Place.TRANSMISSION, show),
                 "return angle",
             ),
-            function("memory_commit(p, on, angle, memory)", keep, "return"),
+            function("memory_start(angle)", [], f"return ({'angle, ' * count})"),
+            function("memory_commit(p, on, angle, memory)", keep, f"return ({kept},)"),
         ]
     )

@@ -11,13 +11,8 @@ from servosight.models.plant.kernel._calls import Slots, any_of, function, symbo
 
 
 def constants(slots: Slots) -> str:
-    """How many command terms, memories and switches there are."""
-    switches = sum(len(effect.switches) for effect in slots.layout.effects)
-    commands = sum(1 + e.states for _, e in slots.at(Place.COMMAND) if e.term is not None)
-    return (
-        f"N_COMMAND = {commands}\nN_MEMORY = {len(slots.at(Place.TRANSMISSION))}\n"
-        f"N_SWITCHES = {switches}"
-    )
+    """How many switches there are."""
+    return f"N_SWITCHES = {sum(len(effect.switches) for effect in slots.layout.effects)}"
 
 
 def rows(slots: Slots) -> str:
@@ -132,27 +127,32 @@ def command(slots: Slots) -> str:
         own = range(slot + 1, slot + 1 + effect.states)
         still = "0.0, " * effect.states
         kept = "".join(f"last[{j}], " for j in own)
-        rates = "".join(f", s[{j}]" for j in own)
+        rates = "".join(f", s{j}" for j in own)
         start.append(
-            f"last[{slot}] = value\nif on[{i}]:\n"
+            f"if on[{i}]:\n"
             f"    value = {call}(value, 0.0, 1.0, value, {still}{slots.values(i)})[0]\n"
-            f"    last[{slot}] = value"
+            f"v{slot} = value" + "".join(f"\nv{j} = 0.0" for j in own)
         )
         chain.append(
-            "".join(f"v[{j}] = last[{j}]\n" for j in own)
+            "".join(f"v{j} = last[{j}]\ns{j} = 0.0\n" for j in own)
             + f"if on[{i}]:\n    value, slope, horizon{rates} = {call}(value, slope, horizon, "
-            f"last[{slot}], {kept}{slots.values(i)})\nv[{slot}] = value\ns[{slot}] = slope"
+            f"last[{slot}], {kept}{slots.values(i)})\nv{slot} = value\ns{slot} = slope"
         )
         slot += 1 + effect.states
+    count = range(slot)
+    values = ", ".join(f"v{j}" for j in count) or "value"  # a tuple has one entry at least
+    slopes = ", ".join(f"s{j}" for j in count) or "slope"
+    ends = ", ".join(f"v[{j}] + s[{j}] * gone" for j in count) or "v[0]"
     return "\n\n".join(
         [
             function("latency(p, on)", ["s = 0.0", *delay], "return s"),
-            function("command_start(p, on, value, last)", start, "return"),
+            function("command_start(p, on, value)", start, f"return ({values},)"),
             function(
-                "command_chain(p, on, value, slope, horizon, last, v, s)",
+                "command_chain(p, on, value, slope, horizon, last)",
                 chain,
-                "return value, slope, horizon",
+                f"return value, slope, horizon, ({values},), ({slopes},)",
             ),
+            function("command_end(v, s, gone)", [], f"return ({ends},)"),
         ]
     )
 

@@ -10,20 +10,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
+from servosight.models.core import Array
 
 Row = tuple[float, ...]
 Flags = tuple[bool, ...]
 States = tuple[float, ...]
-Memory = NDArray[np.float64]
 
-N_COMMAND = 0
-N_MEMORY = 0
 N_SWITCHES = 0
 
 
-def unpack(row: Memory) -> Row:
+def unpack(row: Array) -> Row:
     """A row of parameters as a tuple, which the compiler keeps in registers."""
     return tuple(row)
 
@@ -125,8 +121,9 @@ def longest_step(
     return math.inf
 
 
-def command_start(p: Row, on: Flags, value: float, last: Memory) -> None:
-    """Set the command terms' last outputs to those of a command that has always been there."""
+def command_start(p: Row, on: Flags, value: float) -> States:
+    """The command terms' last outputs for a command that has always been there."""
+    return (value,)
 
 
 def command_chain(
@@ -135,12 +132,15 @@ def command_chain(
     value: float,
     slope: float,
     horizon: float,
-    last: Memory,
-    v: Memory,
-    s: Memory,
-) -> tuple[float, float, float]:
-    """Pass a straight piece of the command through the terms; ``v``, ``s`` keep each one's own."""
-    return value, slope, horizon
+    last: States,
+) -> tuple[float, float, float, States, States]:
+    """Pass a straight piece of the command through the terms; at the end each one's own piece."""
+    return value, slope, horizon, (value,), (slope,)
+
+
+def command_end(v: States, s: States, gone: float) -> States:
+    """The command terms' last outputs ``gone`` seconds into their pieces."""
+    return (v[0],)
 
 
 def torques(
@@ -165,10 +165,16 @@ def reducer_angle(p: Row, on: Flags, theta: float, z: States) -> float:
     return theta
 
 
-def output_chain(p: Row, on: Flags, angle: float, memory: Memory) -> float:
+def output_chain(p: Row, on: Flags, angle: float, memory: States) -> float:
     """Angle of the surface behind the transmission [deg]."""
     return angle
 
 
-def memory_commit(p: Row, on: Flags, angle: float, memory: Memory) -> None:
-    """Keep the transmission terms' last outputs."""
+def memory_start(angle: float) -> States:
+    """The transmission terms' last outputs where all stand at ``angle`` [deg]."""
+    return (angle,)
+
+
+def memory_commit(p: Row, on: Flags, angle: float, memory: States) -> States:
+    """The transmission terms' last outputs at an angle before them [deg]."""
+    return (angle,)
