@@ -68,7 +68,7 @@ def values_of(auto: bool) -> dict[str, Any]:
     """A diagnosis in the form that is fixed."""
     parameters: dict[str, Any] = {name: one.to_json() for name, one in ACTUATOR.parameters.items()}
     parameters["bias"] = [parameters["bias"], parameters["bias"]]
-    rungs = [(None, 0.6, False)] + [("backlash", 0.032, True)] * auto
+    steps = [(None, 0.6, False)] + [("backlash", 0.032, True)] * auto
     return {
         "schema": 1,
         "noise_deg": 0.031,
@@ -90,7 +90,7 @@ def values_of(auto: bool) -> dict[str, Any]:
                 "fit_percent": 100.0 - 10.0 * error,
                 "held": ["k held at 1 from here"] if added else [],
             }
-            for added, error, explained in rungs
+            for added, error, explained in steps
         ],
         "candidates": [
             {

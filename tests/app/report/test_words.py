@@ -60,7 +60,7 @@ def test_a_law_is_the_last_step_of_the_falling_error(found: Diagnosis) -> None:
         story: Any = SimpleNamespace(result=replace(found, law=law), floor_deg=0.03)
         shown = ladder.section(story)
         assert shown is not None
-        names = [rung.name for rung, _ in shown.values["steps"]]
+        names = [step.name for step, _ in shown.values["steps"]]
         assert names == ["linear model", "+ backlash", name]
         last, floors = shown.values["steps"][-1]
         assert (last.held_out_deg, last.validation_deg, last.explained) == (0.05, None, False)

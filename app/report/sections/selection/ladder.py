@@ -23,7 +23,7 @@ LEAST_STEP = 1.2
 
 
 @dataclass(frozen=True)
-class Rung:
+class ShownStep:
     """A model's errors [deg], of which only the test's is always known, and what was held."""
 
     name: str
@@ -39,15 +39,15 @@ def section(story: Story) -> Section | None:
     result = story.result
     if not isinstance(result, Diagnosis):
         return None
-    rungs = _rungs(result)
-    if len(rungs) < 2:
+    steps = _shown_steps(result)
+    if len(steps) < 2:
         return None
     return Section(
         "ladder",
         "The falling error",
         {
-            "figure": _figure(rungs, story.floor_deg),
-            "steps": [(rung, rung.held_out_deg / story.floor_deg) for rung in rungs],
+            "figure": _figure(steps, story.floor_deg),
+            "steps": [(step, step.held_out_deg / story.floor_deg) for step in steps],
             "floor_deg": result.floor_deg,
             "law": result.law is not None,
             "allowed": EXPLAINED,
@@ -55,10 +55,10 @@ def section(story: Story) -> Section | None:
     )
 
 
-def _rungs(result: Diagnosis) -> list[Rung]:
+def _shown_steps(result: Diagnosis) -> list[ShownStep]:
     """The steps, and the law that was found after them, whose test error alone is known."""
-    rungs = [
-        Rung(
+    steps = [
+        ShownStep(
             named(step),
             step.train_rmse_deg,
             step.validation_rmse_deg,
@@ -73,8 +73,8 @@ def _rungs(result: Diagnosis) -> list[Rung]:
         last = result.ladder[-1]
         name = "+ law" if law.added_to == last.effects else f"{named_model(law.added_to)} + law"
         after = law.held_out_after_deg
-        rungs.append(Rung(name, None, None, after, after <= EXPLAINED * law.floor_deg))
-    return rungs
+        steps.append(ShownStep(name, None, None, after, after <= EXPLAINED * law.floor_deg))
+    return steps
 
 
 def named(step: LadderStep) -> str:
@@ -87,8 +87,8 @@ def named(step: LadderStep) -> str:
     return f"+ {spoken(added)}" + ("" if removed is None else f", − {spoken(removed)}")
 
 
-def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
-    errors = [max(rung.held_out_deg, LEAST_DEG) for rung in ladder]
+def _figure(ladder: Sequence[ShownStep], floor_deg: float) -> Markup:
+    errors = [max(step.held_out_deg, LEAST_DEG) for step in ladder]
     edges = np.arange(len(errors) + 1) - 0.5
 
     def paint(figure: Figure) -> None:
@@ -110,10 +110,10 @@ def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
             fontsize=8.5,
         )
         axes.stairs(errors, edges, baseline=None, color="#8a939d", linewidth=1.0)
-        for place, (rung, error) in enumerate(zip(ladder, errors, strict=True)):
+        for place, (step, error) in enumerate(zip(ladder, errors, strict=True)):
             colour = BEFORE if place == 0 else AFTER
             axes.hlines(error, edges[place], edges[place + 1], color=colour, linewidth=3.5)
-            text = f"{rung.name}\n{degrees(error)}"
+            text = f"{step.name}\n{degrees(error)}"
             # The floor's line is not to cross a label.
             below = error < floor_deg and not crowded
             axes.annotate(
@@ -131,6 +131,6 @@ def _figure(ladder: Sequence[Rung], floor_deg: float) -> Markup:
         log_ticks(axes.yaxis, low, high)
 
     alt = "Error on test data on a logarithmic scale: " + ", then ".join(
-        f"{rung.name} {degrees(error)}" for rung, error in zip(ladder, errors, strict=True)
+        f"{step.name} {degrees(error)}" for step, error in zip(ladder, errors, strict=True)
     )
     return drawn_twice("ladder", 3.4, f"{alt}. The floor is {degrees(floor_deg)}.", paint)
