@@ -10,7 +10,7 @@ from servosight.diagnose._diagnose import diagnose
 from servosight.diagnose.result import Diagnosis
 from servosight.diagnose.selection import PriorKnowledge
 from servosight.identify.foreign import Interface, Surrounded, check_outside, surrounded
-from servosight.models.core import Recording
+from servosight.models.core import Recording, spoken
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 
@@ -62,7 +62,7 @@ def _held_words(model: Surrounded) -> str:
 
 
 def _inside_words(model: Surrounded) -> str:
-    names = ", ".join(name.replace("_", " ") for name in model.catalogue.inside)
+    names = ", ".join(map(spoken, model.catalogue.inside))
     return (
         f"an FMU does not show its inside, so these effects of its loop were not tried: {names}; "
         f"one of them that is missing can look like one that was tried"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import itertools
 import re
-from collections.abc import Callable
+import textwrap
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -32,6 +34,8 @@ FAINT = "#5b6570"
 
 WIDE, NARROW = 8.2, 4.1
 """Widths of figures [inch], on a page and on a telephone."""
+WIDE_LETTERS, NARROW_LETTERS = 48, 26
+"""Of a line of a legend, beside the others' usual names."""
 MANY_DECADES = 1e3
 POINTS = 1500
 """Two for each of this many stretches are drawn of a long line: no screen shows more."""
@@ -98,9 +102,11 @@ def drawn_twice(name: str, height: float, alt: str, paint: Paint) -> Markup:
     )
 
 
-def legend_columns(figure: Figure) -> int:
-    """How many entries of a legend fit side by side."""
-    return 4 if figure.get_figwidth() > NARROW else 2
+def legend_above(figure: Figure, handles: Sequence[Artist], labels: Sequence[str]) -> None:
+    """A legend above the figure, long names on several lines."""
+    columns, letters = (4, WIDE_LETTERS) if figure.get_figwidth() > NARROW else (2, NARROW_LETTERS)
+    lines = [textwrap.fill(label, letters) for label in labels]
+    figure.legend(handles, lines, loc="outside upper left", ncols=columns)
 
 
 def _inlined(text: str, name: str, alt: str) -> Markup:

@@ -29,8 +29,8 @@ from servosight.app.report.sections.selection.experiment import section as exper
 from servosight.app.report.sections.selection.ladder import section as ladder
 from servosight.app.report.sections.selection.method import section as method
 from servosight.app.report.sections.selection.verdict import section as verdict
-from servosight.app.report.story import Story, sentence, spoken
-from servosight.models.core import chance, degrees, rounded, signed, uncertain
+from servosight.app.report.story import Story, sentence
+from servosight.models.core import chance, degrees, rounded, signed, spoken, uncertain
 
 SECTIONS: tuple[Callable[[Story], Section | None], ...] = (
     verdict,

@@ -117,11 +117,6 @@ def _square(one: Judged, window: Window) -> float:
     return float(np.sum(one.error_deg[(time_s >= window.start_s) & (time_s <= window.end_s)] ** 2))
 
 
-def spoken(effect: str) -> str:
-    """An identifier as words."""
-    return effect.replace("_", " ")
-
-
 def sentence(text: str) -> str:
     """Text with a capital letter in front."""
     return text[:1].upper() + text[1:]

@@ -19,7 +19,7 @@ from servosight.diagnose.residuals import (
     shares,
     worst_windows,
 )
-from servosight.models.core import Frozen, degrees, times
+from servosight.models.core import Frozen, degrees, rounded, times
 
 KINDS = {
     "angle": "angle",
@@ -93,6 +93,8 @@ APART = 1.5
 """Recordings at different loads or gains differ where their rms errors do by this factor."""
 REPEATS = 0.5
 """From this share on, what is left is said to repeat."""
+FEW = 0.01
+"""Below this share, the per cent that are left have a digit behind the point."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +175,8 @@ def partial(
 def _left(share: float, first_deg: float, last_deg: float) -> str:
     """How much of the first model's error is left, in words; a share of more than 1 is none."""
     if share <= 1.0:
-        return f"{100.0 * share:.0f} % of the first model's squared error remains above the floor"
+        left = f"{100.0 * share:.0f}" if share >= FEW else rounded(100.0 * share, 1)
+        return f"{left} % of the first model's squared error remains above the floor"
     return (
         f"On test data the rms error, {degrees(last_deg)}, is {times(last_deg / first_deg)} times "
         f"the first model's: these data hardly contain the motion that the effects were chosen on"

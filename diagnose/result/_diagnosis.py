@@ -32,6 +32,7 @@ from servosight.models.core import (
     Result,
     Table,
     covariance_to_keep,
+    spoken,
 )
 
 if TYPE_CHECKING:
@@ -91,10 +92,10 @@ class LadderStep(Frozen):
     @property
     def change(self) -> str:
         """What the step changed: ``+ backlash``, ``- dead time``; its ``base`` of the first one."""
-        signs = [f"+ {self.added}"] if self.added else []
-        signs += [f"- {self.removed}"] if self.removed else []
-        first = f"with {', '.join(self.effects)}" if self.effects else self.base
-        return (", ".join(signs) or first).replace("_", " ")
+        signs = [f"+ {spoken(self.added)}"] if self.added else []
+        signs += [f"- {spoken(self.removed)}"] if self.removed else []
+        first = f"with {', '.join(map(spoken, self.effects))}" if self.effects else self.base
+        return ", ".join(signs) or first
 
     @property
     def actuator(self) -> Actuator:

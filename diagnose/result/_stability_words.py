@@ -54,7 +54,7 @@ def equivalent_words(
     >>> others = [["gravity_load", "backlash"]]
     >>> words = equivalent_words(
     ...     ["gravity_load", "coulomb_friction"], others, {"coulomb_friction": ["backlash"]})
-    >>> words.endswith("All have gravity load, and one of coulomb friction and backlash.")
+    >>> words.endswith("All have gravity load, and one of Coulomb friction and backlash.")
     True
     """
     if not others:

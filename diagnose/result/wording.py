@@ -197,15 +197,16 @@ def partial_words(
     if left is None:
         return []
     steps = [_change_words(step) for step in ladder[1:]]
-    took = [f"Of the squared error on test data, {', '.join(steps)}."] if steps else []
+    of = "Squared error on test data, as a share of the first model's"
+    took = [f"{of}: {'; '.join(steps)}."] if steps else []
     return [*took, left.sentence, *([] if again is None else [again.sentence])]
 
 
 def _change_words(step: LadderStep) -> str:
-    """What a step did to the squared error: ``adding backlash removed 12 %``."""
-    done = [("adding", step.added), ("removing", step.removed)]
-    change = " and ".join(f"{verb} {listed([name])}" for verb, name in done if name)
-    return f"{change} {'removed' if step.taken >= 0.0 else 'added'} {abs(100.0 * step.taken):.0f} %"
+    """What a step did to the squared error: ``backlash added, -12 %``."""
+    done = [(step.added, "added"), (step.removed, "removed")]
+    change = " and ".join(f"{listed([name])} {verb}" for name, verb in done if name)
+    return f"{change}, {-100.0 * step.taken:+.0f} %"
 
 
 def _closed(law: Law) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from servosight.identify.fit._solution import Solution
 from servosight.identify.problem import Problem, effect_guesses, neutral_start, projected_out
-from servosight.models.core import Array, Parameter, rounded
+from servosight.models.core import Array, Parameter, rounded, spoken
 
 COUNT = 9
 """Sizes that are simulated, from a small share of the first guess up to the parameter's bound."""
@@ -119,7 +119,7 @@ def smallest(sizes: Array, change_deg: Array, least_deg: float) -> float | None:
 
 
 def _words(name: str, parameter: Parameter, value: float | None, still: bool) -> str:
-    effect = name.replace("_", " ")
+    effect = spoken(name)
     if value is None:
         motion = "the motion, which never reverses," if still else "the motion"
         return f"{effect} could not have shown: {motion} does not excite it"

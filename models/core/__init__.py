@@ -74,6 +74,7 @@ from servosight.models.core._rounding import rounded as rounded
 from servosight.models.core._rounding import signed as signed
 from servosight.models.core._rounding import times as times
 from servosight.models.core._rounding import uncertain as uncertain
+from servosight.models.core._spoken import spoken as spoken
 from servosight.models.core._views import one_or_more as one_or_more
 from servosight.models.core._views import read_by_servo as read_by_servo
 from servosight.models.core._views import views as views

@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._samples import Samples, all_samples, held_out_samples
-from servosight.models.core import Recording
+from servosight.models.core import Recording, spoken
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,5 +85,5 @@ def listed(effects: Sequence[str]) -> str:
     >>> listed(["dead_zone", "backlash"])
     'dead zone and backlash'
     """
-    words = [effect.replace("_", " ") for effect in effects]
+    words = [spoken(effect) for effect in effects]
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

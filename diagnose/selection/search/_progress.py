@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from servosight.diagnose.selection.search._visited import Visited
-from servosight.models.core import BEST_SO_FAR, StageProgress, degrees, times
+from servosight.models.core import BEST_SO_FAR, StageProgress, degrees, spoken, times
 
 
 @dataclass
@@ -29,7 +29,7 @@ class BestSoFar:
         ranked = self.visited.ranked()
         if not ranked:
             return ""
-        named = " + ".join(ranked[0].effects).replace("_", " ") or "the linear model"
+        named = " + ".join(map(spoken, ranked[0].effects)) or "the linear model"
         error, floor = ranked[0].score.validation_rmse_deg, self.visited.criterion.floor_deg
         return (
             f"{BEST_SO_FAR}{named}, {degrees(error)} rms on validation data, "

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from servosight.models.core import Table
+from servosight.models.core import Table, spoken
 from servosight.models.effects import catalogue
 from servosight.scenarios.sweeps.answers._detection import Detection, detection
 
@@ -103,7 +103,7 @@ def _of_axis(frame: pl.DataFrame, axis: str, others: list[str]) -> list[Found]:
 
 def _words(axis: str, effects: Sequence[str]) -> dict[str, str]:
     if axis == STRENGTH:
-        name = " and ".join(effects).replace("_", " ")
+        name = " and ".join(map(spoken, effects))
         return {"what": f"strength of {name}", "unit": ""}
     _, effect, name = axis.split(".")
     parameter = catalogue()[effect].parameter(name)

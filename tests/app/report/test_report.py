@@ -35,7 +35,7 @@ def test_a_diagnosis_tells_the_whole_story(found: Diagnosis, told: tuple[str, Pa
         "Where the linear model fails",
         "backlash.gap",
         "+ backlash",
-        "coulomb friction",
+        "Coulomb friction",
         "What could be missing",
         "The parts are blocks of 1 s",
         found.headline,

@@ -106,7 +106,7 @@ def test_a_single_step_shows_no_friction() -> None:
     found = shown(linear(np.where(TIME_S < 1.0, 0.0, 5.0)))
     one = found["coulomb_friction"]
     assert one.value is None
-    assert one.sentence.startswith("coulomb friction could not have shown: the motion, which never")
+    assert one.sentence.startswith("Coulomb friction could not have shown: the motion, which never")
     assert found["rate_limit"].value is not None
     assert found["asymmetric_gain"].value is None
 

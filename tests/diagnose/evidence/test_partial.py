@@ -167,7 +167,7 @@ def test_the_summary_is_a_line_for_each_part() -> None:
     begun = [line[:20] for line in summary.splitlines()]
     assert begun == [
         "With backlash added ",
-        "Of the squared error",
+        "Squared error on tes",
         "25 % of the first mo",
         "20 % of the error re",
         "Not called missing: ",

@@ -178,7 +178,7 @@ def test_an_effect_that_is_not_needed_is_left_out(twin: Any) -> None:
     result = diagnose([twin()[0]], auto=True, prior=known)
     assert (result.verdict, result.effects) == ("no_effect_missing", ())
     assert [step.removed for step in result.ladder] == [None, "coulomb_friction"]
-    assert result.headline == "Not needed: coulomb friction"
+    assert result.headline == "Not needed: Coulomb friction"
     assert not result.candidates
 
 

@@ -112,7 +112,7 @@ def test_a_diagnosis_names_what_is_missing_around_an_fmu(
     assert gap.sigma is not None
     assert abs(gap.value - 1.2) < 4.0 * gap.sigma
     assert {one.effect for one in why.candidates} == {"linkage_geometry", "backlash"}
-    assert any("coulomb friction" in one for one in why.warnings)
+    assert any("Coulomb friction" in one for one in why.warnings)
     why.report(tmp_path / "report.html")
     assert "FMU model" in (tmp_path / "report.html").read_text(encoding="utf-8")
     why.save(tmp_path / "why.json")

@@ -14,7 +14,7 @@ from servosight.app.report.figure import (
     BEFORE,
     MEASURED,
     drawn_twice,
-    legend_columns,
+    legend_above,
     log_ticks,
 )
 from servosight.app.report.section import Section
@@ -88,11 +88,7 @@ def _figure(story: Story, answers: list[Response]) -> Markup:
         middle.set_ylabel("phase [deg]")
         coherences.set_ylabel("coherence")
         coherences.set_xlabel("frequency [Hz]")
-        figure.legend(
-            *gains.get_legend_handles_labels(),
-            loc="outside upper left",
-            ncols=legend_columns(figure),
-        )
+        legend_above(figure, *gains.get_legend_handles_labels())
         figure.align_ylabels()
 
     alt = (

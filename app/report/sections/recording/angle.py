@@ -19,7 +19,7 @@ from servosight.app.report.figure import (
     NOISE,
     Paint,
     drawn_twice,
-    legend_columns,
+    legend_above,
     shade,
     thinned,
 )
@@ -159,7 +159,7 @@ def painted(story: Story, number: int, span_s: tuple[float, float] | None) -> Pa
             panels[-1].set_ylabel(f"disturbance [{recording.disturbance_unit}]")
         panels[-1].set_xlabel("time [s]")
         labels = [str(handle.get_label()) for handle in handles]
-        figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns(figure))
+        legend_above(figure, handles, labels)
         figure.align_ylabels(panels)
 
     return paint

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 
 from servosight.app.report.figure import AFTER, drawn_twice, thinned
 from servosight.app.report.section import Section
-from servosight.app.report.story import Story, spoken
+from servosight.app.report.story import Story
 from servosight.diagnose import Diagnosis
 from servosight.diagnose.experiment import DECIDES, Proposal
+from servosight.models.core import spoken
 
 
 def section(story: Story) -> Section | None:

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from servosight.app.report.figure import AFTER, BEFORE, NOISE, drawn_twice, log_ticks
 from servosight.app.report.section import Section
-from servosight.app.report.story import LEAST_DEG, Story, spoken
+from servosight.app.report.story import LEAST_DEG, Story
 from servosight.diagnose import Diagnosis, LadderStep, named_model
 from servosight.diagnose.residuals import EXPLAINED
-from servosight.models.core import degrees
+from servosight.models.core import degrees, spoken
 
 ROOM = 0.2
 """Of the errors' range on the logarithmic scale, for the labels above and below."""
