@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from support.drawn_film import FIN, PIVOT, filmed
 from support.reports import RATE_HZ, written
 
-from servosight.app.report.figure import POINTS, thinned
+from servosight.app.report.figure import NARROW, POINTS, WIDE, legend_above, thinned
 from servosight.diagnose import Diagnosis, predictions
 from servosight.models.core import Recording, degrees
 from servosight.scenarios.produce import OURS
@@ -71,3 +72,17 @@ def test_long_lines_keep_their_peaks() -> None:
     assert np.all(np.diff(kept_x) > 0)
     short = thinned(x[:10], line[:10])[0][1]
     np.testing.assert_array_equal(short, line[:10])
+
+
+@pytest.mark.parametrize("width", [WIDE, NARROW])
+def test_a_legend_with_a_long_name_stays_within_its_figure(width: float) -> None:
+    names = ["command", "measured", "linear model"]
+    names.append("with directional friction, load dependent Stribeck and gravity load")
+    figure = Figure((width, 4.0), layout="constrained")
+    axes = figure.subplots()
+    handles = [axes.plot([0.0, 1.0])[0] for _ in names]
+    legend_above(figure, handles, names)
+    figure.draw_without_rendering()
+    place = figure.legends[0].get_window_extent()
+    assert place.x0 >= 0.0
+    assert place.x1 <= figure.bbox.x1

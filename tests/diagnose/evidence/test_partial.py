@@ -65,6 +65,10 @@ def test_the_share_that_is_left_is_above_the_floor() -> None:
     assert "no test shows" in found.sentence
 
 
+def test_a_small_share_is_not_rounded_to_none() -> None:
+    assert partial((4.88, 0.279), 0.048, [], [judged()], None).sentence.startswith("0.3 % of the")
+
+
 def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> None:
     run = judged(0.0)
     late = np.where((TIME_S > 2.9) & (TIME_S < 3.1), 0.5, 0.01)  # in full motion of the sine
