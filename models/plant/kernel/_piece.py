@@ -1,8 +1,8 @@
 """The motion through one straight piece of the command, in steps that end where a switch falls.
 
 Compiled into the plant kernel (_codegen.py), where ``_integrator.py`` joins the pieces to a run;
-printed as C, where a caller passes them one by one. States travel as tuples, in and out, so that
-the compiler keeps them in registers.
+printed as C, where a caller passes them one by one. States and memories travel as tuples, in and
+out: the compiler keeps them in registers, and counts the references to an array at each call.
 """
 
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
