@@ -10,9 +10,9 @@ import numpy as np
 
 from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import Series, check_angle, check_finite, check_time
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io.importers import Column, Raw, Request, assemble, units_of
+from servosight.models.io.tables import Series, check_angle, check_finite, check_time
 
 _OPTIONAL = ("command_time_s", "sigma_deg")
 

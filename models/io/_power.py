@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import InputError, Mask
-from servosight.models.io._csv import Sheet
+from servosight.models.io.tables import Sheet
 
 _PLAIN_NAMES = ("torqueenable", "torqueenabled")
 """Columns that say whether the motor has torque, without path, joint, case and separators."""

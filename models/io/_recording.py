@@ -15,14 +15,27 @@ from servosight.models.core import (
     check_path,
     plain_name,
 )
-from servosight.models.io import _series as check
 from servosight.models.io import _shared_error as shared_error
-from servosight.models.io._csv import Sheet, read_sheet
 from servosight.models.io._power import powered_sheet
-from servosight.models.io._quantities import angle_of, command_of, named, time_of
-from servosight.models.io._series import DEGREES, Series
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
 from servosight.models.io._signals import overlooked, signal_columns, signals_of
+from servosight.models.io.tables import (
+    DEGREES,
+    Series,
+    Sheet,
+    angle_of,
+    check_angle,
+    check_enough,
+    check_finite,
+    check_rate,
+    check_sigma,
+    check_time,
+    check_together,
+    command_of,
+    named,
+    read_sheet,
+    time_of,
+)
 
 VIDEOS = (".mkv", ".mp4", ".avi", ".mov", ".webm", ".m4v")
 """Endings that mark a video, not a table that cannot be read."""
@@ -69,22 +82,22 @@ class Streams:
         """Refuse what no recording can be."""
         for column in (self.command_time, self.command, self.time, self.angle, self.sigma):
             if column is not None:
-                check.check_finite(column)
+                check_finite(column)
         for time in (self.command_time, self.time):
-            check.check_time(time)
-        check.check_enough(self.angle)
+            check_time(time)
+        check_enough(self.angle)
         if not self.command.raw.size:
             raise InputError(
                 f"{self.command.path}: column {self.command.name} has no rows, expected a changing "
                 f"command; write one row for each new value"
             )
-        check.check_rate(self.time)
+        check_rate(self.time)
         for column in (self.command, self.angle, self.sigma):
             if column is not None:
-                check.check_angle(column)
+                check_angle(column)
         if self.sigma is not None:
-            check.check_sigma(self.sigma)
-        check.check_together(self.command_time, self.command, self.time, self.angle)
+            check_sigma(self.sigma)
+        check_together(self.command_time, self.command, self.time, self.angle)
 
 
 def inspect_folder(path: Path) -> RecordingFolder:

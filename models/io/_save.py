@@ -10,8 +10,8 @@ import tomli_w
 
 from servosight.models.core import Array, Recording, Stream, new_folder, write_text
 from servosight.models.io import _shared_error as shared_error
-from servosight.models.io._csv import table_text
 from servosight.models.io._settings import FORMAT
+from servosight.models.io.tables import table_text
 
 FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", "signals.csv", shared_error.NAME)
 """What ``save_recording`` writes."""

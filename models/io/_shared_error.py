@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, InputError, write_text
-from servosight.models.io._csv import read_sheet, table_text
+from servosight.models.io.tables import read_sheet, table_text
 
 NAME = "shared.csv"
 

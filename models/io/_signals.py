@@ -7,10 +7,17 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from servosight.models.core import Signals, column_map
-from servosight.models.io._csv import Sheet
-from servosight.models.io._header_units import Split, signal_unit, split_unit
-from servosight.models.io._listed import listed
-from servosight.models.io._series import SIGNALS, Series, check_finite, check_time
+from servosight.models.io.tables import (
+    SIGNALS,
+    Series,
+    Sheet,
+    Split,
+    check_finite,
+    check_time,
+    listed,
+    signal_unit,
+    split_unit,
+)
 
 _FROM_OUTSIDE = re.compile(
     r"force|disturb|pulses|wrench"

@@ -21,12 +21,12 @@ from servosight.models.core import (
     plain_name,
 )
 from servosight.models.io._recording import Streams, recording_of
-from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io._signals import signal_name
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._stamps import in_order, one_a_stamp
 from servosight.models.io.importers._turns import continuous
+from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
 
 _OWN_READING = re.compile(r"present[\s_]?position|joint_?states?|observation\.state", re.IGNORECASE)
 """In a column's name: the servo's own sensor measured it, as Dynamixel, ROS and LeRobot call it."""

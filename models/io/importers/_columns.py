@@ -19,14 +19,12 @@ from servosight.models.core import (
     either,
     plain_name,
 )
-from servosight.models.io._header_units import Split, split_unit
-from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column, powered_run
-from servosight.models.io._series import DEGREES, PULSE, SECONDS, SIGNALS
 from servosight.models.io._signals import overlooked, signal_columns
 from servosight.models.io.importers._assemble import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
+from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Split, listed, split_unit
 
 _EXAMPLES = {"time": "s", "command": "deg", "angle": "deg"}
 

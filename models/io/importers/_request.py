@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from servosight.models.core import InputError, Side, column_map
-from servosight.models.io._series import SIGNALS
+from servosight.models.io.tables import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
 

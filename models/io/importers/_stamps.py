@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Array, Mask
-from servosight.models.io._series import Series
+from servosight.models.io.tables import Series
 
 MOST_RUNNING_BACK = 0.01
 """The share of a log's rows that may be left out for their stamps; with more the clock is wrong."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import Array, Mask
-from servosight.models.io._series import Series
+from servosight.models.io.tables import Series
 
 TURN_DEG = 360.0
 LEAST_JUMP_DEG = 300.0

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from servosight.models.core import InputError, column_map, either
-from servosight.models.io._header_units import Split, signal_unit, spelled, split_unit
-from servosight.models.io._series import DEGREES, SIGNALS
 from servosight.models.io.importers._request import Column, Request
+from servosight.models.io.tables import DEGREES, SIGNALS, Split, signal_unit, spelled, split_unit
 
 ANGLES = ("command", "angle", "sigma")
 """Quantities with the unit of an angle."""

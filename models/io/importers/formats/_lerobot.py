@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import InputError, Recording, either, plain_name, read_settings
-from servosight.models.io._header_units import split_path
 from servosight.models.io._power import power_columns
 from servosight.models.io.importers._apart import Extract, Parser
 from servosight.models.io.importers._apart import extract as extract_apart
@@ -24,6 +23,7 @@ from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, chosen_columns, raw_columns
 from servosight.models.io.importers._request import Column, Request
 from servosight.models.io.importers.formats._parquet import number_columns, numbers, whole_columns
+from servosight.models.io.tables import split_path
 
 INFO = Path("meta") / "info.json"
 PARSER = Parser(__name__, "a LeRobot data set", "pyarrow")

@@ -10,16 +10,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording, column_map, did_you_mean
-from servosight.models.io._header_units import split_path
-from servosight.models.io._listed import listed
 from servosight.models.io._power import power_column
-from servosight.models.io._series import SIGNALS
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import Raw, assemble
 from servosight.models.io.importers._columns import powered, source_of
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._units import units_of
+from servosight.models.io.tables import SIGNALS, listed, split_path
 
 Notes: TypeAlias = tuple[str, ...]
 

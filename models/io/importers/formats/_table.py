@@ -6,13 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from servosight.models.core import Array, Recording, plain_name
-from servosight.models.io._csv import read_sheet
-from servosight.models.io._dates import is_date, seconds_of
 from servosight.models.io._power import switched_on
-from servosight.models.io._series import SIGNALS
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, raw_columns, source_of
 from servosight.models.io.importers._request import Request
+from servosight.models.io.tables import SIGNALS, is_date, read_sheet, seconds_of
 
 
 def recognises(path: Path, start: bytes) -> bool:

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import InputError, either
-from servosight.models.io._csv import Sheet
-from servosight.models.io._header_units import split_unit
-from servosight.models.io._listed import listed
-from servosight.models.io._series import DEGREES, PULSE, SECONDS, Series
+from servosight.models.io.tables._csv import Sheet
+from servosight.models.io.tables._header_units import split_unit
+from servosight.models.io.tables._listed import listed
+from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS, Series
 
 
 def named(sheet: Sheet, quantity: str, units: Sequence[str]) -> list[tuple[str, str]]:

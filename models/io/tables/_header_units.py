@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TypeAlias
 
-from servosight.models.io._series import DEGREES, PULSE, SECONDS
+from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS
 
 Split: TypeAlias = Callable[[str], tuple[str, str | None]]
 """Tells the name and the unit of a column apart."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import LARGEST_TABLE, Array, InputError, read_text
-from servosight.models.io._dates import is_date
+from servosight.models.io.tables._dates import is_date
 
 LONGEST_LINE = 100_000
 COMMENT = "#"

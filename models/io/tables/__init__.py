@@ -1,0 +1,29 @@
+"""Tables of numbers in text files: their columns, units and time stamps."""
+
+from servosight.models.io.tables._csv import Sheet as Sheet
+from servosight.models.io.tables._csv import read_sheet as read_sheet
+from servosight.models.io.tables._csv import table_text as table_text
+from servosight.models.io.tables._dates import is_date as is_date
+from servosight.models.io.tables._dates import seconds_of as seconds_of
+from servosight.models.io.tables._header_units import Split as Split
+from servosight.models.io.tables._header_units import signal_unit as signal_unit
+from servosight.models.io.tables._header_units import spelled as spelled
+from servosight.models.io.tables._header_units import split_path as split_path
+from servosight.models.io.tables._header_units import split_unit as split_unit
+from servosight.models.io.tables._listed import listed as listed
+from servosight.models.io.tables._quantities import angle_of as angle_of
+from servosight.models.io.tables._quantities import command_of as command_of
+from servosight.models.io.tables._quantities import named as named
+from servosight.models.io.tables._quantities import time_of as time_of
+from servosight.models.io.tables._series import DEGREES as DEGREES
+from servosight.models.io.tables._series import PULSE as PULSE
+from servosight.models.io.tables._series import SECONDS as SECONDS
+from servosight.models.io.tables._series import SIGNALS as SIGNALS
+from servosight.models.io.tables._series import Series as Series
+from servosight.models.io.tables._series import check_angle as check_angle
+from servosight.models.io.tables._series import check_enough as check_enough
+from servosight.models.io.tables._series import check_finite as check_finite
+from servosight.models.io.tables._series import check_rate as check_rate
+from servosight.models.io.tables._series import check_sigma as check_sigma
+from servosight.models.io.tables._series import check_time as check_time
+from servosight.models.io.tables._series import check_together as check_together
