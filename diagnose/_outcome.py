@@ -12,6 +12,7 @@ from servosight.diagnose.evidence import (
     firm,
     interchangeable,
     undetermined,
+    unmeasured,
 )
 from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
@@ -114,6 +115,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
     stable = replace(
         outcome.stability,
         undetermined=unknown,
+        unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
         equivalents=others,
         one_of=interchangeable(last.effects, others),
     )

@@ -23,4 +23,5 @@ from servosight.diagnose.evidence.stability import resamples as resamples
 from servosight.diagnose.evidence.stability import stability as stability
 from servosight.diagnose.evidence.stability import stable_steps as stable_steps
 from servosight.diagnose.evidence.stability import undetermined as undetermined
+from servosight.diagnose.evidence.stability import unmeasured as unmeasured
 from servosight.diagnose.evidence.stability import winner as winner

@@ -152,10 +152,16 @@ def missed(full: Solution, tests: Sequence[Recording]) -> float:
 
 
 def fit_from(
-    recordings: Sequence[Recording], effects: Sequence[str], truth: Mapping[str, float]
+    recordings: Sequence[Recording],
+    effects: Sequence[str],
+    truth: Mapping[str, float],
+    held: Mapping[str, float] | None = None,
 ) -> Solution:
-    """The best fit from the truth, the parameters of effects that are left out aside."""
-    problem = Problem.of(recordings, catalogue(), ordered(effects))
+    """The best fit from the truth, the parameters of effects that are left out aside.
+
+    ``held`` parameters stay at their values.
+    """
+    problem = Problem.of(recordings, catalogue(), ordered(effects), held=held)
     own = {"bias": 0.0, "initial_speed": 0.0}
     start = [
         coordinate.to_search(

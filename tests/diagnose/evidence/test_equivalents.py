@@ -49,10 +49,12 @@ def test_a_model_whose_errors_scatter_about_the_same_size_is_told() -> None:
             ("coulomb_friction", "dead_time"): 0.4 * MISFIT,  # has the first one's effect
             ("stribeck_friction",): 0.4 * in_turn(0.05),  # contains it
             ("backlash", "dead_time"): 0.4 * in_turn(0.06),  # has the second one's
+            ("dead_zone", "torque_saturation"): 0.2 * in_turn(0.04),
+            ("dead_zone", "current_limit"): 0.2 * in_turn(0.03),  # contains both of these
         }
     )
     told = equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
-    assert told == (("backlash",),)
+    assert set(told) == {("backlash",), ("dead_zone", "torque_saturation")}
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.97, (("backlash",),)), (1.03, ())])
