@@ -11,6 +11,8 @@ from servosight.diagnose.evidence import (
     equivalents,
     firm,
     interchangeable,
+    special_case,
+    stability,
     undetermined,
     unmeasured,
 )
@@ -90,6 +92,9 @@ def select(
     if auto:
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
+        while step := special_case(models, selected.steps[-1].trial, criterion):
+            selected = replace(selected, steps=(*selected.steps, step))
+            stable = stability(models, criterion, step.trial)
         last = selected.steps[-1].trial
         if not latencies and not criterion.explained(last.score):
             latencies = latencies_left(last, _names(data))

@@ -4,6 +4,7 @@ from servosight.diagnose.evidence._detectable import detectable as detectable
 from servosight.diagnose.evidence._detectable import with_detectable as with_detectable
 from servosight.diagnose.evidence._equivalents import equivalents as equivalents
 from servosight.diagnose.evidence._equivalents import interchangeable as interchangeable
+from servosight.diagnose.evidence._equivalents import special_case as special_case
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
 from servosight.diagnose.evidence._partial import RECORD_AGAIN as RECORD_AGAIN

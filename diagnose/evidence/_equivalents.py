@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from servosight.diagnose.residuals import TEST, Judged
-from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Trial
+from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.core import Array
 from servosight.models.effects import Effect
 
@@ -48,7 +48,7 @@ def equivalents(
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
         more = _covered(trial.effects, models.catalogue) >= set(last.effects)
-        other = trial.effects and not (more and trial.held == last.held)
+        other = trial.effects and not (more and set(trial.held) <= set(last.held))
         if not other or not models.known.allows(trial.effects):
             continue
         price = criterion.overall_price(trial.score)
@@ -58,6 +58,27 @@ def equivalents(
     covered = {one: _covered(one, models.catalogue) for one in near}
     least = [one for one in near if not any(set(o) <= covered[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
+
+
+def special_case(
+    models: ModelSelection, last: Trial, criterion: AcceptanceCriterion
+) -> Step | None:
+    """The step from ``last`` to a special case of one of its effects, where that does as well.
+
+    It has nothing that ``last`` lacks: a run that needs no more would name it, and one that does
+    has it in the effect that contains it. As at a step to what most parts of the data name, its
+    price may be higher by less than an effect's.
+    """
+    known = models.known
+    most = criterion.overall_price(last.score) + criterion.policy.effect_price
+    others = {frozenset(one) for one in equivalents(models, last, criterion)}
+    for name in known.removable(last.effects) if others else ():
+        for simple in models.catalogue[name].contains:
+            if frozenset(last.effects) - {name} | {simple} in others:
+                trial = models.swapped(last, name, simple)
+                if criterion.overall_price(trial.score) <= most:
+                    return Step(trial, simple, name)
+    return None
 
 
 def _covered(effects: Sequence[str], catalogue: Mapping[str, Effect]) -> set[str]:

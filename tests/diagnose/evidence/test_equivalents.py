@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Stability, equivalents, interchangeable
+from servosight.diagnose.evidence import Stability, equivalents, interchangeable, special_case
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
@@ -87,6 +87,32 @@ def test_seconds_at_the_floor_tell_nothing() -> None:
         }
     )
     assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
+
+
+@pytest.mark.parametrize("worse", [1.0, 1.12])
+def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
+    worse: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where its price is higher by less than 0.1: by log(1.04) less 0.02 for two parameters, not
+    by log(1.17). The errors scatter by more from second to second than either."""
+    models, found = selection(
+        {
+            ("stribeck_friction",): 0.4 * MISFIT,
+            ("coulomb_friction",): 0.4 * worse * in_turn(0.3),
+            ("backlash",): 0.4 * in_turn(0.3),
+        }
+    )
+    monkeypatch.setattr(ModelSelection, "swapped", lambda *_: found[1])
+    step = special_case(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
+    if worse == 1.0:
+        assert step is not None
+        assert (step.trial, step.added, step.removed) == (
+            found[1],
+            "coulomb_friction",
+            "stribeck_friction",
+        )
+    else:
+        assert step is None
 
 
 def test_what_not_all_have_is_one_of_several_and_is_not_named() -> None:
