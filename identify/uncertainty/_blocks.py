@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, stdtrit
@@ -38,22 +39,25 @@ class BlockMoves:
     without: Array
     shares: Array
 
-    @property
-    def variances(self) -> Array:
+    @cached_property
+    def freedom(self) -> Array:
+        """How many blocks determine each coordinate (Satterthwaite), (coordinates,)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = np.sum(self.shares, axis=0) ** 2 / np.sum(self.shares**2, axis=0)
+        return np.asarray(np.nan_to_num(found))
+
+    def variances(self, otherwise: Array) -> Array:
         """The jackknife's variance of each coordinate, (coordinates,).
 
         Widened so that two sigma hold what they hold of a normal error: a variance of few blocks
-        is itself uncertain, and so is one that few of many blocks make. Their number is
-        Satterthwaite's, from the shares.
+        is itself uncertain, and so is one that few of many blocks make. Where fewer than two
+        determine a coordinate, as an initial speed, none can be left out: then ``otherwise``.
         """
-        count = self.without.shape[0]
-        if count < 2:
-            return np.zeros(self.without.shape[1])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            freedom = np.sum(self.shares, axis=0) ** 2 / np.sum(self.shares**2, axis=0)
-        freedom = np.maximum(np.nan_to_num(freedom), _LEAST_FREEDOM)
-        wider = stdtrit(freedom, ndtr(_SIGMAS)) / _SIGMAS
-        return np.asarray((count - 1) / count * np.sum(self.without**2, axis=0) * wider**2)
+        count = max(self.without.shape[0], 1)
+        enough = self.freedom >= _LEAST_FREEDOM
+        wider = stdtrit(np.maximum(self.freedom, _LEAST_FREEDOM), ndtr(_SIGMAS)) / _SIGMAS
+        found = (count - 1) / count * np.sum(self.without**2, axis=0) * wider**2
+        return np.where(enough, found, otherwise)
 
     def excess(self, noise: Array, inverse: Array, among: Mask) -> float:
         """Variance of the coordinates ``among`` by blocks over that by ``noise``.

@@ -50,10 +50,12 @@ def sampling_covariance(
     if not inverse.size:
         return noise
     blocks = block_moves(jacobians, residuals, times_s, inverse)
-    extent = max(misfit, min(blocks.excess(noise, inverse, shared) - 1.0, 1.0))
+    excess = max(blocks.excess(noise, inverse, shared), 1.0)
+    extent = max(misfit, min(excess - 1.0, 1.0))
     if extent <= 0.0:
         return noise
-    own = _widened(stationary_covariance(jacobians, residuals, masks, inverse), blocks.variances)
+    least = blocks.variances(excess * np.diag(noise))
+    own = _widened(stationary_covariance(jacobians, residuals, masks, inverse), least)
     return _widened((1.0 - extent) * noise + extent * own, np.diag(noise))
 
 

@@ -34,6 +34,8 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "current_limit": ("torque_saturation",),
     "motion_profile": ("rate_limit",),
     "directional_friction": ("load_dependent_friction",),
+    # Back-EMF counts among the torque that loads the gears: the former has it, the latter not.
+    "load_dependent_friction": ("directional_friction",),
     "feedback_backlash": ("backlash",),
     "dead_band": ("dead_zone",),
 }
