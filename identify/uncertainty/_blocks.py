@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
+from scipy.special import chdtri, ndtr, stdtrit
 
 from servosight.models.core import Array, Mask
 
@@ -23,6 +23,7 @@ _LEVERAGE = 0.9
 """A block that alone determines a parameter is not left out whole."""
 _SIGMAS = 2.0
 _LEAST_FREEDOM = 2.0
+_RARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,11 @@ class BlockMoves:
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.sum(self.shares, axis=0) ** 2 / np.sum(self.shares**2, axis=0)
         return np.asarray(np.nan_to_num(found))
+
+    def by_chance(self, among: Mask) -> float:
+        """What the :meth:`excess` over the right covariance stays below in 95 of 100 cases."""
+        freedom = max(float(np.sum(self.freedom[among])), 1.0)
+        return float(chdtri(freedom, _RARE)) / freedom
 
     def variances(self, otherwise: Array) -> Array:
         """The jackknife's variance of each coordinate, (coordinates,).

@@ -20,6 +20,9 @@ from servosight.identify.uncertainty._correlation import weighted_normal
 from servosight.identify.uncertainty._stationary import stationary_covariance
 from servosight.models.core import Array, Mask
 
+_WHOLE = 0.25
+"""A scatter of blocks beyond chance by this share is all the model's own error."""
+
 
 def sampling_covariance(
     jacobians: Sequence[Array],
@@ -40,8 +43,8 @@ def sampling_covariance(
 
     An error of the model takes its place to the extent ``misfit``, 0 to 1, that the residuals
     exceed the noise, or that the ``shared`` coordinates (known,) scatter from block to block more
-    than the sandwich has it: an error that stays below the noise of a sample shows there alone, and
-    many samples do not average it out. Of a variance twice as large as by noise all counts.
+    than the sandwich and chance have it: an error that stays below the noise of a sample shows
+    there alone, and many samples do not average it out.
     """
     parts = zip(jacobians, residuals, masks, strict=True)
     meat = sum((weighted_normal(*one) for one in parts), np.zeros(inverse.shape))
@@ -51,7 +54,8 @@ def sampling_covariance(
         return noise
     blocks = block_moves(jacobians, residuals, times_s, inverse)
     excess = max(blocks.excess(noise, inverse, shared), 1.0)
-    extent = max(misfit, min(excess - 1.0, 1.0))
+    beyond = excess / blocks.by_chance(shared) - 1.0
+    extent = max(misfit, min(beyond / _WHOLE, 1.0))
     if extent <= 0.0:
         return noise
     least = blocks.variances(excess * np.diag(noise))
