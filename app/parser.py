@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from typing import NoReturn
 
 from servosight import __version__
@@ -18,8 +19,18 @@ class CommandParser(argparse.ArgumentParser):
         """As argparse does; what a command does not know is its own error, not the program's."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+            again = self._again(sys.argv[1:] if args is None else list(args), unknown[0])
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{again}")
         return found, unknown
+
+    def _again(self, args: list[str], word: str) -> str:
+        """How to give a second value to an option that takes one at a time; empty for others."""
+        for option, value, further in zip(args, args[1:], args[2:], strict=False):
+            action = self._option_string_actions.get(option)
+            repeated = isinstance(action, argparse._AppendAction)
+            if further == word and repeated and not word.startswith("-"):
+                return f"; repeat the option for each: {option} {value} {option} {word}"
+        return ""
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError in place of printing the usage and exiting."""

@@ -11,7 +11,10 @@ from servosight.diagnose.evidence import (
     equivalents,
     firm,
     interchangeable,
+    special_case,
+    stability,
     undetermined,
+    unmeasured,
 )
 from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
@@ -89,6 +92,9 @@ def select(
     if auto:
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
+        while step := special_case(models, selected.steps[-1].trial, criterion):
+            selected = replace(selected, steps=(*selected.steps, step))
+            stable = stability(models, criterion, step.trial)
         last = selected.steps[-1].trial
         if not latencies and not criterion.explained(last.score):
             latencies = latencies_left(last, _names(data))
@@ -114,6 +120,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
     stable = replace(
         outcome.stability,
         undetermined=unknown,
+        unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
         equivalents=others,
         one_of=interchangeable(last.effects, others),
     )

@@ -4,6 +4,7 @@ from servosight.diagnose.evidence._detectable import detectable as detectable
 from servosight.diagnose.evidence._detectable import with_detectable as with_detectable
 from servosight.diagnose.evidence._equivalents import equivalents as equivalents
 from servosight.diagnose.evidence._equivalents import interchangeable as interchangeable
+from servosight.diagnose.evidence._equivalents import special_case as special_case
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
 from servosight.diagnose.evidence._partial import RECORD_AGAIN as RECORD_AGAIN
@@ -23,4 +24,5 @@ from servosight.diagnose.evidence.stability import resamples as resamples
 from servosight.diagnose.evidence.stability import stability as stability
 from servosight.diagnose.evidence.stability import stable_steps as stable_steps
 from servosight.diagnose.evidence.stability import undetermined as undetermined
+from servosight.diagnose.evidence.stability import unmeasured as unmeasured
 from servosight.diagnose.evidence.stability import winner as winner

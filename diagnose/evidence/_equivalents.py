@@ -16,8 +16,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from servosight.diagnose.residuals import TEST, Judged
-from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Trial
+from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.core import Array
+from servosight.models.effects import Effect
 
 SURE = 0.95
 """A model is dearer where the mean difference is beyond this quantile of Student's t."""
@@ -38,7 +39,7 @@ def equivalents(
     by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
     None where ``last`` explains the data: then the noise decides. A set that has all of ``last``
     and more, or effects that contain them, is no other answer, unless it does without another k;
-    nor is one with a parameter at a bound.
+    nor is one with a parameter at a bound, nor one that has so all of another of these sets.
     """
     if not last.effects or criterion.explained(last.score):
         return ()
@@ -46,17 +47,43 @@ def equivalents(
     most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
-        special = {simple for own in trial.effects for simple in models.catalogue[own].contains}
-        more = {*trial.effects, *special} >= set(last.effects)
-        other = trial.effects and not (more and trial.held == last.held)
+        more = _covered(trial.effects, models.catalogue) >= set(last.effects)
+        other = trial.effects and not (more and set(trial.held) <= set(last.held))
         if not other or not models.known.allows(trial.effects):
             continue
         price = criterion.overall_price(trial.score)
         able = price <= most and criterion.within_bounds(trial.score, first)
         if trial.effects != last.effects and able and not _is_dearer(trial, last, criterion):
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
-    least = [one for one in near if not any(set(other) < set(one) for other in near)]
+    covered = {one: _covered(one, models.catalogue) for one in near}
+    least = [one for one in near if not any(set(o) <= covered[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
+
+
+def special_case(
+    models: ModelSelection, last: Trial, criterion: AcceptanceCriterion
+) -> Step | None:
+    """The step from ``last`` to a special case of one of its effects, where that does as well.
+
+    It has nothing that ``last`` lacks: a run that needs no more would name it, and one that does
+    has it in the effect that contains it. As at a step to what most parts of the data name, its
+    price may be higher by less than an effect's.
+    """
+    known = models.known
+    most = criterion.overall_price(last.score) + criterion.policy.effect_price
+    others = {frozenset(one) for one in equivalents(models, last, criterion)}
+    for name in known.removable(last.effects) if others else ():
+        for simple in models.catalogue[name].contains:
+            if frozenset(last.effects) - {name} | {simple} in others:
+                trial = models.swapped(last, name, simple)
+                if criterion.overall_price(trial.score) <= most:
+                    return Step(trial, simple, name)
+    return None
+
+
+def _covered(effects: Sequence[str], catalogue: Mapping[str, Effect]) -> set[str]:
+    """Effects, and those that they contain."""
+    return {*effects, *(simple for own in effects for simple in catalogue[own].contains)}
 
 
 def interchangeable(

@@ -44,6 +44,21 @@ def undetermined_words(effects: Sequence[str]) -> str:
     )
 
 
+def unmeasured_words(effects: Sequence[str]) -> str:
+    """Why effects are called missing of which no sigma is known.
+
+    >>> unmeasured_words(["dead_time"])[:41]
+    'No sigma is known of any size of dead tim'
+    """
+    if not effects:
+        return ""
+    it, stays = ("it", "it stays") if len(effects) == 1 else ("them", "they stay")
+    return (
+        f"No sigma is known of any size of {listed(effects)} (the warnings say why): how large is "
+        f"open, and {stays} named because the error falls with {it}."
+    )
+
+
 def equivalent_words(
     effects: Sequence[str], others: Sequence[Sequence[str]], one_of: Mapping[str, Sequence[str]]
 ) -> str:

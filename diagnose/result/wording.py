@@ -20,6 +20,7 @@ from servosight.diagnose.result._stability_words import (
     stability_words,
     uncertain_words,
     undetermined_words,
+    unmeasured_words,
 )
 from servosight.identify.foreign import LINEAR
 from servosight.models.core import degrees, times
@@ -98,6 +99,7 @@ def headline_and_summary(
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
         undetermined_words(stable.undetermined),
+        unmeasured_words([name for name in stable.unmeasured if name in certain]),
         equivalent_words(ladder[-1].effects, stable.equivalents, stable.one_of),
     ]
     if untried and verdict is Verdict.UNEXPLAINED:

@@ -5,4 +5,5 @@ from servosight.identify.uncertainty._correlation import by_recording as by_reco
 from servosight.identify.uncertainty._correlation import weighted_normal as weighted_normal
 from servosight.identify.uncertainty._matrix import Matrix as Matrix
 from servosight.identify.uncertainty._matrix import determined_inverse as determined_inverse
+from servosight.identify.uncertainty._matrix import inverse_within as inverse_within
 from servosight.identify.uncertainty._uncertainty import Uncertainty as Uncertainty

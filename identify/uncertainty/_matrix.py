@@ -68,3 +68,31 @@ def determined_inverse(jacobian: Array, free: NDArray[np.bool_]) -> Array:
     inverse[:, lost] = np.nan
     result[np.ix_(columns, columns)] = inverse
     return result
+
+
+def inverse_within(
+    jacobian: Array,
+    point: Array,
+    bounds: tuple[Array, Array],
+    own: NDArray[np.bool_],
+    variance: float,
+) -> Array:
+    """(J'J)^-1 of a fit within ``bounds`` at ``point``, NaN where a coordinate is undetermined.
+
+    One that rests on a bound is uncertain inward, and those that can stand in for it are as well:
+    it counts as free, unless they would be undetermined then. ``own`` coordinates of a recording
+    on a bound count as known. So does any of both whose sigma exceeds its whole range, such as
+    the initial speed of a motor within its play: what follows it linearly so far would leave the
+    range, and the others hardly depend on it. ``variance`` of the residuals [deg^2].
+    """
+    low, high = bounds
+    inside = (point > low) & (point < high)
+    resting = ~own & ~inside & (low < high)
+    free = inside | resting
+    found = determined_inverse(jacobian, free)
+    wide = (own | resting) & (variance * np.nan_to_num(np.diag(found)) > (high - low) ** 2)
+    if wide.any():
+        found = determined_inverse(jacobian, free & ~wide)
+    alone = determined_inverse(jacobian, inside & ~wide) if resting.any() else found
+    lost = np.isfinite(np.diag(alone)) & np.isnan(np.diag(found))
+    return alone if lost.any() else found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from servosight.identify.problem import Coordinate, Problem
 from servosight.identify.uncertainty._clock import like_a_shift, of_clocks, offset_slopes
 from servosight.identify.uncertainty._correlation import by_recording
-from servosight.identify.uncertainty._matrix import Matrix, determined_inverse
+from servosight.identify.uncertainty._matrix import Matrix, inverse_within
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
 from servosight.identify.uncertainty._sampling import sampling_covariance
 from servosight.models.core import Array, Estimate
@@ -42,7 +42,7 @@ class Uncertainty:
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
-        """False for coordinates that rest on a bound: the covariance takes them as known."""
+        """False for coordinates that rest on a bound."""
         low, high = self.problem.bounds
         return np.asarray((self.point > low) & (self.point < high))
 
@@ -54,17 +54,9 @@ class Uncertainty:
 
     @cached_property
     def inverse(self) -> Array:
-        """(J'J)^-1 of the free coordinates, NaN where the data does not determine them.
-
-        A recording's own coordinate whose sigma exceeds its whole range, such as the initial speed
-        of a motor within its play, is taken as known: what follows it linearly so far would leave
-        the range, and the others hardly depend on it.
-        """
-        found = determined_inverse(self.jacobian, self.free)
-        low, high = self.problem.bounds
+        """(J'J)^-1, NaN where the data do not determine a coordinate (:func:`inverse_within`)."""
         own = np.array([one.recording is not None for one in self.problem.coordinates])
-        wide = own & (self.variance * np.nan_to_num(np.diag(found)) > (high - low) ** 2)
-        return determined_inverse(self.jacobian, self.free & ~wide) if wide.any() else found
+        return inverse_within(self.jacobian, self.point, self.problem.bounds, own, self.variance)
 
     @cached_property
     def covariance(self) -> Array:
@@ -88,6 +80,7 @@ class Uncertainty:
             masks,
             [recording.time_s for recording in recordings],
             self.inverse[np.ix_(known, known)],
+            np.arange(known.size)[known] < self.problem.physical,
             self.misfit,
             int(self.free.sum()),
         )
@@ -147,6 +140,11 @@ class Uncertainty:
         return np.asarray(np.sqrt(self.variance * np.diag(self.inverse)))
 
     @cached_property
+    def _wider(self) -> Array:
+        """By how much correlation and misfit widen each sigma."""
+        return np.asarray(np.sqrt(np.diag(self.sampling)) / self.plain_sigma)
+
+    @cached_property
     def profile(self) -> LikelihoodProfile:
         """The likelihood about the point."""
         scale = np.where(np.isfinite(self.plain_sigma), self.plain_sigma, 1e-3)
@@ -156,31 +154,33 @@ class Uncertainty:
 
     @cached_property
     def parabolic(self) -> NDArray[np.bool_]:
-        """True where a step of one sigma to either side costs about what the Jacobian predicts."""
+        """True where a step of one sigma to either side costs about what the Jacobian predicts:
+        1, or more by what correlation and misfit widen."""
         indices = np.flatnonzero(np.isfinite(self.plain_sigma))
         low, high = self.problem.bounds
+        wider = self._wider[indices]
         steps = self.variance * self.inverse[indices] / self.plain_sigma[indices, None]
-        steps = np.nan_to_num(steps)
+        steps = np.nan_to_num(steps * wider[:, None])
         points = np.vstack([self.point + steps, self.point - steps])
-        inside = np.all((points >= low) & (points <= high), axis=1)
+        inside = np.all((points >= low) & (points <= high) | ~self.free, axis=1)
         costs = 0.5 * np.sum(self.problem.residuals(np.clip(points, low, high)) ** 2, axis=1)
-        rises = 2.0 * (costs - self.cost) / self.variance
+        rises = 2.0 * (costs - self.cost) / self.variance / np.tile(wider, 2) ** 2
         good = inside & (rises > _PARABOLA[0]) & (rises < _PARABOLA[1])
         result = np.zeros(self.point.size, dtype=bool)
         result[indices] = good[: indices.size] & good[indices.size :]
         return result
 
     def profiled_sigma(self, index: int) -> float | None:
-        """Half the interval at a rise of 1, times what correlation widens; None where it is open.
+        """Half the interval at a rise of 1, or of what correlation and misfit widen; None where it
+        is open (Pace and others, Statistica Sinica 21 (2011) 129).
 
         Where one side ends at a bound, the other side's distance.
         """
-        plain = float(self.plain_sigma[index])
-        reaches = [self.profile.reach(index, step) for step in (plain, -plain)]
+        wider = float(self._wider[index])
+        own = wider * float(self.plain_sigma[index])
+        reaches = [self.profile.reach(index, step, wider**2) for step in (own, -own)]
         found = [reach for reach in reaches if reach is not None]
-        if not found:
-            return None
-        return float(np.mean(found) * self.sigma[index] / plain)
+        return float(np.mean(found) * self.sigma[index] / own) if found else None
 
     def estimate(self, index: int, profiled: bool = True) -> tuple[Estimate, str | None]:
         """A coordinate's value with its sigma, and a warning where it has none."""

@@ -186,6 +186,13 @@ def test_a_misspelt_word_is_told_the_nearest(
     assert near in said(capsys, 2, words.split())
 
 
+def test_a_second_value_is_told_to_repeat_the_option(capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, 2, ["diagnose", "a", "--validate", "b", "c", "d"])
+    assert (
+        "unrecognized arguments: c d; repeat the option for each: --validate b --validate c" in told
+    )
+
+
 def test_exit_code_of_the_process(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "servosight.app", "identify", str(tmp_path / "nothing")]
     done = subprocess.run(words, capture_output=True, text=True)

@@ -10,6 +10,7 @@ import numpy as np
 from hidden.compound import score
 from hidden.compound.bus import logged
 from hidden.compound.draw import FAMILIES, HIDDEN, CompoundSetup, propose
+from hidden.compound.elsewhere import elsewhere
 from hidden.compound.facts import fit_from
 from hidden.compound.page import compound_table
 from hidden.compound.servo import ENCODER_DEG
@@ -111,6 +112,23 @@ def test_two_runs_agree_by_names_and_sigmas() -> None:
     assert not score.agree((one, line(["b"])))
     assert not score.agree((one, line(["a"], parameters={"T": [0.02, 0.0211, 1e-4]})))
     assert facts_of(("compound-faults", 3)) == ("compound", 3)
+
+
+def test_parameters_are_held_to_what_other_runs_give() -> None:
+    """Of three, one is off by 3 sigma, one is held and one has no sigma."""
+    known = {"k": [1.0, 1.0, 0.0], "T": [0.02, 0.0201, 1e-4], "xi": [0.6, 0.7, None]}
+    strays = score.strays(line([], parameters=known, elsewhere={"k": 1.0, "T": 0.0198, "xi": 0.6}))
+    assert np.allclose(strays, [3.0])
+    assert score.strays(line([])) == []
+
+
+def test_other_runs_of_a_servo_give_its_own_parameters() -> None:
+    """T within 2 % and xi within 5 %, as in one run; what is held stays."""
+    setup = ideal(propose(0, 0))
+    found = elsewhere(setup, setup.effects, setup.truth, ["k"])
+    assert found["k"] == 1.0
+    assert abs(found["T"] / setup.truth["T"] - 1.0) < 0.02
+    assert abs(found["xi"] / setup.truth["xi"] - 1.0) < 0.05
 
 
 def test_the_table_counts_every_row() -> None:

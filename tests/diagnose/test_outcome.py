@@ -232,6 +232,7 @@ def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
     )
     monkeypatch.setattr(_outcome, "StepwiseSelector", lambda *given: selector)
     monkeypatch.setattr(_outcome, "firm", firm)
+    monkeypatch.setattr(_outcome, "special_case", lambda *given: None)
     monkeypatch.setattr(_outcome, "latencies_left", left)
     if late:
         models["late"] = SimpleNamespace(
@@ -250,3 +251,28 @@ def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
     assert found.simulations == 7
     assert found.latencies == expected
     assert shown == ([("leaving out parts of the data", 0, 1)] if auto else [])
+
+
+def test_a_special_case_is_a_step_of_its_own_and_its_stability_is_reported(
+    models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``a`` gives way to ``b``, of which it is a special case, and that to none."""
+    steps, simpler = (Step(trial("")), Step(trial("a"), "a")), Step(trial("b"), "b", "a")
+    selected = Selected(steps, ())
+    asked = {id(steps[-1].trial): simpler, id(simpler.trial): None}
+    checked = {id(steps[-1].trial): 3, id(simpler.trial): 4}
+
+    def stability(models: Any, criterion: Any, last: Any) -> Stability:
+        return Stability(resamples=checked[id(last)])
+
+    given = SimpleNamespace(select=lambda: selected)
+    monkeypatch.setattr(_outcome, "StepwiseSelector", lambda *_: given)
+    monkeypatch.setattr(_outcome, "firm", lambda *_: (selected, Stability(resamples=3)))
+    monkeypatch.setattr(_outcome, "special_case", lambda models, last, _: asked[id(last)])
+    monkeypatch.setattr(_outcome, "stability", stability)
+    monkeypatch.setattr(_outcome, "latencies_left", lambda *_: ())
+    found = _outcome.select(
+        data(), CRITERION, PriorKnowledge(), auto=True, progress=lambda *_: None
+    )
+    assert found.selected.steps == (*steps, simpler)
+    assert found.stability.resamples == 4

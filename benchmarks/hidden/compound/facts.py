@@ -34,6 +34,8 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "current_limit": ("torque_saturation",),
     "motion_profile": ("rate_limit",),
     "directional_friction": ("load_dependent_friction",),
+    # Back-EMF counts among the torque that loads the gears: the former has it, the latter not.
+    "load_dependent_friction": ("directional_friction",),
     "feedback_backlash": ("backlash",),
     "dead_band": ("dead_zone",),
 }
@@ -152,10 +154,16 @@ def missed(full: Solution, tests: Sequence[Recording]) -> float:
 
 
 def fit_from(
-    recordings: Sequence[Recording], effects: Sequence[str], truth: Mapping[str, float]
+    recordings: Sequence[Recording],
+    effects: Sequence[str],
+    truth: Mapping[str, float],
+    held: Mapping[str, float] | None = None,
 ) -> Solution:
-    """The best fit from the truth, the parameters of effects that are left out aside."""
-    problem = Problem.of(recordings, catalogue(), ordered(effects))
+    """The best fit from the truth, the parameters of effects that are left out aside.
+
+    ``held`` parameters stay at their values.
+    """
+    problem = Problem.of(recordings, catalogue(), ordered(effects), held=held)
     own = {"bias": 0.0, "initial_speed": 0.0}
     start = [
         coordinate.to_search(

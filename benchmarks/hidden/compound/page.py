@@ -13,6 +13,7 @@ from hidden.score import Line, Share
 
 from . import score
 
+ROWS = ("compound", "compound-again")
 HEAD = ("", "goal", "measured", "interval", "count", "")
 
 
@@ -37,12 +38,16 @@ def compound_table(lines: Sequence[Line]) -> str:
     pairs = score.pairs(lines)
     off = [z for pair in pairs for z in score.deviations(pair) if score.same_names(pair)]
     near = sum(z <= score.SIGMAS for z in off)
+    strays = [z for line in lines if line["row"] in ROWS for z in score.strays(line)]
+    held = sum(z <= score.SIGMAS for z in strays)
     rows += [
         _share("two disjoint runs of one servo: the same effects, parameters within 2 sigma",
                "80 %", pairs, score.agree, ""),
         _share("the same effects named by both", "", pairs, score.same_names, ""),
         ("parameters within 2 sigma of the other run's, where the same is named", "90 to 97 %",
          *percent(Share(near, len(off))), ""),
+        ("parameters within 2 sigma of what eight other runs give, whatever is named",
+         "90 to 97 %", *percent(Share(held, len(strays))), ""),
     ]  # fmt: skip
     return markdown(rows)
 

@@ -97,6 +97,16 @@ def deviations(pair: tuple[Line, Line]) -> list[float]:
     return found
 
 
+def strays(line: Line) -> list[float]:
+    """Distances of the parameters from what other runs of the servo give, in sigma."""
+    elsewhere = line.get("elsewhere", {})
+    return [
+        abs(value - elsewhere[name]) / sigma
+        for name, (_, value, sigma) in line["parameters"].items()
+        if sigma and name in elsewhere
+    ]
+
+
 def agree(pair: tuple[Line, Line]) -> bool:
     """True where the same is named, and no parameter is off by more than chance allows.
 

@@ -15,7 +15,8 @@ from servosight.models.core import Estimate
 from servosight.models.effects import catalogue
 
 from .bus import Log
-from .draw import propose
+from .draw import CompoundSetup, propose
+from .elsewhere import elsewhere
 from .facts import RUNS, find_facts, logs
 
 
@@ -65,11 +66,21 @@ def run_compound(row_name: str, seed: int, facts: Facts | None = None) -> dict[s
         "seed": seed,
         "facts": dict(facts),
         **_answer(found, setup.truth),
+        "elsewhere": _elsewhere(found, setup),
         "over_floor": float(np.sqrt(np.mean(np.concatenate(test) ** 2)) / floor),
         "floor_deg": float(floor),
         "making_s": made - began,
         "cpu_s": cpu_s,
     }
+
+
+def _elsewhere(found: Diagnosis, setup: CompoundSetup) -> dict[str, float]:
+    """What the last model's parameters are in other runs."""
+    last = found.ladder[-1]
+    known = {name: one for name, one in last.parameters.items() if isinstance(one, Estimate)}
+    values = {name: one.value for name, one in known.items()}
+    held = [name for name, one in known.items() if one.sigma == 0.0]
+    return elsewhere(setup, last.effects, values, held)
 
 
 def _errors(recording: Any, predicted: Any, log: Log) -> Any:

@@ -28,11 +28,33 @@ def undetermined(
     effect whose error is large and whose sizes are all within their sigma is a shape that suits the
     data: another run of the same servo names another one. Where sizes can stand in for one another,
     as the two parts of a weight on an arm that hardly turned, neither is known and both together
-    are: so they are tested together as well (Wald's test). Where no sigma is known nothing is said.
+    are: so they are tested together as well (Wald's test). One of which no sigma is known at all is
+    among :func:`unmeasured` instead.
     """
     return tuple(
         name for name in effects if _open(name, parameters, catalogue[name].parameters, correlation)
     )
+
+
+def unmeasured(
+    parameters: Parameters, effects: Sequence[str], catalogue: Mapping[str, Effect]
+) -> tuple[str, ...]:
+    """Those of ``effects`` with parameters that have a neutral value, none of them with a sigma.
+
+    A bound limits them, or something else stands in for them: a dead time for the latency of a log
+    whose clocks' offset is not known. How large they are is open, not whether the error needs them.
+    """
+    return tuple(name for name in effects if _without(name, parameters, catalogue[name].parameters))
+
+
+def _without(name: str, parameters: Parameters, of: Sequence[Parameter]) -> bool:
+    sizes = [
+        parameters.get(f"{name}.{parameter.name}")
+        for parameter in of
+        if parameter.neutral is not None
+    ]
+    known = [one for one in sizes if isinstance(one, Estimate)]
+    return bool(known) and all(one.sigma is None for one in known)
 
 
 def _open(

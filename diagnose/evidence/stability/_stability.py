@@ -38,7 +38,8 @@ class Stability:
 
     A resample that names an effect which contains a chosen one counts for the chosen one as well.
     ``models`` has the share of each set of effects. ``undetermined`` are effects that the fit to
-    all data leaves without one parameter that differs from its neutral value. ``equivalents`` are
+    all data leaves without one parameter that differs from its neutral value, ``unmeasured`` those
+    without one whose sigma is known, which are named nevertheless. ``equivalents`` are
     sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
     with what they have in its place.
     """
@@ -47,6 +48,7 @@ class Stability:
     resamples: int = 0
     models: Mapping[EffectSet, float] = field(default_factory=dict)
     undetermined: tuple[str, ...] = ()
+    unmeasured: tuple[str, ...] = ()
     equivalents: tuple[EffectNames, ...] = ()
     one_of: Mapping[str, EffectNames] = field(default_factory=dict)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Stability, equivalents, interchangeable
+from servosight.diagnose.evidence import Stability, equivalents, interchangeable, special_case
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
@@ -49,10 +49,12 @@ def test_a_model_whose_errors_scatter_about_the_same_size_is_told() -> None:
             ("coulomb_friction", "dead_time"): 0.4 * MISFIT,  # has the first one's effect
             ("stribeck_friction",): 0.4 * in_turn(0.05),  # contains it
             ("backlash", "dead_time"): 0.4 * in_turn(0.06),  # has the second one's
+            ("dead_zone", "torque_saturation"): 0.2 * in_turn(0.04),
+            ("dead_zone", "current_limit"): 0.2 * in_turn(0.03),  # contains both of these
         }
     )
     told = equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
-    assert told == (("backlash",),)
+    assert set(told) == {("backlash",), ("dead_zone", "torque_saturation")}
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.97, (("backlash",),)), (1.03, ())])
@@ -85,6 +87,32 @@ def test_seconds_at_the_floor_tell_nothing() -> None:
         }
     )
     assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
+
+
+@pytest.mark.parametrize("worse", [1.0, 1.12])
+def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
+    worse: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where its price is higher by less than 0.1: by log(1.04) less 0.02 for two parameters, not
+    by log(1.17). The errors scatter by more from second to second than either."""
+    models, found = selection(
+        {
+            ("stribeck_friction",): 0.4 * MISFIT,
+            ("coulomb_friction",): 0.4 * worse * in_turn(0.3),
+            ("backlash",): 0.4 * in_turn(0.3),
+        }
+    )
+    monkeypatch.setattr(ModelSelection, "swapped", lambda *_: found[1])
+    step = special_case(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
+    if worse == 1.0:
+        assert step is not None
+        assert (step.trial, step.added, step.removed) == (
+            found[1],
+            "coulomb_friction",
+            "stribeck_friction",
+        )
+    else:
+        assert step is None
 
 
 def test_what_not_all_have_is_one_of_several_and_is_not_named() -> None:

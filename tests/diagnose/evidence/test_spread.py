@@ -39,7 +39,8 @@ def linear() -> tuple[ModelSelection, Trial]:
 
 def test_the_spread_is_that_of_the_covariance() -> None:
     """Truth: to first order the mean square change of a prediction is the mean of diag(J S J'), S
-    the covariance and J the slopes of the test samples. Eight draws of some six parameters: 35 %.
+    the covariance and J the slopes of the test samples. With T and xi as one direction each draw is
+    a chi-square of one or two: of 64, eight a seed, the rms is within 9 %, and 2.3 times it.
     """
     models, trial = linear()
     fit = trial.fit
@@ -57,7 +58,8 @@ def test_the_spread_is_that_of_the_covariance() -> None:
     rows = np.array(slopes)
     expected = float(np.sqrt(np.mean(np.einsum("in,ij,jn->n", rows, covariance, rows))))
     found = spread_of(models, trial)
-    assert found.test_deg == pytest.approx(expected, rel=0.35)
+    each = [spread_of(models, trial, seed).test_deg for seed in range(8)]
+    assert float(np.sqrt(np.mean(np.square(each)))) == pytest.approx(expected, rel=0.2)
     assert found.fitted_deg == pytest.approx(found.test_deg, rel=0.5)
     assert found == spread_of(models, trial)
     assert found.words(NOISE_DEG) is None

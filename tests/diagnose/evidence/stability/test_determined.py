@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Stability, undetermined
+from servosight.diagnose.evidence import Stability, undetermined, unmeasured
 from servosight.diagnose.evidence.stability._determined import sigmas
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Estimate
@@ -53,8 +53,18 @@ def test_a_limit_is_far_from_none_where_its_reciprocal_is() -> None:
     assert left_open("rate_limit", rate_limit__rate=(1e6, 1e8)) == ("rate_limit",)
 
 
-def test_nothing_is_said_without_a_sigma_nor_of_places_and_periods() -> None:
-    assert left_open("backlash", backlash__gap=(1.0, None)) == ()
+def test_without_any_sigma_an_effect_is_unmeasured_and_not_open() -> None:
+    """One known sigma is enough; one of a place, which has no neutral value, is none of a size."""
+    alone = table(backlash__gap=(1.0, None))
+    assert undetermined(alone, ["backlash"], KNOWN) == ()
+    assert unmeasured(alone, ["backlash"], KNOWN) == ("backlash",)
+    wave = {"cogging__amplitude": (0.9, None), "cogging__period": (6.0, 0.1)}
+    assert unmeasured(table(**wave), ["cogging"], KNOWN) == ("cogging",)
+    two = {"directional_friction__motor": (0.0, None), "directional_friction__outer": (0.24, 0.06)}
+    assert unmeasured(table(**two), ["directional_friction"], KNOWN) == ()
+
+
+def test_nothing_is_said_of_places_and_periods() -> None:
     wave = {"cogging__amplitude": (0.9, 0.1), "cogging__period": (6.0, 50.0)}
     assert left_open("cogging", **wave) == ()
     assert left_open("cogging", **{**wave, "cogging__amplitude": (0.9, 1.0)}) == ("cogging",)
