@@ -93,13 +93,15 @@ class BlurModel:
 class FastPictures:
     """Pictures (n, height, width) of a part that turns fast, at known angles and speeds (n,).
 
-    ``at`` is the part at a speed [rad/s] during an exposure [s].
+    ``at`` is the part at a speed [rad/s] during an exposure [s]. They have a share ``rows_share``
+    of the rows that a readout takes.
     """
 
     at: Callable[[float, float], CompositeModel]
     pictures: Single
     angle_rad: Array
     speed: Array
+    rows_share: float = 1.0
 
     def squares(self, shutter: Shutter) -> Array:
         """The squared residuals of each picture's cells with a shutter, (n, cells); NaN in those
@@ -107,7 +109,8 @@ class FastPictures:
         found = []
         for picture, angle, speed in zip(self.pictures, self.angle_rad, self.speed, strict=True):
             seen = self.at(float(speed), shutter.exposure_s)
-            sheared = seen.sheared(float(angle), float(speed) * shutter.readout_s)
+            turn_rad = float(speed) * shutter.readout_s * self.rows_share
+            sheared = seen.sheared(float(angle), turn_rad)
             found.append(sheared.squares(picture, float(angle)))
         return np.array(found)
 
@@ -159,7 +162,8 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     fast = np.argsort(-np.abs(speed))[:_MOST_FAST]
     fast = fast[faster(speed[fast], model.own_speed)]
     at = lru_cache(maxsize=2 * fast.size)(model.at)  # the same for all readouts
-    seen = FastPictures(at, pictures[fast], angle_rad[fast], speed[fast])
+    share = meter.stabilised.rows_share
+    seen = FastPictures(at, pictures[fast], angle_rad[fast], speed[fast], share)
     weight = seen.weights(frame_s)
 
     def left(shutter: Shutter) -> Array:

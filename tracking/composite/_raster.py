@@ -75,10 +75,15 @@ class PartRaster:
         """
         wide = ndimage.binary_dilation(np.tile(self.near, (1, 3)), iterations=_BESIDE_PX)
         near = wide[:, self.view.columns : 2 * self.view.columns]
-        rows, columns = cells = np.nonzero(near)
+        rows, columns = np.nonzero(near)
         seen, still = _seen(pictures, angle_rad, self.view, (rows, columns), self.behind)
+        shown = (np.isfinite(seen) & np.isfinite(still)).any(0)
+        near[rows[~shown], columns[~shown]] = False
+        cells = rows[shown], columns[shown]
         cover, level = self.cover.copy(), self.level.copy()
-        cover[cells], level[cells] = _shares(seen, still, cover[cells], level[cells])
+        cover[cells], level[cells] = _shares(
+            seen[:, shown], still[:, shown], cover[cells], level[cells]
+        )
         return replace(self, cover=cover, level=level, near=near)
 
     def reached(self, turn_rad: float) -> Mask:

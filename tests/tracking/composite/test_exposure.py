@@ -232,3 +232,16 @@ def test_what_is_wrong_beside_a_part_in_any_case_is_not_taken_for_blur() -> None
     assert tried[int(np.argmin(left))] == 6.0
     counts = weight / area**3
     assert counts[area < 18.0].min() < 0.05 * np.median(counts)
+
+
+def test_a_piece_of_the_pictures_takes_its_share_of_the_readout() -> None:
+    sector, angles = Sector(4.0), np.linspace(-0.5, 0.5, 8)
+    stack = sector.pictures(angles, np.zeros(8))
+
+    def at(speed: float, exposure_s: float) -> CompositeModel:
+        return CompositeModel.on(sector.raster.blurred(speed * exposure_s), 0.0, 1000)
+
+    whole, half = (FastPictures(at, stack, angles, np.ones(8), share) for share in (1.0, 0.5))
+    found = half.squares(Shutter(0.0, 0.2))
+    np.testing.assert_allclose(found, whole.squares(Shutter(0.0, 0.1)))
+    assert not np.allclose(found, whole.squares(Shutter(0.0, 0.2)))
