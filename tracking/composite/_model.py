@@ -114,7 +114,10 @@ class CompositeModel:
         return replace(self, phi_rad=self.phi_rad + turn_rad * late)
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
-        """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None: diverged."""
+        """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None where it
+        diverges, or there are no cells."""
+        if self.radius_px.size == 0:
+            return None
         start, shift = angle_rad, np.zeros(2)
         unknowns = 3 if shifted else 1
         for _ in range(_ROUNDS):

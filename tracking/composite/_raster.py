@@ -118,6 +118,8 @@ def _between(table: Array, at: Array) -> Array:
 
 def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
     """The picture at places (n,); NaN beyond a constant ``border``."""
+    if x.size == 0:
+        return np.empty(0)
     # OpenCV takes at most 32,767 points in a row.
     wide = -(-x.size // 1024) * 1024
     x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
