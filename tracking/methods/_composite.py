@@ -47,7 +47,8 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
     try:
         track, inside = footage.measured(footage.chosen(parts), progress)
     except TrackRefused as refused:
-        closer = measured_closer(footage, parts[number - 1], progress) if refused.measured else None
+        small = refused.uncertain
+        closer = measured_closer(footage, parts[number - 1], progress) if small else None
         if closer is None:
             track, inside, number = _otherwise(footage, parts, refused, progress)
         else:

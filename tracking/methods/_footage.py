@@ -200,11 +200,13 @@ class Footage:
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
-        why = distrust(apart_deg, track.sigma_deg[track.found], fits, self.options.pointed)
+        sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
+        why = distrust(apart_deg, sigma_deg, fits, pointed)
         if why is not None:
             x, y = track.pivot_px
             sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
-            raise TrackRefused(sentence, draw(), measured=True)
+            uncertain = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
+            raise TrackRefused(sentence, draw(), measured=True, uncertain=uncertain)
         stamps_s = self.stamps_s[: len(fits)]
         return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
 

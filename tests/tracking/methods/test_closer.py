@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
+import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import TrackOptions, turned
+from servosight.tracking.core import TrackOptions, TrackRefused, turned
+from servosight.tracking.methods import _composite
 from servosight.tracking.methods._composite import composite
+from servosight.tracking.methods._footage import Footage
 from servosight.tracking.video import open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -61,3 +66,24 @@ def test_a_small_part_is_measured_in_a_piece_of_the_pictures(tmp_path: Path, wri
     x, y, width, height = track.template_px
     assert x <= PIVOT[0] <= x + width
     assert y <= PIVOT[1] <= y + height
+
+
+@pytest.mark.parametrize("uncertain", [False, True])
+def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
+    uncertain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not one that does not turn about a point: in larger pictures it may pass by chance."""
+    refusal = TrackRefused("no.", np.zeros((2, 2, 3), np.uint8), True, uncertain)
+    tried = []
+
+    def measured(*_: object) -> None:
+        raise refusal
+
+    part = SimpleNamespace(inside=True)
+    footage = SimpleNamespace(
+        options=TrackOptions(), parts=lambda: [part], chosen=lambda _: part, measured=measured
+    )
+    monkeypatch.setattr(_composite, "measured_closer", lambda *_: tried.append(part))
+    with pytest.raises(TrackRefused):
+        _composite._in_one_channel(cast(Footage, footage), None)
+    assert len(tried) == uncertain
