@@ -10,6 +10,7 @@ from servosight.tracking.composite._search import FoundPart as FoundPart
 from servosight.tracking.composite._search import find_parts as find_parts
 from servosight.tracking.composite._search import found_about as found_about
 from servosight.tracking.composite._search import parts_otherwise as parts_otherwise
+from servosight.tracking.composite._settled import settled_part as settled_part
 from servosight.tracking.composite._stabilised import StabilisedSample as StabilisedSample
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust

@@ -1,13 +1,16 @@
 """The exposure of a camera that is not known, from the blur of a part that turns.
 
-The part is learnt from the slower ones of the sampled pictures. Each of the faster ones is fitted
-with the blur of some exposures: the one that leaves least of all of them is the camera's.
+The part is learnt from the slower ones of the sampled pictures, and how much it covers of what is
+behind it, cell by cell: a shape that is a pixel too wide, or a shadow, would pass for blur. Each of
+the faster ones is fitted with the blur of some exposures: the one that leaves least of all of them
+is the camera's.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,20 +33,24 @@ from servosight.tracking.core import Shutter, Shutters
 _SLOWER = 0.5  # of the pictures
 _LEAST_SLOW, _SLOWEST, _MOST_FAST = 12, 12, 16
 _TURNS = np.linspace(0.0, 1.0, 9)  # of that of the fast pictures in the longest exposure
-_CELLS, _ROUGH_CELLS = 4000, 1000  # are enough, and at first
+_CELLS = 3000  # are enough
+_WEIGHED = 3  # times
+_LEAST_SQUARE = 1.0  # grey levels squared
 
 
 @dataclass(frozen=True)
 class BlurModel:
     """A part as pictures show it while it turns at ``own_speed`` [rad/s], by the size.
 
-    Blurred over ``own_rad`` it explains these pictures best: cells that the part covers in part,
-    as those of a shadow beside it, pass for blur in pictures of any speed.
+    Blurred over ``own_rad`` it explains these pictures best: what its cover does not describe
+    passes for blur in pictures of any speed. In those that are compared with it, it turns by
+    ``reach_rad`` at most.
     """
 
     raster: PartRaster
     own_speed: float
     own_rad: float
+    reach_rad: float
 
     @classmethod
     def of(
@@ -61,6 +68,7 @@ class BlurModel:
         )  # fmt: skip
         # Where slow pictures always show the part, only the others show what is behind it.
         raster = replace(raster, behind=meter.model.behind)
+        raster = raster.matted(pictures[slow], angle_rad[slow])
         own_speed = usual_speed(speed[slow])
         turns = longest_s * usual_speed(speed[order[-_MOST_FAST:]]) * _TURNS
         left = []
@@ -69,22 +77,72 @@ class BlurModel:
             left.append(
                 np.array([_left(model, pictures[n], float(angle_rad[n])) for n in order[:_SLOWEST]])
             )
-        return cls(raster, own_speed, least_residual(turns, left)[0])
+        own_rad = least_residual(turns, left)[0]
+        further = further_speed(float(np.abs(speed).max()), own_speed)
+        return cls(raster, own_speed, own_rad, float(np.hypot(own_rad, further * longest_s)))
 
-    def at(self, speed: float, exposure_s: float, longest_s: float, cells: int) -> CompositeModel:
-        """The part at a speed [rad/s] during an exposure, on some of the cells that the longest
-        reaches; the blur that the learnt part holds is part of it."""
+    def at(self, speed: float, exposure_s: float) -> CompositeModel:
+        """The part at a speed [rad/s] during an exposure, always on the same cells; the blur that
+        the learnt part holds is part of it."""
         further = further_speed(speed, self.own_speed)
-        turn, longest = (
-            float(np.hypot(self.own_rad, further * s)) for s in (exposure_s, longest_s)
-        )
-        return CompositeModel.on(self.raster.blurred(turn), longest, cells)
+        turn = float(np.hypot(self.own_rad, further * exposure_s))
+        return CompositeModel.on(self.raster.blurred(turn), self.reach_rad, _CELLS)
+
+
+@dataclass(frozen=True)
+class FastPictures:
+    """Pictures (n, height, width) of a part that turns fast, at known angles and speeds (n,).
+
+    ``at`` is the part at a speed [rad/s] during an exposure [s]. They have a share ``rows_share``
+    of the rows that a readout takes.
+    """
+
+    at: Callable[[float, float], CompositeModel]
+    pictures: Single
+    angle_rad: Array
+    speed: Array
+    rows_share: float = 1.0
+
+    def squares(self, shutter: Shutter) -> Array:
+        """The squared residuals of each picture's cells with a shutter, (n, cells); NaN in those
+        that do not fit, and beyond the pictures."""
+        found = []
+        for picture, angle, speed in zip(self.pictures, self.angle_rad, self.speed, strict=True):
+            seen = self.at(float(speed), shutter.exposure_s)
+            turn_rad = float(speed) * shutter.readout_s * self.rows_share
+            sheared = seen.sheared(float(angle), turn_rad)
+            found.append(sheared.squares(picture, float(angle)))
+        return np.array(found)
+
+    def weights(self, longest_s: float) -> Array:
+        """How much each cell counts, (cells,): less where the pictures are explained badly with
+        any exposure, as a cable at the part's hub is: a blur that smears such an error would be
+        taken for an exposure. And by the square of the radius: of what blurs a part as much at its
+        tip as at its hub, an exposure of that blur at the tip is the smaller."""
+        tried = [self.squares(Shutter(share * longest_s)) for share in _TURNS.tolist()]
+        area = self.at(0.0, 0.0).radius_px ** 3
+        weight = area
+        for _ in range(_WEIGHED):
+            left = np.array([weighted_mean(squares, weight) for squares in tried])
+            best = tried[int(np.argmin(np.nansum(left / np.nanmin(left, axis=0), axis=1)))]
+            known = np.isfinite(best)
+            usual = np.where(known, best, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+            weight = area / (np.median(usual) + usual + _LEAST_SQUARE)
+        return weight
+
+
+def weighted_mean(squares: Array, weight: Array) -> Array:
+    """The mean over cells (n, cells) that are known, with weights (cells,); (n,), NaN where none
+    is known."""
+    known = np.isfinite(squares)
+    total = (known * weight).sum(1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.where(known, squares, 0.0) * weight).sum(1) / total)
 
 
 def _left(model: CompositeModel, picture: Single, angle_rad: float) -> float:
     """The mean square of a picture's residuals; NaN where it does not fit."""
-    fit = model.fit(picture, angle_rad)
-    return np.nan if fit is None else fit.left
+    return float(weighted_mean(model.squares(picture, angle_rad)[None], model.radius_px)[0])
 
 
 def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: float) -> Shutters:
@@ -103,18 +161,13 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     model = BlurModel.of(meter, pictures, angle_rad, speed, frame_s)
     fast = np.argsort(-np.abs(speed))[:_MOST_FAST]
     fast = fast[faster(speed[fast], model.own_speed)]
-    blurred = lru_cache(maxsize=2 * fast.size)(partial(model.at, longest_s=frame_s))
+    at = lru_cache(maxsize=2 * fast.size)(model.at)  # the same for all readouts
+    share = meter.stabilised.rows_share
+    seen = FastPictures(at, pictures[fast], angle_rad[fast], speed[fast], share)
+    weight = seen.weights(frame_s)
 
-    def left(cells: int, shutter: Shutter) -> Array:
-        found = np.full(fast.size, np.nan)
-        for place, number in enumerate(fast.tolist()):
-            own, angle = float(speed[number]), float(angle_rad[number])
-            seen = blurred(own, shutter.exposure_s, cells=cells)
-            sheared = seen.sheared(angle, own * shutter.readout_s)
-            found[place] = _left(sheared, pictures[number], angle)
-        return found
+    def left(shutter: Shutter) -> Array:
+        return weighted_mean(seen.squares(shutter), weight)
 
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
-    return found_shutters(
-        partial(left, _CELLS), partial(left, _ROUGH_CELLS), frame_s, pace_px, applied=False
-    )
+    return found_shutters(left, left, frame_s, pace_px, applied=False)

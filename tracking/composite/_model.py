@@ -35,8 +35,7 @@ class PoseFit:
     background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3). ``sides_rad`` is the
     angle by the leading half of the cells less that by the trailing one. A shift by one pixel,
     as of a pivot that is off, is taken for ``per_px_rad`` at most: much of an arm, hardly anything
-    of a wheel. ``left`` is the mean square of the residuals, ``per_left_rad`` the turn that would
-    leave as much as the background alone does.
+    of a wheel. ``per_left_rad`` is the turn that would leave as much as the background alone does.
     """
 
     angle_rad: float
@@ -47,7 +46,6 @@ class PoseFit:
     noise: float
     sides_rad: float
     per_px_rad: float
-    left: float
     per_left_rad: float
 
     @property
@@ -116,7 +114,10 @@ class CompositeModel:
         return replace(self, phi_rad=self.phi_rad + turn_rad * late)
 
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
-        """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None: diverged."""
+        """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None where it
+        diverges, or there are no cells."""
+        if self.radius_px.size == 0:
+            return None
         start, shift = angle_rad, np.zeros(2)
         unknowns = 3 if shifted else 1
         for _ in range(_ROUNDS):
@@ -152,12 +153,23 @@ class CompositeModel:
         kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
         explained = 1.0 - model / max(plain, 1e-9)
         sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
-        whole = float((area * np.minimum(left**2, _FAR_OFF2)).sum() / max(area.sum(), 1e-9))
         per_left = np.sqrt(plain / max(float((area * rows[0] ** 2).sum()), 1e-9))
         return PoseFit(
-            angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px), whole,
+            angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
             float(per_left),
         )  # fmt: skip
+
+    def squares(self, picture: Single, angle_rad: float) -> Array:
+        """The squared residuals (cells,) of a picture fitted from an angle, large ones limited; NaN
+        where it does not fit, and beyond the picture."""
+        fit = self.fit(picture, angle_rad)
+        if fit is None:
+            return np.full(self.radius_px.size, np.nan)
+        left, _, area, _ = residuals(
+            picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
+            self.level, self.slopes, fit.angle_rad, fit.shift_px,
+        )  # fmt: skip
+        return np.where(area > 0.0, np.minimum(left**2, _FAR_OFF2), np.nan)
 
     def fits(self, pictures: Single, angle_rad: Array) -> list[PoseFit | None]:
         """Of pictures (n, height, width), each by turn and shift from its angle (n,)."""

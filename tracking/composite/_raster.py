@@ -14,11 +14,13 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median
+from servosight.tracking.core import Index, known_median
 from servosight.tracking.verification import PolarView
 
 _GROW_PX = 3.0
 _EDGE_PX = 1.0
+_BESIDE_PX = 5  # a shadow
+_MATTED, _LEAST_NOISE, _COVER_SIGMA = 3, 1.0, 0.3
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,26 @@ class PartRaster:
         cover, level = (_running_mean(field, columns) for field in (self.cover, self.level))
         return replace(self, cover=cover, level=level)
 
+    def matted(self, pictures: Single, angle_rad: Array) -> PartRaster:
+        """With the cover of each cell as pictures (n, height, width) at angles (n,) show it.
+
+        A cell that the part covers by a share c shows ``level + (1 - c) behind``: two numbers, by
+        least squares over pictures in which what is behind differs. What a shape that is a pixel
+        too wide counts as the part, and a shadow, are so transparent as they are.
+        """
+        wide = ndimage.binary_dilation(np.tile(self.near, (1, 3)), iterations=_BESIDE_PX)
+        near = wide[:, self.view.columns : 2 * self.view.columns]
+        rows, columns = np.nonzero(near)
+        seen, still = _seen(pictures, angle_rad, self.view, (rows, columns), self.behind)
+        shown = (np.isfinite(seen) & np.isfinite(still)).any(0)
+        near[rows[~shown], columns[~shown]] = False
+        cells = rows[shown], columns[shown]
+        cover, level = self.cover.copy(), self.level.copy()
+        cover[cells], level[cells] = _shares(
+            seen[:, shown], still[:, shown], cover[cells], level[cells]
+        )
+        return replace(self, cover=cover, level=level, near=near)
+
     def reached(self, turn_rad: float) -> Mask:
         """The cells near the part while it turns by an angle about its own."""
         half = int(np.ceil(0.5 * turn_rad / self.view.step_rad))
@@ -96,6 +118,8 @@ def _between(table: Array, at: Array) -> Array:
 
 def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
     """The picture at places (n,); NaN beyond a constant ``border``."""
+    if x.size == 0:
+        return np.empty(0)
     # OpenCV takes at most 32,767 points in a row.
     wide = -(-x.size // 1024) * 1024
     x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
@@ -135,22 +159,52 @@ def _levels(
     depend."""
     wide = ndimage.binary_dilation(np.tile(near, (1, 3)))[:, view.columns : 2 * view.columns]
     rows, columns = np.nonzero(wide)
-    radius = view.radius_px[rows].astype(np.float32)
-    phi = view.step_rad * columns
-    seen = np.empty((len(pictures), rows.size), np.float32)
-    left = np.empty_like(seen)
+    seen, still = _seen(pictures, angle_rad, view, (rows, columns), behind)
     clear = 1.0 - soft[rows, columns]
-    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
-        turned = phi + angle
-        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
-        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
-        here, still = (_at(one, x, y, cv2.BORDER_CONSTANT)[: x.size] for one in (picture, behind))
-        seen[number] = here
-        left[number] = here - clear * np.where(np.isfinite(still), still, here)
+    left = seen - clear * np.where(np.isfinite(still), still, seen)
     level, shown = np.zeros(near.shape, np.float32), np.zeros(near.shape, bool)
     level[rows, columns] = np.nan_to_num(known_median(left))
     shown[rows, columns] = np.isfinite(seen).any(0)
     return level, shown
+
+
+def _seen(
+    pictures: Single, angle_rad: Array, view: PolarView, cells: tuple[Index, Index], behind: Single
+) -> tuple[Single, Single]:
+    """What pictures (n, height, width) at angles (n,) and the background show at cells of the
+    raster, given by row and column; (n, cells) each, NaN beyond the pictures."""
+    radius = view.radius_px[cells[0]].astype(np.float32)
+    phi = view.step_rad * cells[1]
+    seen = np.empty((len(pictures), phi.size), np.float32)
+    still = np.empty_like(seen)
+    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
+        turned = phi + angle
+        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
+        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
+        for image, shown in ((picture, seen), (behind, still)):
+            shown[number] = _at(image, x, y, cv2.BORDER_CONSTANT)[: x.size]
+    return seen, still
+
+
+def _shares(seen: Single, still: Single, cover: Single, level: Single) -> tuple[Single, Single]:
+    """Cover and level (cells,) of cells that show ``seen`` (n, cells) over ``still`` (n, cells),
+    from a cover and level known before."""
+    known = np.isfinite(seen) & np.isfinite(still)
+    seen, still = (np.where(known, field, 0.0) for field in (seen, still))
+    for _ in range(_MATTED):
+        left = np.abs(seen - level - (1.0 - cover) * still)
+        usual = np.maximum(1.4826 * known_median(np.where(known, left, np.nan)), _LEAST_NOISE)
+        weight = known / np.maximum(left / usual, 1.0)
+        total = np.maximum(weight.sum(0), 1e-9)
+        mean = [(weight * field).sum(0) / total for field in (seen, still)]
+        apart = still - mean[1]
+        held = (usual / _COVER_SIGMA) ** 2
+        clear = ((weight * apart * (seen - mean[0])).sum(0) + held * (1.0 - cover)) / (
+            (weight * apart**2).sum(0) + held
+        )
+        cover = np.clip(1.0 - clear, 0.0, 1.0)
+        level = mean[0] - (1.0 - cover) * mean[1]
+    return cover, level
 
 
 def _background(

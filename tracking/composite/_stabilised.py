@@ -32,7 +32,8 @@ class StabilisedSample:
     numbers of all sampled frames, ``onto`` (all, 2, 3) takes the reference to each one's pixels.
     ``reference_index`` is the reference's number. ``pictures`` show one ``channel``; ``reference``
     and ``guide`` (height, width), the usual picture, are grey in any case: by them frames are
-    aligned, and scaled by ``light`` (n,) to the same brightness.
+    aligned, and scaled by ``light`` (n,) to the same brightness. The pictures begin at
+    ``origin_px`` of the video's, and have a share ``rows_share`` of its rows.
     """
 
     pictures: Single
@@ -47,6 +48,16 @@ class StabilisedSample:
     guide: Single
     light: Array
     channel: Channel = LUMA
+    origin_px: tuple[int, int] = (0, 0)
+    rows_share: float = 1.0
+
+    def in_video(self, points: Array) -> Array:
+        """Points of the pictures (..., 2) in the video's own pixels."""
+        return np.asarray((points + 0.5) / self.scale - 0.5 + np.array(self.origin_px))
+
+    def of_video(self, points: Array) -> Array:
+        """Points in the video's own pixels (..., 2) in those of the pictures."""
+        return np.asarray((points - np.array(self.origin_px) + 0.5) * self.scale - 0.5)
 
     @property
     def shown(self) -> Single:

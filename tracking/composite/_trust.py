@@ -34,7 +34,8 @@ class TrustLimits:
         largest_jump_deg: by how much a part turns from one frame to the next where it turns by a
             quarter of that at most in the frames around. A wheel of which one spoke cannot be told
             from the next one jumps farther.
-        most_jumps: how many larger ones may be, as where frames are missing.
+        most_jumps: how many larger ones may be, as where frames are missing; none may be against
+            the direction in which the part turns in all of the frames around.
     """
 
     largest_apart_deg: float = 0.5
@@ -79,12 +80,13 @@ def distrust(
             f"turns by angles that differ by {apart_deg:.2g} deg rms from those found without a "
             "pivot; expected a part that turns about one point"
         )
-    many = jumps(fits, np.deg2rad(limits.largest_jump_deg))
-    if many > limits.most_jumps:
+    many, back = jumps(fits, np.deg2rad(limits.largest_jump_deg))
+    if many > limits.most_jumps or back:
+        times = "once" if many == 1 else f"{many} times"
         return (
-            f"jumps by more than {limits.largest_jump_deg:.0f} deg between frames {many} times, "
-            "as one that looks the same at several angles; expected a part with a mark, or more "
-            "frames per second"
+            f"jumps by more than {limits.largest_jump_deg:.0f} deg between frames {times}, as one "
+            "that looks the same at several angles; expected a part with a mark, or more frames "
+            "per second"
         )
     if pointed:
         return None
@@ -108,18 +110,23 @@ def worst_third(fits: Sequence[PoseFit | None]) -> float:
     return min(float(np.median(third)) for third in np.array_split(ordered, 3))
 
 
-def jumps(fits: Sequence[PoseFit | None], least_rad: float) -> int:
+def jumps(fits: Sequence[PoseFit | None], least_rad: float) -> tuple[int, int]:
     """How often the angle turns by more than ``least_rad`` from one frame to the next, and by a
-    quarter of that turn at most in the frames around.
+    quarter of that turn at most in the frames around; and how many of these jumps go back, while
+    all of the frames around turn the other way.
 
     A servo's step within one frame begins and ends at rest: it is no jump of a part that turns on.
     """
     angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-    turn = np.abs(np.angle(np.exp(1j * np.diff(angle))))
-    count = 0
+    signed = np.angle(np.exp(1j * np.diff(angle)))
+    turn = np.abs(signed)
+    count = back = 0
     for place in np.flatnonzero(turn > least_rad).tolist():
-        around = np.delete(turn[max(place - _AROUND, 0) : place + _AROUND + 1], min(place, _AROUND))
+        near = signed[max(place - _AROUND, 0) : place + _AROUND + 1]
+        around = np.delete(near, min(place, _AROUND))
         known = around[np.isfinite(around)]
-        turns_on = known.size and known.min() > _AT_REST
-        count += bool(turns_on and known.max() <= 0.25 * turn[place])
-    return count
+        turns_on = known.size and np.abs(known).min() > _AT_REST
+        if turns_on and np.abs(known).max() <= 0.25 * turn[place]:
+            count += 1
+            back += bool(known.size == 2 * _AROUND and (known * signed[place] < 0.0).all())
+    return count, back

@@ -11,7 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import FrameProgress, Mask
+from servosight.tracking.composite import FoundPart
 from servosight.tracking.core import Candidate, Track, TrackOptions, TrackRefused
+from servosight.tracking.methods._closer import measured_closer
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.video import Film
 
@@ -38,27 +40,40 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
     """The track of the part that explains most of the change in the channel of the footage."""
-    stabilised, number = footage.stabilised, footage.options.pick
+    number = footage.options.pick
     parts = footage.parts()
     if number > len(parts):
         parts += footage.parts(parts)
     try:
         track, inside = footage.measured(footage.chosen(parts), progress)
     except TrackRefused as refused:
-        # An uncertain angle of a part in full view is no reason to measure what enters instead.
-        if number > 1 or not parts or (refused.measured and parts[0].inside):
-            raise
-        # In grey these were tried: what stands out in colour no better is someone at the side.
-        if not stabilised.channel.luma:
-            raise
-        tried = len(parts) if refused.measured else 1
-        parts += footage.parts(parts)
-        track, inside, number = footage.instead(parts, tried, refused, progress)
+        small = refused.uncertain
+        closer = measured_closer(footage, parts[number - 1], progress) if small else None
+        if closer is None:
+            track, inside, number = _otherwise(footage, parts, refused, progress)
+        else:
+            track, inside = closer
     candidates: tuple[Candidate, ...] = ()
     if track.channel.luma:  # in which --pick counts
         candidates = tuple(footage.candidate(part) for part in parts)
     notes = _notes(track, candidates, number, inside)
     return replace(track, candidates=candidates, notes=(*notes, *track.notes))
+
+
+def _otherwise(
+    footage: Footage, parts: list[FoundPart], refused: TrackRefused, progress: FrameProgress | None
+) -> tuple[Track, Mask, int]:
+    """The track of a part that is tried instead of one that was refused, the frames in which it was
+    looked for, and its number; the parts that are found are added to ``parts``."""
+    # An uncertain angle of a part in full view is no reason to measure what enters instead.
+    if footage.options.pick > 1 or not parts or (refused.measured and parts[0].inside):
+        raise refused
+    # In grey these were tried: what stands out in colour no better is someone at the side.
+    if not footage.stabilised.channel.luma:
+        raise refused
+    tried = len(parts) if refused.measured else 1
+    parts += footage.parts(parts)
+    return footage.instead(parts, tried, refused, progress)
 
 
 def _notes(

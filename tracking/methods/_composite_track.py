@@ -60,9 +60,8 @@ def track_of(
     covered = np.array([fit is not None and fit.kept < _COVERED for fit in fits])
     flags = np.where(found, np.where(covered, Flag.COVERED, Flag.NONE), Flag.LOST).astype(np.uint8)
     flags |= np.where(gaps(time_s, missing), Flag.AFTER_GAP, Flag.NONE).astype(np.uint8)
-    scale = meter.stabilised.scale
-    outline = in_video(meter.outline(first_rad(fits)), scale)
-    x, y = in_video(meter.pivot_px, scale)
+    outline = meter.stabilised.in_video(meter.outline(first_rad(fits)))
+    x, y = meter.stabilised.in_video(meter.pivot_px)
     return Track(
         video=film.path,
         method=options.method,
@@ -99,11 +98,6 @@ def at_mid_exposure(
         notes=(*((shutters.note,) if shutters.note else ()), *track.notes),
         shutters=shutters,
     )
-
-
-def in_video(points: Array, scale: float) -> Array:
-    """Points of the small pictures in the video's own pixels."""
-    return np.asarray((points + 0.5) / scale - 0.5)
 
 
 def first_rad(fits: Sequence[PoseFit | None]) -> float:

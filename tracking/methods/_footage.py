@@ -21,9 +21,9 @@ from servosight.tracking.composite import (
     distrust,
     entering,
     find_parts,
-    found_about,
     outline_of,
     parts_otherwise,
+    settled_part,
 )
 from servosight.tracking.core import (
     Candidate,
@@ -36,19 +36,17 @@ from servosight.tracking.core import (
 from servosight.tracking.methods._composite_track import (
     at_mid_exposure,
     first_rad,
-    in_video,
     track_of,
 )
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, small
-from servosight.tracking.video import Film, Frame, frame_at
+from servosight.tracking.video import Film, Frame, Window, frame_at, windowed
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
-_ANEW = 2
 _RIVALS = 2  # parts that are tried where the frames refuse the first one
 
 
@@ -57,7 +55,7 @@ class Footage:
     """The frames in which the camera rests, and what the user wants measured in them.
 
     ``stamps_s`` (frames,) are the file's own times, ``missing`` how many pictures before each frame
-    could not be used.
+    could not be used. ``window`` is the piece of the pictures that is looked at, all if None.
     """
 
     film: Film
@@ -67,12 +65,14 @@ class Footage:
     stamps_s: Array
     missing: tuple[int, ...]
     hint: Hint | None
+    window: Window | None = None
 
     @classmethod
-    def of(cls, film: Film, options: TrackOptions) -> Footage:
+    def of(cls, film: Film, options: TrackOptions, window: Window | None = None) -> Footage:
         """From a video; ``TrackRefused`` where the camera does not rest."""
         sample = FrameSample(_as_it_is)
-        rows = [(frame.time_s, frame.missing) for frame in sample.watch(film.decoded())]
+        seen = windowed(film.decoded(), window)
+        rows = [(frame.time_s, frame.missing) for frame in sample.watch(seen)]
         stamps_s = np.array([time_s for time_s, _ in rows])
         missing = tuple(count for _, count in rows)
         stabilised = StabilisedSample.of(sample)
@@ -82,14 +82,17 @@ class Footage:
                 "least in which it stays in place, cut the video or mount the camera.",
                 refusal_picture(film.images),
             )
+        if window is not None:
+            share = window.height / film.images[0].shape[0]
+            stabilised = replace(stabilised, origin_px=(window.x, window.y), rows_share=share)
         hint = _hint(film, options, stabilised, stamps_s)
-        return cls(film, options, sample, stabilised, stamps_s, missing, hint)
+        return cls(film, options, sample, stabilised, stamps_s, missing, hint, window)
 
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
         no colour changes."""
         cb, cr = FrameSample(_as_it_is), FrameSample(_as_it_is)
-        for frame in self.film.decoded(coloured=True):
+        for frame in windowed(self.film.decoded(coloured=True), self.window):
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
                 sample.add(replace(frame, image=image))
@@ -151,7 +154,7 @@ class Footage:
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
         """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where
         the frames do not confirm it."""
-        settled, meter = _settled(self.stabilised, part, self.hint)
+        settled, meter = settled_part(self.stabilised, part, self.hint)
         share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
             seen = SeenPart(self.candidate(settled).pivot_px, self._outline(settled))
@@ -185,26 +188,31 @@ class Footage:
             self.sample, index=self.stabilised.index.tolist(), pictures=pictures,
             roll_rad=self.stabilised.roll_rad.tolist(),
         )  # fmt: skip
-        lines = [in_video(one, self.stabilised.scale) for one in meter.pieces(first_rad(fits))]
+        origin = np.array(self.stabilised.origin_px)
+        pieces = meter.pieces(first_rad(fits))
+        lines = [self.stabilised.in_video(one) - origin for one in pieces]
         shown = outline_at(track, float(track.angle_deg[self.stabilised.reference_index]))
         draw = partial(self._drawn, [SeenPart(track.pivot_px, shown)])
         resting = np.array([self.stabilised.rests(number) for number in range(len(fits))])
         verify(
-            self.film, self.options, track, np.array(track.pivot_px), lines,
+            self.film, self.options, track, track.pivot_px - origin, lines,
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
-        why = distrust(apart_deg, track.sigma_deg[track.found], fits, self.options.pointed)
+        sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
+        why = distrust(apart_deg, sigma_deg, fits, pointed)
         if why is not None:
             x, y = track.pivot_px
             sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
-            raise TrackRefused(sentence, draw(), measured=True)
+            uncertain = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
+            raise TrackRefused(sentence, draw(), measured=True, uncertain=uncertain)
         stamps_s = self.stamps_s[: len(fits)]
         return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
 
     def _frames(self) -> Iterator[Frame]:
-        return self.film.decoded(coloured=not self.stabilised.channel.luma)
+        coloured = not self.stabilised.channel.luma
+        return windowed(self.film.decoded(coloured=coloured), self.window)
 
     def nothing(self, parts: Sequence[FoundPart]) -> TrackRefused:
         """That the part is not there, with the parts that were found drawn."""
@@ -231,18 +239,21 @@ class Footage:
 
     def candidate(self, part: FoundPart) -> Candidate:
         """A part that was found, in the video's own pixels."""
-        x, y = in_video(np.array(part.pivot_px), self.stabilised.scale)
+        x, y = self.stabilised.in_video(np.array(part.pivot_px))
         return Candidate(pivot_px=(float(x), float(y)), explained=round(part.explained, 3))
 
     def _outline(self, part: FoundPart) -> Array:
-        return in_video(outline_of(part, self.stabilised), self.stabilised.scale)
+        return self.stabilised.in_video(outline_of(part, self.stabilised))
 
     def _drawn(self, parts: Sequence[SeenPart]) -> Image:
         """Parts on the picture that all frames were aligned with."""
-        height, width = self.film.images[0].shape
+        whole = self.film.images[0]
 
         def large(picture: Image) -> Image:
-            return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR))
+            image = whole.copy()
+            piece = image if self.window is None else self.window.of(image)
+            cv2.resize(picture, piece.shape[::-1], dst=piece, interpolation=cv2.INTER_LINEAR)
+            return image
 
         stabilised = self.stabilised
         others = np.clip(
@@ -264,24 +275,6 @@ def _hint(
         frame = frame_at(film.path, options.at_s).image
     index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
     return Hint.of(stabilised, small(frame, stabilised.scale), index, options.pivot, box)
-
-
-def _settled(
-    stabilised: StabilisedSample, part: FoundPart, hint: Hint | None
-) -> tuple[FoundPart, PartMeter]:
-    """The part and its meter, learnt anew where its pivot turns out to be elsewhere."""
-    meter = PartMeter.of(stabilised, part)
-    for _ in range(_ANEW):
-        # A pixel of the pictures in which the part was found.
-        if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
-            break
-        better = found_about(
-            stabilised.pictures, meter.pivot_px, hint, stabilised.content, part.inside, part.beside
-        )
-        if better is None:
-            break
-        part, meter = better, PartMeter.of(stabilised, better)
-    return part, meter
 
 
 def _left_out(part: FoundPart, content: Mask, pictures: Single) -> Mask:

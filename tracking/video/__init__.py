@@ -42,3 +42,5 @@ from servosight.tracking.video._video import (
 from servosight.tracking.video._video import (
     stretches as stretches,
 )
+from servosight.tracking.video._window import Window as Window
+from servosight.tracking.video._window import windowed as windowed

@@ -10,9 +10,12 @@ import numpy as np
 
 from servosight.models.core import Array, Image
 from servosight.tracking.composite._centred import parts_about, softly_corrected
+from servosight.tracking.composite._model import CompositeModel
 from servosight.tracking.composite._part import Change, references_of
+from servosight.tracking.composite._raster import PartRaster
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
+from servosight.tracking.verification import PolarView
 from servosight.tracking.video import open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -105,3 +108,14 @@ def test_a_camera_that_drifts_is_followed_beyond_its_rest(tmp_path: Path, write:
     drift_px = np.clip(np.arange(FRAMES) - 0.6 * FRAMES, 0.0, None) * 27.0 / (0.4 * FRAMES)
     found = tracked(tmp_path / "drift.mkv", write, filmed(CROSS, 15.0, angle_deg, drift_px))
     assert share_right(found, angle_deg) > 0.95
+
+
+def test_a_part_without_a_cell_is_found_nowhere() -> None:
+    """As of a shape of one pixel that no cell of a finer raster meets: it is not an error."""
+    pictures = np.random.default_rng(1).normal(100.0, 3.0, (12, 80, 90)).astype(np.float32)
+    view, angles = PolarView.around((40.0, 40.0), 30.0), np.linspace(0.0, 1.0, 12)
+    nothing = np.zeros((view.rows, view.columns), np.float32)
+    raster = PartRaster.of(pictures, angles, view.pivot_px, nothing, view)
+    assert not raster.matted(pictures, angles).near.any()
+    model = CompositeModel.on(raster)
+    assert model.fits(pictures, angles) == [None] * 12

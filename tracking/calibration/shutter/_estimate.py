@@ -174,12 +174,17 @@ def share_by_width(width_px2: float, pace_px: float, share: float) -> float:
     """Error of an exposure, as a share of the frame time, for a mean square width of blur that is
     not the motion's, where the part moves by some pixels from frame to frame.
 
-    An exposure of a share s has the width ``(s * pace_px)**2 / 12``.
+    An exposure of a share s has the width ``(s * pace_px)**2 / 12``. A width that is not its own
+    makes a short one longer by more than a lack of that width makes it shorter: the larger of both.
 
     >>> round(share_by_width(1.0, 4.0, 0.5), 3), round(share_by_width(1.0, 20.0, 0.5), 3)
-    (0.5, 0.029)
+    (0.5, 0.031)
+    >>> round(share_by_width(0.2, 5.1, 0.31), 3)
+    0.248
     """
-    return float(np.sqrt(share**2 + 12.0 * width_px2 / max(pace_px, 1e-3) ** 2) - share)
+    width = 12.0 * width_px2 / max(pace_px, 1e-3) ** 2
+    longer = np.sqrt(share**2 + width) - share
+    return float(max(longer, share - np.sqrt(max(share**2 - width, 0.0))))
 
 
 def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
