@@ -26,8 +26,7 @@ from servosight.tracking.calibration.shutter import (
     usual_speed,
 )
 from servosight.tracking.composite._measure import PartMeter
-from servosight.tracking.composite._model import CompositeModel
-from servosight.tracking.composite._raster import PartRaster
+from servosight.tracking.composite.model import CompositeModel, PartRaster
 from servosight.tracking.core import Shutter, Shutters
 
 _SLOWER = 0.5  # of the pictures

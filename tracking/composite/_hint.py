@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import aligned, refined
-from servosight.tracking.composite._part import Change, Reference, references_of
 from servosight.tracking.composite._stabilised import StabilisedSample, evenly
+from servosight.tracking.composite.camera import aligned, refined
+from servosight.tracking.composite.parts import Change, Reference, references_of
 from servosight.tracking.core import Box, median_of
 
 _GROWN_PX = 2

@@ -10,19 +10,19 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import aligned, motion_from
-from servosight.tracking.composite._direct import Background
-from servosight.tracking.composite._model import (
-    CompositeModel,
-    PoseFit,
-    pivot_step,
-)
-from servosight.tracking.composite._part import TurningPart
-from servosight.tracking.composite._raster import cover_in, covers_in
 from servosight.tracking.composite._rigid_check import pattern_of
-from servosight.tracking.composite._search import FoundPart
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.composite._trust import TRUST
+from servosight.tracking.composite.camera import Background, aligned, motion_from
+from servosight.tracking.composite.model import (
+    CompositeModel,
+    PoseFit,
+    cover_in,
+    covers_in,
+    pivot_step,
+)
+from servosight.tracking.composite.parts import TurningPart
+from servosight.tracking.composite.search import FoundPart
 from servosight.tracking.core import median_of, threaded
 from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame

@@ -6,8 +6,8 @@ import numpy as np
 
 from servosight.tracking.composite._hint import Hint
 from servosight.tracking.composite._measure import PartMeter
-from servosight.tracking.composite._search import FoundPart, found_about
 from servosight.tracking.composite._stabilised import StabilisedSample
+from servosight.tracking.composite.search import FoundPart, found_about
 
 _ANEW = 2
 

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._camera import CameraPath, aligned
-from servosight.tracking.composite._colour import colour_of
-from servosight.tracking.composite._direct import Background
+from servosight.tracking.composite.camera import Background, CameraPath, aligned
+from servosight.tracking.composite.parts import colour_of
 from servosight.tracking.core import LUMA, NEUTRAL, Channel, median_of
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of

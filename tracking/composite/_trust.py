@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.tracking.composite._model import PoseFit
+from servosight.tracking.composite.model import PoseFit
 
 _AROUND = 2  # frames on either side
 _AT_REST = np.deg2rad(1.0)  # from frame to frame

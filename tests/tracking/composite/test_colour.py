@@ -12,8 +12,8 @@ import pytest
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite import TRUST
-from servosight.tracking.composite._colour import colour_of
-from servosight.tracking.composite._model import CompositeModel
+from servosight.tracking.composite.model._model import CompositeModel
+from servosight.tracking.composite.parts._colour import colour_of
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned
 from servosight.tracking.methods import _footage
 from servosight.tracking.methods._composite import composite

@@ -17,9 +17,9 @@ from servosight.tracking.composite import (
     found_about,
     parts_otherwise,
 )
-from servosight.tracking.composite._camera import longest_rest, motion_between, spread
-from servosight.tracking.composite._entering import enough_left, without_entering
-from servosight.tracking.composite._model import CompositeModel, pivot_step
+from servosight.tracking.composite.camera._camera import longest_rest, motion_between, spread
+from servosight.tracking.composite.model._model import CompositeModel, pivot_step
+from servosight.tracking.composite.parts._entering import enough_left, without_entering
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned, turning
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import FrameSample, PolarView

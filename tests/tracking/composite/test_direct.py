@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite._direct import Background
+from servosight.tracking.composite.camera._direct import Background
 
 SIZE = (160, 120)
 

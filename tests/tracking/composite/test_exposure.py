@@ -16,8 +16,8 @@ import pytest
 from servosight.models.core import Array, Image, Single
 from servosight.tracking.composite import PartMeter, PoseFit
 from servosight.tracking.composite._exposure import BlurModel, FastPictures, weighted_mean
-from servosight.tracking.composite._model import CompositeModel
-from servosight.tracking.composite._raster import PartRaster
+from servosight.tracking.composite.model._model import CompositeModel
+from servosight.tracking.composite.model._raster import PartRaster
 from servosight.tracking.core import Shutter, Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._composite_track import unexplained_rad

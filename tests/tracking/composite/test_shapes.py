@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite._centred import parts_about, softly_corrected
-from servosight.tracking.composite._model import CompositeModel
-from servosight.tracking.composite._part import Change, references_of
-from servosight.tracking.composite._raster import PartRaster
+from servosight.tracking.composite.model._model import CompositeModel
+from servosight.tracking.composite.model._raster import PartRaster
+from servosight.tracking.composite.parts._part import Change, references_of
+from servosight.tracking.composite.search._centred import parts_about, softly_corrected
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import PolarView

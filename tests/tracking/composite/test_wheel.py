@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
-from servosight.tracking.composite._model import CompositeModel
+from servosight.tracking.composite.model._model import CompositeModel
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import (

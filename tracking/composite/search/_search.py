@@ -8,23 +8,24 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.composite._centred import (
+from servosight.tracking.composite._hint import Hint, references_for
+from servosight.tracking.composite._trust import TRUST
+from servosight.tracking.composite.model import cover_in, covers_in
+from servosight.tracking.composite.parts import (
+    Change,
+    TurningPart,
+    diverse,
+    enough_left,
+    learnt,
+    without_entering,
+)
+from servosight.tracking.composite.search._centred import (
     FAR,
     converged,
     parts_about,
     softly_corrected,
 )
-from servosight.tracking.composite._entering import enough_left, without_entering
-from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite._part import (
-    Change,
-    TurningPart,
-    diverse,
-    learnt,
-)
-from servosight.tracking.composite._pivots import APART, promising_pivots, scaled
-from servosight.tracking.composite._raster import cover_in, covers_in
-from servosight.tracking.composite._trust import TRUST
+from servosight.tracking.composite.search._pivots import APART, promising_pivots, scaled
 from servosight.tracking.core import median_of
 from servosight.tracking.verification import Gains
 

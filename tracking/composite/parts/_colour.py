@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.models.core import Mask, Single
-from servosight.tracking.composite._entering import entering
-from servosight.tracking.composite._part import Change
+from servosight.tracking.composite.parts._entering import entering
+from servosight.tracking.composite.parts._part import Change
 from servosight.tracking.core import Channel
 
 

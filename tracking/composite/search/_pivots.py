@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite._part import Change, diverse, pivot_scores
+from servosight.tracking.composite.parts import Change, diverse, pivot_scores
 
 _ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
 _STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures

@@ -9,8 +9,8 @@ import numpy as np
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite._model import CompositeModel, pivot_step
-from servosight.tracking.composite._part import Change, Reference, TurningPart, learnt
+from servosight.tracking.composite.model import CompositeModel, pivot_step
+from servosight.tracking.composite.parts import Change, Reference, TurningPart, learnt
 
 FAR = 0.62  # of the longer side: how far a part reaches
 _ROUNDS, _SETTLED_PX = 5, 0.2

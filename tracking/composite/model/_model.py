@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite._cells import normal_equation, residuals
-from servosight.tracking.composite._raster import PartRaster
+from servosight.tracking.composite.model._cells import normal_equation, residuals
+from servosight.tracking.composite.model._raster import PartRaster
 from servosight.tracking.core import Index, threaded, turning
 from servosight.tracking.verification import PolarView
 

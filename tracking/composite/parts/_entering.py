@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Mask, Single
-from servosight.tracking.composite._part import Change
+from servosight.tracking.composite.parts._part import Change
 from servosight.tracking.core import median_of
 
 _BORDER_PX, _JOINED_PX = 3, 7
