@@ -186,26 +186,37 @@ class Sector:
         return np.array(seen, np.float32)
 
 
-@pytest.mark.parametrize("soft_px", [8.0, 14.0])
-def test_how_much_a_part_covers_is_learnt_from_what_is_behind_it(soft_px: float) -> None:
-    """Of slow pictures at several angles. The shape that is given has sharp edges. Truth: edges of
-    ``soft_px``. Noise of a grey level over a texture of 60 levels leaves 0.01 of the cover, twelve
-    pictures interpolated on a raster 0.02: bound 0.04 between the ends, which are one cell wide.
-    Edges that are known are no blur: of 8 px and more, less than 2 px are left."""
-    sector, angles = Sector(soft_px), np.linspace(-1.0, 1.0, 24)
-    raster, stack = sector.raster, sector.pictures(angles, np.zeros(24))
+def learnt_at_rest(sector: Sector) -> BlurModel:
+    """From slow pictures at several angles, given a shape with sharp edges."""
+    raster, angles = sector.raster, np.linspace(-1.0, 1.0, 24)
+    stack = sector.pictures(angles, np.zeros(24))
     shape = raster.near.astype(np.float32)
     model = CompositeModel.of(
         stack, angles, raster.view.pivot_px, shape, raster.view, raster.behind
     )
     meter = cast(PartMeter, SimpleNamespace(model=model, shape=shape, view=raster.view))
     speed = np.where(np.arange(24) % 2, 20.0, 0.0)
-    blur = BlurModel.of(meter, stack, angles, speed, 0.02)
-    between = blur.raster.near & (np.arange(50) > 8)[:, None] & (np.arange(50) < 40)[:, None]
-    away = (blur.raster.cover - raster.cover)[between]
+    return BlurModel.of(meter, stack, angles, speed, 0.02)
+
+
+@pytest.mark.parametrize("soft_px", [0.0, 8.0, 14.0])
+def test_edges_of_a_part_at_rest_are_no_blur(soft_px: float) -> None:
+    """Whatever their width, less than 2 px at the rim are left."""
+    blur = learnt_at_rest(Sector(soft_px))
     assert blur.own_speed == 0.0
-    assert np.sqrt(np.mean(away**2)) < 0.04
     assert blur.own_rad * 44.0 <= 2.0
+
+
+@pytest.mark.parametrize("soft_px", [8.0, 14.0])
+def test_how_much_a_part_covers_is_learnt_from_what_is_behind_it(soft_px: float) -> None:
+    """Truth: edges of ``soft_px``, wider than a cell of the raster. Noise of a grey level over a
+    texture of 60 levels leaves 0.01 of the cover, twelve pictures interpolated on a raster 0.02:
+    bound 0.04 between the ends, which are one cell wide."""
+    sector = Sector(soft_px)
+    blur = learnt_at_rest(sector)
+    between = blur.raster.near & (np.arange(50) > 8)[:, None] & (np.arange(50) < 40)[:, None]
+    away = (blur.raster.cover - sector.raster.cover)[between]
+    assert np.sqrt(np.mean(away**2)) < 0.04
 
 
 def test_what_is_wrong_beside_a_part_in_any_case_is_not_taken_for_blur() -> None:
