@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy import fft
 
 from servosight.models.core import Single
 from servosight.tracking.appearance.surface import Surface
@@ -31,8 +30,6 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> PolarGrid:
     first = max(float(radius.min()) - PAD_PX, 4.0)
     space = spacing(_SPACING_PX, last)
     step = space / last
-    columns = int(min(high - low, 2 * np.pi - 2 * step) / step) + 1
-    fast = fft.next_fast_len(columns)  # the preconditioner's cosine transforms take a fifth
     return PolarGrid(
         old.pivot_px,
         first,
@@ -40,7 +37,7 @@ def wide(surface: Surface, shape: tuple[int, ...]) -> PolarGrid:
         old.middle_rad + low,
         step,
         int((last - first) / space) + 1,
-        fast if (fast + 1) * step <= 2 * np.pi else columns,
+        int(min(high - low, 2 * np.pi - 2 * step) / step) + 1,
         old.plane,
     )
 
