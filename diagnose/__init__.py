@@ -4,12 +4,12 @@ from servosight.diagnose._add import add as add
 from servosight.diagnose._compare import Comparison as Comparison
 from servosight.diagnose._compare import compare as compare
 from servosight.diagnose._compare import judge as judge
-from servosight.diagnose._compare_fmu import compare_fmu as compare_fmu
 from servosight.diagnose._diagnose import diagnose as diagnose
-from servosight.diagnose._diagnose_fmu import diagnose_fmu as diagnose_fmu
 from servosight.diagnose._predictions import law_predictions as law_predictions
 from servosight.diagnose._predictions import predictions as predictions
 from servosight.diagnose.evidence import with_detectable as with_detectable
+from servosight.diagnose.fmu import compare_fmu as compare_fmu
+from servosight.diagnose.fmu import diagnose_fmu as diagnose_fmu
 from servosight.diagnose.residuals import listed as listed
 from servosight.diagnose.result import Candidate as Candidate
 from servosight.diagnose.result import Diagnosis as Diagnosis

@@ -6,11 +6,19 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from servosight.diagnose._data import DiagnosisData, diagnosis_data
-from servosight.diagnose._outcome import Outcome, select, verdict_of, with_ladder
-from servosight.diagnose._rivalry import Rivalry, accepted, rivalry
 from servosight.diagnose.discrepancy import Law, reported_law
 from servosight.diagnose.evidence import Evidence, gather
+from servosight.diagnose.outcome import (
+    DiagnosisData,
+    Outcome,
+    Rivalry,
+    accepted,
+    diagnosis_data,
+    rivalry,
+    select,
+    verdict_of,
+    with_ladder,
+)
 from servosight.diagnose.residuals import findings, worst_windows
 from servosight.diagnose.result import Diagnosis, LadderStep, Verdict, recording_uses
 from servosight.diagnose.result.caveats import (

@@ -14,10 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from servosight.identify.problem._noise import sample_noise_deg
 from servosight.identify.problem._restarts import restarts
-from servosight.identify.problem._standstill import standstill_errors
 from servosight.identify.problem._work import Work
+from servosight.identify.problem.noise import sample_noise_deg, standstill_errors
 from servosight.identify.problem.samples import sample_weights
 from servosight.models.core import CORE, OWN, Array, Mask, Parameter, Recording
 from servosight.models.effects import Effect

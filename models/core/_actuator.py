@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 
 from servosight.models.base import InputError, Kind, either, marked_toml, read_settings, write_text
 from servosight.models.core._arrays import Array
-from servosight.models.core._display import frame, html_table, parameter_rows
 from servosight.models.core._frozen import Frozen
 from servosight.models.core._parameter import CORE, OWN, Parameter
-from servosight.models.core._plots import plot_gain
 from servosight.models.core._recording import Recording
-from servosight.models.core._rounding import uncertain
+from servosight.models.core.display import frame, html_table, parameter_rows, plot_gain, uncertain
 from servosight.models.schema import require, validated
 
 if TYPE_CHECKING:

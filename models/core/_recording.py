@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from servosight.models.core._arrays import Array
-from servosight.models.core._display import frame, html_table
 from servosight.models.core._frozen import Frozen
-from servosight.models.core._plots import plot_recording
-from servosight.models.core._rounding import rounded
+from servosight.models.core.display import frame, html_table, plot_recording, rounded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

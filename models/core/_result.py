@@ -9,10 +9,16 @@ from pathlib import Path
 from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, overload
 
 from servosight.models.base import InputError, json_text, plain, read_json, write_text
-from servosight.models.core._display import Rows, frame, html_table, parameter_rows, text_table
 from servosight.models.core._frozen import Frozen
 from servosight.models.core._recording import Recording
-from servosight.models.core._rounding import rounded
+from servosight.models.core.display import (
+    Rows,
+    frame,
+    html_table,
+    parameter_rows,
+    rounded,
+    text_table,
+)
 from servosight.models.schema import typed
 
 SCHEMA = 1

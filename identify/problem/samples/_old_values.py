@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.identify.problem._noise import resolution_deg
+from servosight.identify.problem.noise import resolution_deg
 from servosight.identify.problem.samples._read_limits import LIMITS, ReadErrorLimits
 from servosight.models.core import Mask, Recording
 

@@ -16,8 +16,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.problem._noise import resolution_deg
 from servosight.identify.problem._setups import setup_doubts
+from servosight.identify.problem.noise import resolution_deg
 from servosight.identify.problem.samples._old_values import held_values, old_values
 from servosight.identify.problem.samples._read_limits import LIMITS, ReadErrorLimits
 from servosight.models.core import Array, Mask, Recording, views

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from servosight.diagnose._data import DiagnosisData
-from servosight.diagnose._ladder import ladder_steps
 from servosight.diagnose.evidence import (
     Stability,
     equivalents,
@@ -16,6 +14,8 @@ from servosight.diagnose.evidence import (
     undetermined,
     unmeasured,
 )
+from servosight.diagnose.outcome._data import DiagnosisData
+from servosight.diagnose.outcome._ladder import ladder_steps
 from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
 from servosight.diagnose.selection import (

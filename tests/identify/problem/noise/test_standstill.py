@@ -9,7 +9,7 @@ import pytest
 from support.servo import actuator
 
 import servosight as ss
-from servosight.identify.problem._standstill import LEARNT_SHARE, standstill_errors
+from servosight.identify.problem.noise._standstill import LEARNT_SHARE, standstill_errors
 from servosight.models.core import Recording
 from servosight.models.excitation import standard
 

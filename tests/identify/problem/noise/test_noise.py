@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.problem import joint_noise_deg, noise_deg
-from servosight.identify.problem._noise import resolution_deg
+from servosight.identify.problem.noise._noise import resolution_deg
 from servosight.models.io.importers import Request, import_recording
 
 BOUND = 0.08

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.diagnose import LadderStep
-from servosight.diagnose._ladder import ladder_steps
+from servosight.diagnose.outcome._ladder import ladder_steps
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Step
 from servosight.models.core import Recording, Table
 from servosight.models.effects import catalogue

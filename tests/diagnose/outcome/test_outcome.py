@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from servosight.diagnose import _outcome
-from servosight.diagnose._outcome import Outcome, verdict_of
 from servosight.diagnose.evidence import Stability
+from servosight.diagnose.outcome._outcome import Outcome, verdict_of
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result import Verdict
 from servosight.diagnose.selection import (

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from servosight.models.base import InputError
-from servosight.models.core._rounding import rounded, uncertain
+from servosight.models.core.display._rounding import rounded, uncertain
 
 Rows = Sequence[Mapping[str, Any]]
 DIGITS = 4

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servosight.diagnose._data import DiagnosisData
-from servosight.diagnose._outcome import Outcome
 from servosight.diagnose.experiment import Proposal, propose
+from servosight.diagnose.outcome._data import DiagnosisData
+from servosight.diagnose.outcome._outcome import Outcome
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.result import Candidate
 from servosight.diagnose.selection import Resolution, Trial, alternatives, confounded
