@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose import _outcome
 from servosight.diagnose.evidence import Stability
+from servosight.diagnose.outcome import _outcome
 from servosight.diagnose.outcome._outcome import Outcome, verdict_of
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result import Verdict

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose import _rivalry
+from servosight.diagnose.outcome import _rivalry
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import AcceptanceCriterion, PriorKnowledge, Score
 from servosight.models.core import Recording
