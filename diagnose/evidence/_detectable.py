@@ -17,7 +17,7 @@ from servosight.diagnose.selection import (
 from servosight.identify.fit import Detectable, Fit, fitted_solution, size_shown
 from servosight.identify.problem import Problem, offered, thinned, usable_views
 from servosight.models.core import Array, Recording, Table, one_or_more
-from servosight.models.effects import Effect
+from servosight.models.effects import Effect, covered
 
 
 def detectable(
@@ -52,8 +52,8 @@ def with_detectable(
     base = fitted_solution(scored, catalogue, fit.effects, fit.parameters, fit.own, fit.fixed)
     tolerance = float(np.sqrt(max(fit.floor_deg**2 - fit.noise_deg**2, 0.0)))
     criterion = AcceptanceCriterion(fit.floor_deg, tolerance, SelectionPolicy())
-    covered = {*fit.effects, *(one for name in fit.effects for one in catalogue[name].contains)}
-    names = [name for name in offered(catalogue, scored) if name not in covered]
+    there = covered(fit.effects, catalogue)
+    names = [name for name in offered(catalogue, scored) if name not in there]
     still = _never_reverses([angles[0] for angles in base.problem.predict(base.outcome.point)])
     found = []
     for name in names:

@@ -18,7 +18,7 @@ from scipy.special import stdtrit
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.core import Array
-from servosight.models.effects import Effect
+from servosight.models.effects import covered
 
 SURE = 0.95
 """A model is dearer where the mean difference is beyond this quantile of Student's t."""
@@ -47,7 +47,7 @@ def equivalents(
     most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
-        more = _covered(trial.effects, models.catalogue) >= set(last.effects)
+        more = covered(trial.effects, models.catalogue) >= set(last.effects)
         other = trial.effects and not (more and set(trial.held) <= set(last.held))
         if not other or not models.known.allows(trial.effects):
             continue
@@ -55,8 +55,8 @@ def equivalents(
         able = price <= most and criterion.within_bounds(trial.score, first)
         if trial.effects != last.effects and able and not _is_dearer(trial, last, criterion):
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
-    covered = {one: _covered(one, models.catalogue) for one in near}
-    least = [one for one in near if not any(set(o) <= covered[one] for o in near if o != one)]
+    whole = {one: covered(one, models.catalogue) for one in near}
+    least = [one for one in near if not any(set(o) <= whole[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
 
 
@@ -79,11 +79,6 @@ def special_case(
                 if criterion.overall_price(trial.score) <= most:
                     return Step(trial, simple, name)
     return None
-
-
-def _covered(effects: Sequence[str], catalogue: Mapping[str, Effect]) -> set[str]:
-    """Effects, and those that they contain."""
-    return {*effects, *(simple for own in effects for simple in catalogue[own].contains)}
 
 
 def interchangeable(

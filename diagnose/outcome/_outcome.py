@@ -92,10 +92,11 @@ def select(
     if auto:
         progress("leaving out parts of the data", 0, 1)
         selected, stable = firm(models, criterion, selected)
-        while step := special_case(models, selected.steps[-1].trial, criterion):
-            selected = replace(selected, steps=(*selected.steps, step))
-            stable = stability(models, criterion, step.trial)
-        last = selected.steps[-1].trial
+        checked = last = selected.steps[-1].trial
+        while step := special_case(models, last, criterion):
+            selected, last = replace(selected, steps=(*selected.steps, step)), step.trial
+        if last is not checked:
+            stable = stability(models, criterion, last)
         if not latencies and not criterion.explained(last.score):
             latencies = latencies_left(last, _names(data))
     return Outcome(

@@ -12,4 +12,5 @@ from servosight.models.effects._place import MOTION as MOTION
 from servosight.models.effects._place import SIGNATURES as SIGNATURES
 from servosight.models.effects._place import Place as Place
 from servosight.models.effects._registry import catalogue as catalogue
+from servosight.models.effects._registry import covered as covered
 from servosight.models.effects._registry import select as select

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from servosight.models.core import InputError, check_path, did_you_mean, either
@@ -94,6 +94,16 @@ def select(effects: Mapping[str, Effect], ids: Sequence[str]) -> list[str]:
             )
     wanted = set(ids)
     return [name for name in effects if name in wanted]
+
+
+def covered(effects: Iterable[str], catalogue: Mapping[str, Effect]) -> set[str]:
+    """Effects, and those that they contain.
+
+    >>> sorted(covered(["current_limit"], catalogue()))
+    ['current_limit', 'torque_saturation']
+    """
+    own = set(effects)
+    return own.union(*(catalogue[name].contains for name in own))
 
 
 def _load(module: str) -> Effect:

@@ -31,7 +31,7 @@ from servosight.identify.fit import (
 )
 from servosight.identify.problem import Problem, Work, gain_of_sensor, linear_start
 from servosight.models.core import Array, Mask, Recording
-from servosight.models.effects import Effect
+from servosight.models.effects import Effect, covered
 
 TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
@@ -134,8 +134,7 @@ class ModelSelection:
     def candidates(self, base: Trial) -> list[str]:
         """The effects that ``base`` lacks, that are no special case of one that it has, and that
         the user has not ruled out."""
-        covered = {name for own in base.effects for name in self.catalogue[own].contains}
-        gone = {*base.effects, *covered}
+        gone = covered(base.effects, self.catalogue)
         found = [name for name in self.catalogue if name not in gone]
         return [name for name in found if self.known.may_add(self.catalogue[name])]
 
