@@ -56,7 +56,8 @@ def _line(one: Outcome) -> str:
     )
     return (
         f"{one.number:4d} {one.outcome:8s}{one.method:10s}{scene.kind:7s}{scene.motion:6s}"
-        f"{np.rad2deg(scene.amplitude_rad):6.0f} deg {scene.length_px:4.0f} px  error "
+        f"{np.rad2deg(scene.amplitude_rad):6.0f} deg {scene.length_px:4.0f} px "
+        f"off axis {np.rad2deg(scene.tilt_rad):2.0f} deg  error "
         f"{one.error_deg:.3f} deg ({one.by_frame_deg:.3f} by frame), {one.sigmas:.2f} sigma, share "
         f"{one.share:.2f}, pivot {one.pivot_px:.1f} px, {one.seconds:.0f} s [{with_}] "
         f"{one.words[:150]}"

@@ -112,8 +112,14 @@ def _exposed_rad(scene: WildScene, start_s: float) -> Array:
 
 
 def views(scene: WildScene) -> Array:
-    """The view of each frame: from the scene to the picture, (frames, 2, 3)."""
+    """The view of each frame: from the scene to the picture, (frames, 3, 3)."""
     return _camera(scene, _rng(scene))
+
+
+def seen_at(views: Array, place: Array) -> Array:
+    """Where the views (n, 3, 3) show a point (2,) of the scene; (n, 2)."""
+    seen = views @ np.append(place, 1.0)
+    return np.asarray(seen[:, :2] / seen[:, 2:])
 
 
 def _rng(scene: WildScene) -> np.random.Generator:
@@ -122,9 +128,9 @@ def _rng(scene: WildScene) -> np.random.Generator:
 
 
 def _camera(scene: WildScene, rng: np.random.Generator) -> Array:
-    """The view of each frame: from the scene to the picture, (frames, 2, 3)."""
+    """The view of each frame: from the scene to the picture, (frames, 3, 3)."""
     t = scene.time_s
-    views = np.zeros((scene.frames, 2, 3))
+    views = np.tile(np.eye(3), (scene.frames, 1, 1))
     sway = np.zeros((3, scene.frames))
     for axis in range(3):
         for hz, size in ((0.4, 1.0), (1.3, 0.6), (3.1, 0.35), (7.0, 0.2)):
@@ -143,14 +149,13 @@ def _camera(scene: WildScene, rng: np.random.Generator) -> Array:
         turn = np.array([[cos, sin], [-sin, cos]])
         centre = 0.5 * np.array(scene.size)
         shift = sway[:2, number] + away[number] * np.array([np.cos(heading), np.sin(heading)])
-        views[number] = np.column_stack([turn, centre + shift - turn @ centre])
-    return views
+        views[number, :2] = np.column_stack([turn, centre + shift - turn @ centre])
+    return scene.oblique @ views
 
 
 def _behind(bench: Single, view: Array, size: tuple[int, int]) -> Single:
-    shifted = view.copy()
-    shifted[:, 2] -= view[:, :2] @ np.array([MARGIN_PX, MARGIN_PX])
-    seen = cv2.warpAffine(
+    shifted = view @ _moved(np.array([-MARGIN_PX, -MARGIN_PX]))
+    seen = cv2.warpPerspective(
         bench, shifted, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT
     )
     return np.asarray(seen, np.float32)
@@ -161,8 +166,8 @@ def _put(
     angles: Array,
 ) -> None:  # fmt: skip
     """Lay the part over the picture at the mean of these angles, its shadow first."""
-    pivot = view[:, :2] @ np.array(scene.pivot_px) + view[:, 2]
-    reach = int(1.25 * scene.length_px * 1.1 + 14)
+    pivot = seen_at(view[None], np.array(scene.pivot_px))[0]
+    reach = int(1.25 * scene.length_px * 1.1 * scene.largest + 14)
     low = np.maximum(np.floor(pivot).astype(int) - reach, 0)
     high = np.minimum(np.floor(pivot).astype(int) + reach, scene.size)
     if (high - low < 8).any():
@@ -170,11 +175,13 @@ def _put(
     total = np.zeros((int(high[1] - low[1]), int(high[0] - low[0]), 4), np.float32)
     for angle in angles:
         cos, sin = np.cos(angle), np.sin(angle)
-        turn = view[:, :2] @ np.array([[cos, sin], [-sin, cos]]) / FINER
+        turn = np.array([[cos, sin], [-sin, cos]]) / FINER
         # Pixel centres of the enlarged picture.
-        shift = pivot - low - turn @ (np.array(middle) - 0.5 * (FINER - 1))
-        matrix = np.column_stack([turn, shift])
-        total += cv2.warpAffine(sprite, matrix, total.shape[1::-1], flags=cv2.INTER_LINEAR)
+        placed = np.eye(3)
+        placed[:2, :2] = turn
+        placed[:2, 2] = scene.pivot_px - turn @ (np.array(middle) - 0.5 * (FINER - 1))
+        matrix = _moved(-low) @ view @ placed
+        total += cv2.warpPerspective(sprite, matrix, total.shape[1::-1], flags=cv2.INTER_LINEAR)
     total /= len(angles)
     place = picture[low[1] : high[1], low[0] : high[0]]
     if scene.shadow:
@@ -182,6 +189,13 @@ def _put(
         place *= 1.0 - scene.shadow * soft[:, :, None]
     place *= 1.0 - total[:, :, 3:]
     place += total[:, :, :3]
+
+
+def _moved(by_px: Array) -> Array:
+    """A shift as a homography (3, 3)."""
+    moved = np.eye(3)
+    moved[:2, 2] = by_px
+    return moved
 
 
 def _bystander(picture: Single, scene: WildScene, share: float) -> None:

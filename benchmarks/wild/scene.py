@@ -16,6 +16,7 @@ _SIZES = ((640, 360), (640, 480), (480, 640), (854, 480))
 _RATES_HZ = (24.0, 30.0, 30.0, 50.0, 60.0, 60.0, 120.0, 240.0)
 _LEAST_S, _FRAMES = 1.2, 120
 _FASTEST_RAD = 0.3  # from frame to frame
+_LEANING = 4000  # clips before it were measured with a camera that looks along the axis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +27,9 @@ class WildScene:
     is the rms motion of the hand that films, ``pan_s`` how long the camera is panned at first,
     ``hand_s`` when a hand passes (None: never), ``bystander`` whether something else moves.
     ``stabilised`` is a camera whose pictures are shifted so that its shaking hardly shows, and
-    ``focus_px`` the largest radius (one sigma) of the blur of a focus that changes.
+    ``focus_px`` the largest radius (one sigma) of the blur of a focus that changes. The camera
+    looks ``tilt_rad`` off the axis of rotation, towards ``lean_rad`` in the picture, through a lens
+    of ``focal_px``.
     """
 
     number: int
@@ -54,6 +57,27 @@ class WildScene:
     bits_s: float
     stabilised: bool
     focus_px: float
+    tilt_rad: float = 0.0
+    lean_rad: float = 0.0
+    focal_px: float = np.inf
+
+    @property
+    def oblique(self) -> Array:
+        """From a picture along the axis to the one that is filmed, alike in its middle; (3, 3)."""
+        along = np.array([np.cos(self.lean_rad), np.sin(self.lean_rad)])
+        middle = 0.5 * np.array(self.size, np.float64)
+        tilted = np.eye(3)
+        tilted[:2, :2] -= (1.0 - np.cos(self.tilt_rad)) * np.outer(along, along)
+        tilted[2, :2] = np.sin(self.tilt_rad) / self.focal_px * along
+        moved = np.eye(3)
+        moved[:2, 2] = middle
+        return np.asarray(moved @ tilted @ np.linalg.inv(moved))
+
+    @property
+    def largest(self) -> float:
+        """By how much the lens enlarges what is nearest, relative to the picture's middle."""
+        near = 0.5 * np.hypot(*self.size) * np.sin(self.tilt_rad) / self.focal_px
+        return float((1.0 - min(near, 0.5)) ** -2)
 
     @property
     def time_s(self) -> Array:
@@ -78,6 +102,8 @@ def scene_of(number: int) -> WildScene:
     pivot = middle + rng.uniform(-0.12, 0.12, 2) * size
     held = rng.random() < 0.55
     kind = KINDS[rng.integers(len(KINDS))]
+    stands = np.random.default_rng([2036, number])
+    leans = number >= _LEANING and stands.random() < 2.0 / 3.0
     widest = {"arm": 2.2, "needle": 1.2, "wheel": 1.5}.get(kind, 0.9)
     duration = frames / rate_hz
     return WildScene(
@@ -106,6 +132,9 @@ def scene_of(number: int) -> WildScene:
         bits_s=float(np.exp(rng.uniform(np.log(1.0e6), np.log(8.0e6)))),
         stabilised=held and bool(later.random() < 0.3),
         focus_px=float(later.uniform(0.5, 1.5)) if later.random() < 0.2 else 0.0,
+        tilt_rad=float(np.deg2rad(stands.uniform(0.0, 25.0))) if leans else 0.0,
+        lean_rad=float(stands.uniform(0.0, 2.0 * np.pi)),
+        focal_px=float(stands.uniform(0.8, 2.5) * max(size)),
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from servosight.models.core import Array, InputError
 from servosight.tracking.core import Track, TrackOptions
 from servosight.tracking.track import track
-from wild.film import WildTruth, filmed, views
+from wild.film import WildTruth, filmed, seen_at, views
 from wild.scene import scene_of
 
 LARGEST_DEG, MOST_SIGMAS = 0.5, 3.0
@@ -54,7 +54,7 @@ def hinted(number: int, truth: WildTruth, hint: str | None) -> TrackOptions:
         "tip": [0.85 * along],
         "template": [s * along + w * across for s in (-0.1, 1.0) for w in (-1, 1)],
     }
-    points = (np.array(places[hint]) + truth.part.pivot_px) @ view[:, :2].T + view[:, 2]
+    points = np.array([seen_at(view[None], truth.part.pivot_px + one)[0] for one in places[hint]])
     x, y = (float(v) for v in points[0])
     at_s = frame / scene.rate_hz
     if hint == "pivot":
@@ -77,9 +77,9 @@ def _method(found: Track) -> str:
 def _away_px(found: Track, seen: Array, truth: WildTruth) -> float:
     """How far a track's pivot is from that of a part, in the frame in which they are nearest.
 
-    ``seen`` (frames, 2, 3) holds the views: a track names its pivot in one of the frames.
+    ``seen`` (frames, 3, 3) holds the views: a track names its pivot in one of the frames.
     """
-    pivots = seen[:, :, :2] @ np.array(truth.part.pivot_px) + seen[:, :, 2]
+    pivots = seen_at(seen, np.array(truth.part.pivot_px))
     return float(np.hypot(*(np.array(found.pivot_px) - pivots).T).min())
 
 
