@@ -10,6 +10,8 @@ from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
 from servosight.tracking.composite._trust import uncertain as uncertain
 from servosight.tracking.composite.model import PoseFit as PoseFit
+from servosight.tracking.composite.oblique import ObliqueView as ObliqueView
+from servosight.tracking.composite.oblique import oblique_view as oblique_view
 from servosight.tracking.composite.parts import entering as entering
 from servosight.tracking.composite.search import FoundPart as FoundPart
 from servosight.tracking.composite.search import find_parts as find_parts

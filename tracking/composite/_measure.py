@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite._rigid_check import pattern_of
+from servosight.tracking.composite._rigid_check import shifting_rad
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.composite.camera import Background, aligned, motion_from
@@ -21,6 +21,7 @@ from servosight.tracking.composite.model import (
     covers_in,
     pivot_step,
 )
+from servosight.tracking.composite.oblique import SampledPart
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.composite.search import FoundPart
 from servosight.tracking.core import median_of, threaded
@@ -30,7 +31,6 @@ from servosight.tracking.video import Frame
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
 _UNKNOWN_PX = 3.0
-_LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
 _PIECE = 0.2  # of the largest piece's area; smaller ones are noise
@@ -124,17 +124,30 @@ class PartMeter:
         """Of the part's farthest cell."""
         return float(self.model.radius_px.max())
 
+    @property
+    def sampled(self) -> SampledPart:
+        """What the plane of motion is found from."""
+        still = self._cover(0.0).astype(np.float32)
+        reach = self.view.rows * self.view.step_px
+        stabilised, grain = self.stabilised, self.model.grain
+        return SampledPart(
+            stabilised.pictures,
+            self.model.behind,
+            still,
+            self.pivot_px,
+            reach,
+            self.radius_px,
+            grain,
+        )
+
     def apart_rad(self, fits: Sequence[PoseFit | None]) -> float:
         """The rms [rad] by which angles (frames,) change, beyond chance, where the part may also
         shift: as with a pivot that is off. From the sampled frames."""
-        pairs = []
-        for picture, index in zip(self.stabilised.pictures, self.stabilised.index, strict=True):
-            fit = fits[index] if index < len(fits) else None
-            free = fit and self.model.fit(picture, fit.angle_rad, shifted=True)
-            if fit and free and free.explained > _LEAST_EXPLAINED and free.kept > _LEAST_KEPT:
-                pairs.append((fit.angle_rad, free.angle_rad - fit.angle_rad, free.sigma_rad))
-        table = np.array(pairs).reshape(-1, 3)
-        return pattern_of(*table.T)
+        return shifting_rad(self.model, self.stabilised.pictures, self.in_sampled(fits))
+
+    def in_sampled(self, fits: Sequence[PoseFit | None]) -> list[PoseFit | None]:
+        """Those of all frames' fits that are of the sampled ones."""
+        return [fits[n] if n < len(fits) else None for n in self.stabilised.index.tolist()]
 
     def measured(
         self, frames: Iterable[Frame], first: int, last: int
@@ -184,9 +197,7 @@ class PartMeter:
             still = as_bright(aligned(colour, onto)[0], light)
         angle, sure = _searched(self.rough, self.rough_scale, still, near)
         fit = self.model.fit(still, angle) if sure else None
-        if fit is None or fit.explained < _LEAST_EXPLAINED or fit.kept < _LEAST_KEPT:
-            return None
-        return fit
+        return fit if fit is not None and fit.shown else None
 
 
 def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
@@ -269,9 +280,7 @@ class Refit:
 def _refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
     """The pictures fitted by turn and shift, from angles (n,)."""
     fits = model.fits(pictures, angles)
-    good = np.array(
-        [f is not None and f.explained > _LEAST_EXPLAINED and f.kept > _LEAST_KEPT for f in fits]
-    )
+    good = np.array([fit is not None and fit.shown for fit in fits])
     refined, shifts = angles.copy(), np.zeros((len(fits), 2))
     for number, fit in enumerate(fits):
         if fit is not None and good[number]:

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.models.core import Array, Single
+from servosight.tracking.composite.model import CompositeModel, PoseFit
 
 _LEAST_FRAMES = 10
 _TELLING_RAD = np.deg2rad(0.5)  # the difference that the check is made for
 _ROUNDS, _GATE = 3, 3.0
 _SURE = 4.0  # times what chance gives, mean square
+
+
+def shifting_rad(model: CompositeModel, pictures: Single, fits: Sequence[PoseFit | None]) -> float:
+    """The rms [rad] by which the angles of pictures (n, height, width) change, beyond chance, where
+    the part may also shift; ``fits`` (n,) are those without."""
+    pairs = []
+    for picture, fit in zip(pictures, fits, strict=True):
+        free = fit and model.fit(picture, fit.angle_rad, shifted=True)
+        if fit and free and free.shown:
+            pairs.append((fit.angle_rad, free.angle_rad - fit.angle_rad, free.sigma_rad))
+    return pattern_of(*np.array(pairs).reshape(-1, 3).T)
 
 
 def pattern_of(angle_rad: Array, difference_rad: Array, sigma_rad: Array) -> float:

@@ -21,4 +21,5 @@ from servosight.tracking.fit._rotation_axis import PLANE as PLANE
 from servosight.tracking.fit._rotation_axis import PoseSensitivity as PoseSensitivity
 from servosight.tracking.fit._rotation_axis import corrected_angles as corrected_angles
 from servosight.tracking.fit._rotation_axis import rotation_axis as rotation_axis
+from servosight.tracking.fit._rotation_axis import turned_errors as turned_errors
 from servosight.tracking.fit._starts import StartCheck as StartCheck

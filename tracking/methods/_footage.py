@@ -21,6 +21,7 @@ from servosight.tracking.composite import (
     distrust,
     entering,
     find_parts,
+    oblique_view,
     outline_of,
     parts_otherwise,
     settled_part,
@@ -34,6 +35,8 @@ from servosight.tracking.core import (
     outline_at,
 )
 from servosight.tracking.methods._composite_track import (
+    along_axis,
+    angles_of,
     at_mid_exposure,
     first_rad,
     track_of,
@@ -198,7 +201,9 @@ class Footage:
             self.film, self.options, track, track.pivot_px - origin, lines,
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
-        apart_deg = float(np.rad2deg(meter.apart_rad(fits)))
+        view = oblique_view(meter.sampled, angles_of(meter.in_sampled(fits)))
+        apart_rad = view.apart_rad if view and view.found else meter.apart_rad(fits)
+        apart_deg = float(np.rad2deg(apart_rad))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)
@@ -207,6 +212,8 @@ class Footage:
             sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
             uncertain = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
             raise TrackRefused(sentence, draw(), measured=True, uncertain=uncertain)
+        if view is not None:
+            track = along_axis(track, view, meter, fits)
         stamps_s = self.stamps_s[: len(fits)]
         return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
 

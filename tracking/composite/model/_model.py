@@ -24,6 +24,7 @@ _BLOCK_PX = 8  # along a side: a block of the codec, over which residuals are co
 _MOST_CELLS = 20_000
 _FAR_OFF2 = 3600.0  # grey levels squared: a larger difference counts no more
 _FARTHEST_RAD = np.deg2rad(12.0)
+_LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,11 @@ class PoseFit:
     def sigma_rad(self) -> float:
         """Standard deviation of the angle."""
         return float(np.sqrt(self.covariance[0, 0]))
+
+    @property
+    def shown(self) -> bool:
+        """Whether the picture shows the part there."""
+        return self.explained > _LEAST_EXPLAINED and self.kept > _LEAST_KEPT
 
 
 @dataclass(frozen=True)
@@ -158,6 +164,15 @@ class CompositeModel:
             angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
             float(per_left),
         )  # fmt: skip
+
+    def left(self, picture: Single, fit: PoseFit) -> tuple[Array, Array, Array]:
+        """What a fit leaves of a picture (cells,), its slopes by angle [1/rad] and shift [1/px]
+        (3, cells), and the cells' weights (cells,)."""
+        left, rows, area, _ = residuals(
+            picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
+            self.level, self.slopes, fit.angle_rad, fit.shift_px,
+        )  # fmt: skip
+        return left, rows, normal_equation(left, rows, area, fit.noise, 1)[0]
 
     def squares(self, picture: Single, angle_rad: float) -> Array:
         """The squared residuals (cells,) of a picture fitted from an angle, large ones limited; NaN

@@ -1,0 +1,190 @@
+"""The angles of a part as seen along its axis, from pictures taken off the axis.
+
+The part is learnt anew in pictures that are resampled into the plane of motion, so that it shows
+what is left of the tilt; that again and again until the angles do not change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servosight.models.core import Array, Single
+from servosight.tracking.composite._rigid_check import shifting_rad
+from servosight.tracking.composite.model import CompositeModel, PoseFit
+from servosight.tracking.composite.oblique._estimate import TiltEstimate, estimated_tilt
+from servosight.tracking.composite.oblique._plane import ExpectedTilts, in_plane, plane_matrix
+from servosight.tracking.composite.oblique._poses import pose_sensitivity
+from servosight.tracking.core import mapped, threaded
+from servosight.tracking.verification import PolarView
+
+_ROUNDS, _ENOUGH_RAD = 9, np.deg2rad(0.005)
+_LEAST_PICTURES = 12
+_SURE = 3.0  # sigma of the mean by which residuals are smaller in the plane
+# A tilt is told from a shadow by how both change with the angle: of a part that rests at two angles
+# hardly. As many equally filled sixths of the range are enough, unless sigma is this small a share.
+_SIXTHS, _LEAST_SIXTHS, _SHARP, _KNOWN = 6, 3.5, 0.2, 0.6
+
+
+@dataclass(frozen=True)
+class SampledPart:
+    """A part in sampled pictures (n, height, width) with the background ``behind`` (height, width).
+
+    ``still`` (height, width) is 1 where it lies at angle zero. It turns about ``pivot_px`` (2,) and
+    reaches ``farthest_px`` from there, its raster ``reach_px``. ``grain`` is how many pixels along
+    a side share one sample.
+    """
+
+    pictures: Single
+    behind: Single
+    still: Single
+    pivot_px: Array
+    reach_px: float
+    farthest_px: float
+    grain: int
+
+
+@dataclass(frozen=True)
+class ObliqueView:
+    """What a camera off the axis does to angles.
+
+    ``found`` says that the pictures show the tilt, and determine it. Corrections are ``terms`` (5,)
+    [rad] of a constant, cosine and sine of the angle and of twice the angle, zero if it is not.
+    ``sigma_rad`` is that of the tilt's part in the angles, ``apart_rad`` the rms by which angles in
+    the plane change where the part may also shift; ``pivot_px`` (2,) lies in the picture.
+    """
+
+    found: bool
+    tilt_rad: float
+    terms: Array
+    sigma_rad: float
+    apart_rad: float
+    pivot_px: Array
+
+    def correction_rad(self, angle_rad: Array) -> Array:
+        """What is added to angles (n,)."""
+        return np.asarray(_harmonics(angle_rad) @ self.terms)
+
+
+@dataclass(frozen=True)
+class _Round:
+    """The part learnt and fitted in one plane."""
+
+    shape_px: Array
+    pivot_px: Array
+    model: CompositeModel
+    pictures: Single
+    fits: list[PoseFit | None]
+    estimate: TiltEstimate
+
+    @property
+    def angle_rad(self) -> Array:
+        """NaN where the part is not shown; (n,)."""
+        return np.array([np.nan if fit is None else fit.angle_rad for fit in self.fits])
+
+    @property
+    def noise(self) -> Array:
+        """Of the residuals [grey levels], NaN where the part is not shown; (n,)."""
+        return np.array([np.nan if fit is None else fit.noise for fit in self.fits])
+
+
+def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
+    """By how much the camera looks at a part from off the axis, from its angles (n,) in the sampled
+    pictures, NaN where it is not found; None where too few pictures show it."""
+    known = np.isfinite(angle_rad)
+    if known.sum() < _LEAST_PICTURES:
+        return None
+    pictures, angle_rad = part.pictures[known], angle_rad[known]
+    expected = ExpectedTilts.of(part.farthest_px, float(max(part.still.shape)))
+    rounds: list[_Round] = []
+    now, shape, pivot = angle_rad, np.zeros(4), part.pivot_px
+    for _ in range(_ROUNDS):
+        one = _round(part, pictures, now, shape, pivot, expected)
+        if one is None:
+            break
+        rounds.append(one)
+        after = np.where(np.isfinite(one.angle_rad), one.angle_rad, now)
+        settled = len(rounds) > 2 and _spread(after - now) < _ENOUGH_RAD
+        if settled or (len(rounds) > 2 and _gain(rounds[0], one) < 0.0):
+            break
+        now, shape, pivot = after, one.estimate.shape_px, pivot + one.estimate.pivot_step_px
+    return _view(part, angle_rad, rounds) if len(rounds) > 1 else None
+
+
+def _round(
+    part: SampledPart, pictures: Single, angle_rad: Array, shape_px: Array, pivot_px: Array,
+    expected: ExpectedTilts,
+) -> _Round | None:  # fmt: skip
+    """Learn and fit the part in the plane ``shape_px`` about a pivot there; None where too few
+    pictures show it."""
+    matrix = plane_matrix(shape_px, part.pivot_px, part.farthest_px)
+    seen = np.stack(threaded(lambda picture: in_plane(picture, matrix), list(pictures)))
+    place = (float(pivot_px[0]), float(pivot_px[1]))
+    away_px = float(np.hypot(*(pivot_px - part.pivot_px)))
+    view = PolarView.around(place, part.reach_px + away_px)
+    cover = (np.nan_to_num(view.of(in_plane(part.still, matrix))) > 0.5).astype(np.float32)
+    usual = in_plane(part.behind, matrix)
+    model = CompositeModel.of(seen, angle_rad, place, cover, view, usual, part.grain)
+    near = zip(seen, angle_rad.tolist(), strict=True)
+    fits = [fit if fit and fit.shown else None for fit in (model.fit(*one) for one in near)]
+    shown = [(picture, fit) for picture, fit in zip(seen, fits, strict=True) if fit]
+    if len(shown) < _LEAST_PICTURES:
+        return None
+    poses = [pose_sensitivity(model, picture, fit, part.farthest_px) for picture, fit in shown]
+    angles = np.array([fit.angle_rad for _, fit in shown])
+    estimate = estimated_tilt(angles, poses, shape_px, expected)
+    if estimate is None:
+        return None
+    return _Round(shape_px, pivot_px, model, seen, fits, estimate)
+
+
+def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> ObliqueView:
+    best = max(rounds[1:], key=lambda one: float(np.nanmean(_smaller(rounds[0], one))))
+    shown = np.isfinite(best.angle_rad)
+    change = best.angle_rad[shown] - angle_rad[shown]
+    sigma = float(np.sqrt(np.mean(best.estimate.sigma_rad**2)))
+    share = sigma / max(_spread(change), 1e-12)
+    found = _gain(rounds[0], best) > _SURE
+    found &= share < (_KNOWN if _filled(angle_rad) > _LEAST_SIXTHS else _SHARP)
+    if not found:
+        pivot, doubt = part.pivot_px, float(np.hypot(sigma, _spread(change)))
+        return ObliqueView(False, 0.0, np.zeros(5), doubt, np.nan, pivot)
+    terms = _harmonics(angle_rad[shown])
+    held = 1e-6 * shown.sum() * np.diag([0.0, 1.0, 1.0, 1.0, 1.0])
+    solved = np.linalg.solve(terms.T @ terms + held, terms.T @ change)
+    matrix = plane_matrix(best.shape_px, part.pivot_px, part.farthest_px)
+    return ObliqueView(
+        True, best.estimate.tilt_rad, solved, sigma,
+        shifting_rad(best.model, best.pictures, best.fits), mapped(matrix, best.pivot_px[None])[0],
+    )  # fmt: skip
+
+
+def _gain(before: _Round, after: _Round) -> float:
+    """By how many sigma of the mean the residuals of pictures are smaller than before."""
+    smaller = _smaller(before, after)
+    smaller = smaller[np.isfinite(smaller)]
+    return float(smaller.mean() / max(smaller.std(), 1e-12) * np.sqrt(smaller.size))
+
+
+def _smaller(before: _Round, after: _Round) -> Array:
+    """The logarithm of the residuals before over those after; (n,)."""
+    return np.asarray(np.log(before.noise / after.noise))
+
+
+def _filled(angle_rad: Array) -> float:
+    """How many of equal parts of the range the angles (n,) fill."""
+    share = np.histogram(angle_rad, _SIXTHS)[0] / angle_rad.size
+    return float(1.0 / np.sum(share**2))
+
+
+def _spread(values: Array) -> float:
+    return float(np.std(values[np.isfinite(values)]))
+
+
+def _harmonics(angle_rad: Array) -> Array:
+    return np.stack(
+        [np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad),
+         np.cos(2.0 * angle_rad), np.sin(2.0 * angle_rad)], axis=-1,
+    )  # fmt: skip

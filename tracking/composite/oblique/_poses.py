@@ -1,0 +1,49 @@
+"""How far the part of a picture is from its model's pose, beyond its angle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servosight.models.core import Array, Single
+from servosight.tracking.composite.model import CompositeModel, PoseFit
+from servosight.tracking.fit import PoseSensitivity
+
+_SLIGHT = 1e-9
+
+
+def pose_sensitivity(
+    model: CompositeModel, picture: Single, fit: PoseFit, farthest_px: float
+) -> PoseSensitivity:
+    """Of a picture (height, width) fitted by angle alone: what shift, stretch and perspective,
+    in pixels at ``farthest_px`` from the pivot, would explain what is left.
+
+    Residuals are correlated over the model's blocks: the weight is as much smaller as the scatter
+    of their sums says (White 1980, by clusters).
+    """
+    left, slopes, weight = model.left(picture, fit)
+    rows = _by_pose(model, slopes, fit.angle_rad, farthest_px)
+    weighed = rows * weight
+    normal, right = weighed @ rows.T, -weighed @ left
+    sums = np.stack([np.bincount(model.block, row) for row in weighed * left])
+    held = normal + _SLIGHT * np.trace(normal) * np.eye(len(normal))
+    variance = float(np.trace(np.linalg.solve(held, sums @ sums.T))) / len(normal)
+    across = normal[0, 1:] / normal[0, 0]
+    own = normal[1:, 1:] - np.outer(normal[1:, 0], across)
+    return PoseSensitivity(own / variance, (right[1:] - right[0] * across) / variance, -across)
+
+
+def _by_pose(model: CompositeModel, slopes: Array, angle_rad: float, farthest_px: float) -> Array:
+    """The residuals' slopes by angle [1/rad], shift, stretch and perspective [1/px]; (7, cells).
+
+    ``slopes`` (3, cells) are those by angle and shift.
+    """
+    phi, radius = model.phi_rad + angle_rad, model.radius_px
+    cos, sin = np.cos(phi), np.sin(phi)
+    around = slopes[0] / np.maximum(radius, 1.0)
+    outwards = cos * slopes[1] - sin * slopes[2]
+    near, cos2, sin2 = radius / farthest_px, cos * cos - sin * sin, 2.0 * cos * sin
+    stretch = outwards * cos2 - around * sin2, outwards * sin2 + around * cos2
+    perspective = outwards * cos, outwards * sin
+    return np.stack(
+        [*slopes, *(near * one for one in stretch), *(near * near * one for one in perspective)]
+    )
