@@ -6,11 +6,13 @@ from servosight.tracking.composite._measure import PartMeter as PartMeter
 from servosight.tracking.composite._measure import outline_of as outline_of
 from servosight.tracking.composite._settled import settled_part as settled_part
 from servosight.tracking.composite._stabilised import StabilisedSample as StabilisedSample
+from servosight.tracking.composite._stabilised import evenly as evenly
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
 from servosight.tracking.composite._trust import uncertain as uncertain
 from servosight.tracking.composite.model import PoseFit as PoseFit
 from servosight.tracking.composite.oblique import ObliqueView as ObliqueView
+from servosight.tracking.composite.oblique import SampledPart as SampledPart
 from servosight.tracking.composite.oblique import oblique_view as oblique_view
 from servosight.tracking.composite.parts import entering as entering
 from servosight.tracking.composite.search import FoundPart as FoundPart

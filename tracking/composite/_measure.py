@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.composite._contours import contour, contours
 from servosight.tracking.composite._rigid_check import shifting_rad
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.composite._trust import TRUST
@@ -33,7 +33,6 @@ _AS_MANY = 0.95  # of the pictures in which the part was found about another piv
 _UNKNOWN_PX = 3.0
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
-_PIECE = 0.2  # of the largest piece's area; smaller ones are noise
 _HOLE = 0.02
 
 
@@ -109,12 +108,12 @@ class PartMeter:
 
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
-        return _contour(self._cover(angle_rad))
+        return contour(self._cover(angle_rad))
 
     def pieces(self, angle_rad: float) -> list[Array]:
         """The contours (points, 2) of the part's pieces at an angle, and of the holes in them: the
         background is seen between the arms of a cross, and between the spokes of a wheel."""
-        return _lines(self._cover(angle_rad), cv2.RETR_CCOMP, _HOLE)
+        return contours(self._cover(angle_rad), cv2.RETR_CCOMP, _HOLE)
 
     def _cover(self, angle_rad: float) -> Mask:
         return cover_in(self.view, self.shape > 0.5, angle_rad, self.stabilised.content.shape)
@@ -143,11 +142,15 @@ class PartMeter:
     def apart_rad(self, fits: Sequence[PoseFit | None]) -> float:
         """The rms [rad] by which angles (frames,) change, beyond chance, where the part may also
         shift: as with a pivot that is off. From the sampled frames."""
-        return shifting_rad(self.model, self.stabilised.pictures, self.in_sampled(fits))
+        index = self.stabilised.index.tolist()
+        sampled = [fits[n] if n < len(fits) else None for n in index]
+        return shifting_rad(self.model, self.stabilised.pictures, sampled)
 
-    def in_sampled(self, fits: Sequence[PoseFit | None]) -> list[PoseFit | None]:
-        """Those of all frames' fits that are of the sampled ones."""
-        return [fits[n] if n < len(fits) else None for n in self.stabilised.index.tolist()]
+    def in_sampled(self, angle_rad: Array) -> Array:
+        """Those of all frames' angles (frames,) that are of the sampled ones, NaN beyond."""
+        index = self.stabilised.index.astype(int)
+        beyond = np.append(angle_rad, np.nan)
+        return np.asarray(beyond[np.minimum(index, angle_rad.size)])
 
     def measured(
         self, frames: Iterable[Frame], first: int, last: int
@@ -208,24 +211,7 @@ def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
     cover = cover_in(part.view, part.cover > 0.5, angle, (height, width))
     if not cover.any():
         return np.empty((0, 2))
-    return np.asarray((_contour(cover) + 0.5) / scale - 0.5)
-
-
-def _contour(cover: Mask) -> Array:
-    """Around a part (points, 2); around all of its pieces, as the spokes of a plain wheel are."""
-    large = _lines(cover, cv2.RETR_EXTERNAL, _PIECE)
-    if len(large) == 1:
-        return large[0]
-    hull: Any = cv2.convexHull(np.concatenate(large).astype(np.float32))
-    return np.asarray(hull[:, 0, :], np.float64)
-
-
-def _lines(cover: Mask, which: int, share: float) -> list[Array]:
-    """The contours (points, 2) that enclose some share of the largest one's area at least."""
-    found, _ = cv2.findContours(cover.astype(np.uint8), which, cv2.CHAIN_APPROX_NONE)
-    sizes = np.array([cv2.contourArea(line) for line in found])
-    large = (line for line, size in zip(found, sizes, strict=True) if size >= share * sizes.max())
-    return [np.asarray(line[:, 0, :], np.float64) for line in large]
+    return np.asarray((contour(cover) + 0.5) / scale - 0.5)
 
 
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:

@@ -9,13 +9,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.acquisition import POINT
-from servosight.tracking.composite import (
-    TRUST,
-    ObliqueView,
-    PartMeter,
-    PoseFit,
-    find_exposure,
-)
+from servosight.tracking.composite import TRUST, PartMeter, PoseFit, find_exposure
 from servosight.tracking.core import (
     PICTURE,
     Box,
@@ -84,41 +78,6 @@ def track_of(
     )
 
 
-def along_axis(
-    track: Track, view: ObliqueView, meter: PartMeter, fits: Sequence[PoseFit | None]
-) -> Track:
-    """The track as a camera on the axis sees it, about the pivot there, with the sigma of the tilt;
-    with that sigma alone where the tilt is not found."""
-    sigma_deg = float(np.rad2deg(view.sigma_rad))
-    sigma = np.where(track.found, np.hypot(track.sigma_deg, sigma_deg), track.sigma_deg)
-    if not view.found:
-        return replace(track, sigma_deg=sigma, notes=(*track.notes, _unknown_tilt(sigma_deg)))
-    change_deg = np.rad2deg(view.correction_rad(angles_of(fits)))
-    known = np.flatnonzero(np.isfinite(change_deg))
-    last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
-    note = (
-        f"camera {np.rad2deg(view.tilt_rad):.2g} deg off the axis of rotation, found from how the "
-        "part's picture changes as it turns, and corrected: without that angles would be wrong by "
-        f"{np.std(change_deg[known]):.2g} deg rms, and are still by {sigma_deg:.2g} deg (one sigma)"
-    )
-    x, y = meter.stabilised.in_video(view.pivot_px)
-    return replace(
-        track,
-        angle_deg=track.angle_deg + change_deg[last] - change_deg[known[0]],
-        sigma_deg=sigma,
-        pivot_px=(float(x), float(y)),
-        notes=(*track.notes, note),
-    )
-
-
-def _unknown_tilt(sigma_deg: float) -> str:
-    return (
-        "camera assumed to look along the axis of rotation: the pictures do not show how far it is "
-        f"off, which changes angles by {sigma_deg:.2g} deg (one sigma); sigma includes it; "
-        "`servosight calibrate` measures it"
-    )
-
-
 def at_mid_exposure(
     track: Track, film: Film, meter: PartMeter, stamps_s: Array, fits: Sequence[PoseFit | None]
 ) -> Track:
@@ -126,7 +85,7 @@ def at_mid_exposure(
     the part's blur shows; as it is where the frames' own times are given without them."""
     shutters = film.shutters
     if shutters is None and film.table_time_s is None:
-        angle = angles_of(fits)
+        angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
         turned_rad = np.deg2rad(np.where(track.found, track.angle_deg, np.nan))
         speed = np.gradient(turned_rad, track.time_s)
         frame_s = float(np.median(np.diff(track.time_s)))
@@ -139,11 +98,6 @@ def at_mid_exposure(
         notes=(*((shutters.note,) if shutters.note else ()), *track.notes),
         shutters=shutters,
     )
-
-
-def angles_of(fits: Sequence[PoseFit | None]) -> Array:
-    """The angles [rad] of fits (n,), NaN where there is none."""
-    return np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
 
 
 def first_rad(fits: Sequence[PoseFit | None]) -> float:

@@ -34,9 +34,8 @@ from servosight.tracking.core import (
     median_of,
     outline_at,
 )
+from servosight.tracking.methods._along_axis import along_axis
 from servosight.tracking.methods._composite_track import (
-    along_axis,
-    angles_of,
     at_mid_exposure,
     first_rad,
     track_of,
@@ -201,7 +200,8 @@ class Footage:
             self.film, self.options, track, track.pivot_px - origin, lines,
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
-        view = oblique_view(meter.sampled, angles_of(meter.in_sampled(fits)))
+        angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
+        view = oblique_view(meter.sampled, meter.in_sampled(angle_rad))
         apart_rad = view.apart_rad if view and view.found else meter.apart_rad(fits)
         apart_deg = float(np.rad2deg(apart_rad))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
@@ -213,7 +213,8 @@ class Footage:
             uncertain = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
             raise TrackRefused(sentence, draw(), measured=True, uncertain=uncertain)
         if view is not None:
-            track = along_axis(track, view, meter, fits)
+            pivot_px = self.stabilised.in_video(view.pivot_px)
+            track = along_axis(track, view, angle_rad, pivot_px)
         stamps_s = self.stamps_s[: len(fits)]
         return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
 

@@ -24,6 +24,7 @@ from servosight.tracking.appearance.surface import Surface, SurfaceEstimator
 from servosight.tracking.calibration import CameraView, rectifier, view_of
 from servosight.tracking.core import STILL, Box, Features, Shutters, Track, TrackOptions, turned
 from servosight.tracking.fit import AngleEstimator, StartCheck, follow
+from servosight.tracking.methods._along_axis import seen_along_axis
 from servosight.tracking.methods._box import choose_box
 from servosight.tracking.methods._verified import refused_with_picture, verify
 from servosight.tracking.uncertainty import FrameMeasurements, evaluate
@@ -67,10 +68,39 @@ class TrackingSetup:
 Prepare = Callable[[Film, MovingPart], TrackingSetup]
 
 
+@dataclass(frozen=True)
+class TrackedPart:
+    """A track that the frames confirm, seen in the plane in which it was measured.
+
+    ``outline`` (points, 2) in the first frame and ``pivot`` (2,) lie in that plane, as the pictures
+    of the ``sample`` do. ``tilt_known`` says that it is calibrated, or that pictures without a
+    predicting codec determine it.
+    """
+
+    track: Track
+    sample: FrameSample
+    outline: Array
+    pivot: Array
+    tilt_known: bool
+
+    def along_axis(self) -> Track:
+        """With what the tilt of the camera may do to the angles, and corrected for one found."""
+        if self.tilt_known:
+            return self.track
+        return seen_along_axis(self.track, self.sample, self.outline, self.pivot)
+
+
 def track_frames(
     film: Film, options: TrackOptions, progress: FrameProgress | None, prepare: Prepare
 ) -> Track:
     """Track by an estimator that ``prepare`` makes for the moving part; InputError if not found."""
+    return tracked_part(film, options, progress, prepare).along_axis()
+
+
+def tracked_part(
+    film: Film, options: TrackOptions, progress: FrameProgress | None, prepare: Prepare
+) -> TrackedPart:
+    """As ``track_frames``, before the camera's tilt is looked for."""
     check_hints(film.path, options, film.images[0].shape)
     film = film.stabilised()
     options = film.in_first(options)
@@ -113,7 +143,8 @@ def track_frames(
         shutters=setup.shutters,
     )
     verify(film, options, track, pivot, [part.outline], sample)
-    return track
+    known = part.view.calibrated or not film.predicted
+    return TrackedPart(track, sample, part.outline, pivot, known)
 
 
 def _check_camera(film: Film) -> None:

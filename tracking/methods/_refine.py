@@ -14,7 +14,12 @@ from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._delayed import with_delay
-from servosight.tracking.methods._frames import MovingPart, TrackingSetup, track_frames
+from servosight.tracking.methods._frames import (
+    MovingPart,
+    TrackedPart,
+    TrackingSetup,
+    tracked_part,
+)
 from servosight.tracking.video import Film
 
 
@@ -28,7 +33,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         check_hints(film.path, options, film.images[0].shape)
         return composite(film, options, progress)
     try:
-        track = track_frames(film, options, progress, prepare)
+        part = tracked_part(film, options, progress, prepare)
     except TrackRefused as refused:
         if not _may_be_composite(options):
             raise
@@ -38,14 +43,15 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
             if again.measured:
                 raise
             raise TrackRefused(str(refused), again.picture) from again
+    track = part.track
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is None or not _may_be_composite(options):
-        return with_delay(track)
-    return _surer(track, why, film, options, progress)
+        return with_delay(part.along_axis())
+    return _surer(part, why, film, options, progress)
 
 
 def _surer(
-    track: Track, why: str, film: Film, options: TrackOptions,
+    part: TrackedPart, why: str, film: Film, options: TrackOptions,
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
     """The track of ``composite`` in place of an uncertain one; that one where the user points at
@@ -54,8 +60,8 @@ def _surer(
         return composite(film, options, progress)
     except TrackRefused as again:
         if options.pointed:
-            return with_delay(track)
-        x, y = track.pivot_px
+            return with_delay(part.along_axis())
+        x, y = part.track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "
             f"more light, {POINT}."

@@ -13,6 +13,8 @@ from servosight.tracking.composite import TRUST
 from servosight.tracking.core import PICTURE, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _refine
 from servosight.tracking.methods._composite_track import excess_noise
+from servosight.tracking.methods._frames import TrackedPart
+from servosight.tracking.verification import FrameSample
 
 Found = Track | TrackRefused
 ROUGH = Track(
@@ -40,7 +42,8 @@ def refined(monkeypatch: pytest.MonkeyPatch, first: Track, second: Found, **give
             raise second
         return second
 
-    monkeypatch.setattr(_refine, "track_frames", lambda *_: first)
+    part = TrackedPart(first, FrameSample(lambda image: image), first.outline_px, np.zeros(2), True)
+    monkeypatch.setattr(_refine, "tracked_part", lambda *_: part)
     monkeypatch.setattr(_refine, "composite", composite)
     film: Any = type("Film", (), {"path": Path("fin.mp4")})()
     return _refine.refine(film, TrackOptions(**given))

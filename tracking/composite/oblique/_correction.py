@@ -22,7 +22,9 @@ from servosight.tracking.verification import PolarView
 
 _ROUNDS, _ENOUGH_RAD = 9, np.deg2rad(0.005)
 _LEAST_PICTURES = 12
-_SURE = 3.0  # sigma of the mean by which residuals are smaller in the plane
+# By how many sigma of the mean the logarithm of the residuals' square must be smaller in the plane,
+# and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
+_SURE, _LEAST_SMALLER = 3.0, 0.04
 # A tilt is told from a shadow by how both change with the angle: of a part that rests at two angles
 # hardly. As many equally filled sixths of the range are enough, unless sigma is this small a share.
 _SIXTHS, _LEAST_SIXTHS, _SHARP, _KNOWN = 6, 3.5, 0.2, 0.6
@@ -70,24 +72,21 @@ class ObliqueView:
 
 @dataclass(frozen=True)
 class _Round:
-    """The part learnt and fitted in one plane."""
+    """The part learnt and fitted in one plane; ``left`` (n,) is the mean square of each picture's
+    residuals, NaN where the part is not shown."""
 
     shape_px: Array
     pivot_px: Array
     model: CompositeModel
     pictures: Single
     fits: list[PoseFit | None]
+    left: Array
     estimate: TiltEstimate
 
     @property
     def angle_rad(self) -> Array:
         """NaN where the part is not shown; (n,)."""
         return np.array([np.nan if fit is None else fit.angle_rad for fit in self.fits])
-
-    @property
-    def noise(self) -> Array:
-        """Of the residuals [grey levels], NaN where the part is not shown; (n,)."""
-        return np.array([np.nan if fit is None else fit.noise for fit in self.fits])
 
 
 def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
@@ -129,24 +128,24 @@ def _round(
     model = CompositeModel.of(seen, angle_rad, place, cover, view, usual, part.grain)
     near = zip(seen, angle_rad.tolist(), strict=True)
     fits = [fit if fit and fit.shown else None for fit in (model.fit(*one) for one in near)]
-    shown = [(picture, fit) for picture, fit in zip(seen, fits, strict=True) if fit]
+    pairs = list(zip(seen, fits, strict=True))
+    shown = [(picture, fit) for picture, fit in pairs if fit]
     if len(shown) < _LEAST_PICTURES:
         return None
     poses = [pose_sensitivity(model, picture, fit, part.farthest_px) for picture, fit in shown]
     angles = np.array([fit.angle_rad for _, fit in shown])
     estimate = estimated_tilt(angles, poses, shape_px, expected)
-    if estimate is None:
-        return None
-    return _Round(shape_px, pivot_px, model, seen, fits, estimate)
+    left = [_left(model, picture, fit) if fit else np.nan for picture, fit in pairs]
+    return _Round(shape_px, pivot_px, model, seen, fits, np.array(left), estimate)
 
 
 def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> ObliqueView:
-    best = max(rounds[1:], key=lambda one: float(np.nanmean(_smaller(rounds[0], one))))
+    best = max(rounds[1:], key=lambda one: _smaller_by(rounds[0], one))
     shown = np.isfinite(best.angle_rad)
     change = best.angle_rad[shown] - angle_rad[shown]
     sigma = float(np.sqrt(np.mean(best.estimate.sigma_rad**2)))
     share = sigma / max(_spread(change), 1e-12)
-    found = _gain(rounds[0], best) > _SURE
+    found = _gain(rounds[0], best) > _SURE and _smaller_by(rounds[0], best) > _LEAST_SMALLER
     found &= share < (_KNOWN if _filled(angle_rad) > _LEAST_SIXTHS else _SHARP)
     if not found:
         pivot, doubt = part.pivot_px, float(np.hypot(sigma, _spread(change)))
@@ -161,6 +160,13 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     )  # fmt: skip
 
 
+def _left(model: CompositeModel, picture: Single, fit: PoseFit) -> float:
+    """The mean square of what a fit leaves, weighed as in the fit: edges show a tilt, and the
+    median residual is that of the plain surface between them."""
+    left, _, weight = model.left(picture, fit)
+    return float((weight * left**2).sum() / weight.sum())
+
+
 def _gain(before: _Round, after: _Round) -> float:
     """By how many sigma of the mean the residuals of pictures are smaller than before."""
     smaller = _smaller(before, after)
@@ -170,7 +176,12 @@ def _gain(before: _Round, after: _Round) -> float:
 
 def _smaller(before: _Round, after: _Round) -> Array:
     """The logarithm of the residuals before over those after; (n,)."""
-    return np.asarray(np.log(before.noise / after.noise))
+    return np.asarray(np.log(before.left / after.left))
+
+
+def _smaller_by(before: _Round, after: _Round) -> float:
+    """The mean of that."""
+    return float(np.nanmean(_smaller(before, after)))
 
 
 def _filled(angle_rad: Array) -> float:

@@ -1,0 +1,121 @@
+"""A bar filmed from off its axis by a pinhole camera: how far off, and the angles along it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.models.core import Array
+from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
+from servosight.tracking.composite.oblique._plane import ExpectedTilts, plane_matrix
+from servosight.tracking.core import mapped
+
+SIZE = (240, 180)
+PIVOT = np.array([118.0, 92.0])
+FOCAL_PX = 260.0
+BAR = np.array([[-10.0, -5.0], [76.0, -8.0], [76.0, 8.0], [-10.0, 5.0]])
+SWING_RAD = np.deg2rad(38.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6
+
+
+def seen(points: Array, tilt_deg: float, lean_deg: float) -> Array:
+    """Points (n, 2) of a plane about its pivot, y up, through a pinhole that is off the axis."""
+    tilt, lean = np.deg2rad([tilt_deg, lean_deg])
+    along = np.array([np.cos(lean), np.sin(lean)])
+    far = points @ along
+    flat = points - np.outer(far * (1.0 - np.cos(tilt)), along)
+    return PIVOT + flat * (1.0, -1.0) / (1.0 + far * np.sin(tilt) / FOCAL_PX)[:, None]
+
+
+def turned_bar(angle_rad: float) -> Array:
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return BAR @ np.array([[cos, sin], [-sin, cos]])
+
+
+def filled(corners: Array, grey: float, onto: Array) -> Array:
+    """A polygon (n, 2) drawn on a picture, four times finer than its pixels."""
+    large = cv2.resize(onto.astype(np.float32), None, fx=4, fy=4, interpolation=cv2.INTER_NEAREST)
+    place = np.round(16 * (4.0 * (corners + 0.5) - 0.5)).astype(np.int32)
+    cv2.fillPoly(large, [place], grey, cv2.LINE_AA, shift=4)
+    return np.asarray(cv2.resize(large, SIZE, interpolation=cv2.INTER_AREA))
+
+
+def filmed(
+    tilt_deg: float, swing_rad: Array = SWING_RAD, lean_deg: float = 40.0
+) -> tuple[ObliqueView | None, Array, Array]:
+    """The view, and by how much directions of the bar's tip in the picture are off (n,) [deg]
+    without and with its correction."""
+    rng = np.random.default_rng(3)
+    bench = 110.0 + 12.0 * cv2.GaussianBlur(rng.standard_normal(SIZE[::-1]), (0, 0), 2.0)
+    drawn = [filled(seen(turned_bar(one), tilt_deg, lean_deg), 215.0, bench) for one in swing_rad]
+    noisy = np.stack(drawn) + rng.normal(0.0, 1.5, (len(drawn), *bench.shape))
+    pictures = np.stack([cv2.GaussianBlur(one, (0, 0), 1.0) for one in noisy]).astype(np.float32)
+    tips = seen(76.0 * np.column_stack([np.cos(swing_rad), np.sin(swing_rad)]), tilt_deg, lean_deg)
+    direction = np.arctan2(PIVOT[1] - tips[:, 1], tips[:, 0] - PIVOT[0])
+    still = filled(PIVOT + BAR * (1.0, -1.0), 1.0, np.zeros(SIZE[::-1])) > 0.5
+    behind = cv2.GaussianBlur(bench, (0, 0), 1.0).astype(np.float32)
+    part = SampledPart(pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1)
+    view = oblique_view(part, direction)
+    after = direction if view is None else direction + view.correction_rad(direction)
+    return view, relative_deg(direction - swing_rad), relative_deg(after - swing_rad)
+
+
+def relative_deg(error_rad: Array) -> Array:
+    return np.asarray(np.rad2deg(error_rad - error_rad.mean()))
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize("tilt_deg", [14.0, 22.0])
+def test_a_tilt_is_found_and_its_error_goes_to_a_fifth(tilt_deg: float) -> None:
+    view, before, after = filmed(tilt_deg)
+    assert view is not None
+    assert view.found
+    assert np.rad2deg(view.tilt_rad) == pytest.approx(tilt_deg, abs=5.0)
+    assert rms(after) < 0.2 * rms(before)
+    assert rms(after) < 3.0 * np.rad2deg(view.sigma_rad)
+    np.testing.assert_allclose(view.pivot_px, PIVOT, atol=0.5)
+
+
+def test_a_camera_on_the_axis_changes_nothing() -> None:
+    view, before, after = filmed(0.0)
+    assert view is not None
+    assert not view.found
+    np.testing.assert_array_equal(after, before)
+
+
+def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_it() -> None:
+    """Here they lie on both sides of the direction towards which the camera leans, so that lengths
+    do not differ: what a usual tilt does is sigma's."""
+    steps = 0.6 + np.deg2rad(38.0) * np.sign(np.sin(np.linspace(0.0, 9.0, 48) + 0.01))
+    view, before, _ = filmed(12.0, steps)
+    assert view is not None
+    assert not view.found
+    assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
+
+
+def test_a_few_pictures_tell_nothing() -> None:
+    assert filmed(18.0, SWING_RAD[:10])[0] is None
+
+
+@pytest.mark.parametrize("lean_deg", [0.0, 75.0, 200.0])
+def test_expected_shapes_are_those_of_a_pinhole(lean_deg: float) -> None:
+    """Directions from the pivot as a pinhole shows them, to a fortieth of what the tilt changes:
+    the shape is of first order in the stretch, which is 3 % at 20 deg."""
+    expected = ExpectedTilts.of(78.0, 240.0)
+    per_focal = 78.0**2 * np.sin(np.deg2rad(20.0)) / FOCAL_PX
+    lean = np.deg2rad(lean_deg)
+    own = np.isclose(expected.tilt_rad, np.deg2rad(20.0))
+    nearer = -per_focal * np.array([np.cos(lean), np.sin(lean)])
+    shapes = expected.shape_px[own]
+    shape = shapes[np.argmin(np.hypot(*(shapes[:, 2:] - nearer).T))].copy()
+    shape[2:] = nearer
+    around = np.linspace(0.0, 2.0 * np.pi, 37)
+    circle = 78.0 * np.column_stack([np.cos(around), np.sin(around)])
+    shown = mapped(plane_matrix(shape, PIVOT, 78.0), PIVOT + circle * (1.0, -1.0)) - PIVOT
+    true = seen(circle, 20.0, lean_deg) - PIVOT
+    angle, right = (np.arctan2(-y, x) for x, y in (shown.T, true.T))
+    away, wrong = (np.angle(np.exp(1j * one)) for one in (angle - right, right - around))
+    assert rms(away) < rms(wrong) / 40.0

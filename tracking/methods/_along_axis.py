@@ -1,0 +1,86 @@
+"""A track as a camera on the axis of rotation sees it, where the part's pictures show another one.
+
+A codec that predicts pictures, light and shadow make a part's edges uncertain by tenths of a pixel.
+So where the tilt is not found, sigma holds what it may do to the angles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from servosight.models.core import Array
+from servosight.tracking.composite import ObliqueView, SampledPart, evenly, oblique_view
+from servosight.tracking.core import Track, median_of
+from servosight.tracking.verification import FrameSample
+
+_BESIDE_PX = 4.0
+_SUBPIXELS = 4  # bits
+
+
+def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Array) -> Track:
+    """The track corrected for a tilt that is found, about the pivot (2,) that belongs to it; with
+    the tilt's sigma in any case.
+
+    ``angle_rad`` (frames,) are the angles as ``view`` counts them, NaN where there is none.
+    """
+    sigma_deg = float(np.rad2deg(view.sigma_rad))
+    sigma = np.where(track.found, np.hypot(track.sigma_deg, sigma_deg), track.sigma_deg)
+    if not view.found:
+        return replace(track, sigma_deg=sigma, notes=(*track.notes, _unknown(sigma_deg)))
+    change_deg = np.rad2deg(view.correction_rad(angle_rad))
+    known = np.flatnonzero(np.isfinite(change_deg))
+    frames = np.arange(track.frames)
+    last = known[np.clip(np.searchsorted(known, frames, "right") - 1, 0, None)]
+    note = (
+        f"camera {np.rad2deg(view.tilt_rad):.2g} deg off the axis of rotation, found from how the "
+        "part's picture changes as it turns, and corrected: without that angles would be wrong by "
+        f"{np.std(change_deg[known]):.2g} deg rms; what is left of it, {sigma_deg:.2g} deg (one "
+        "sigma), sigma includes"
+    )
+    return replace(
+        track,
+        angle_deg=track.angle_deg + change_deg[last] - change_deg[known[0]],
+        sigma_deg=sigma,
+        pivot_px=(float(pivot_px[0]), float(pivot_px[1])),
+        notes=(note, *track.notes),
+    )
+
+
+def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Array) -> Track:
+    """A track whose tilt is not calibrated, by the sampled frames in which the part is found.
+
+    ``outline`` (points, 2) and ``pivot`` (2,) lie in the track's plane, as the pictures of the
+    sample do, the outline as in the first frame.
+    """
+    index, pictures, _ = sample.chosen(track.found)
+    usual = median_of(np.stack(pictures))
+    line, place = _small(outline, sample.scale), _small(pivot, sample.scale)
+    still = np.zeros(usual.shape, np.uint8)
+    corners = np.round(line * 2**_SUBPIXELS).astype(np.int32)
+    cv2.fillPoly(still, [corners], 1, shift=_SUBPIXELS)
+    farthest = float(np.hypot(*(line - place).T).max())
+    part = SampledPart(
+        np.stack([evenly(picture, usual) for picture in pictures]), usual,
+        still.astype(np.float32), place, farthest + _BESIDE_PX, farthest, grain=1,
+    )  # fmt: skip
+    angle_rad = np.deg2rad(track.angle_deg)
+    view = oblique_view(part, angle_rad[index])
+    if view is None:
+        return track
+    at = (view.pivot_px + 0.5) / sample.scale - 0.5
+    return along_axis(track, view, angle_rad, track.plane.to_picture(at[None])[0])
+
+
+def _small(points: Array, scale: float) -> Array:
+    return np.asarray((points + 0.5) * scale - 0.5)
+
+
+def _unknown(sigma_deg: float) -> str:
+    return (
+        "the part's pictures do not show how far the camera is off the axis of rotation, which may "
+        f"change angles by {sigma_deg:.2g} deg (one sigma); sigma includes it; `servosight "
+        "calibrate` measures it"
+    )
