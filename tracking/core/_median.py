@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from servosight.models.core import Single
+from servosight.models.core import Image, Single
 
 
-def median_of(stack: Single) -> Single:
+def median_of(stack: Single | Image) -> Single:
     """Median over the first axis of a stack (n, ...) without NaN, four times as fast as numpy's.
 
     >>> import numpy as np

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from servosight.models.core import Array, Single
+from servosight.tracking.core import chunks, threaded
 
 _POLE = np.float32(np.sqrt(3.0) - 2.0)
 _REACH = 16  # cells, beyond which a power of the pole is below single precision
@@ -45,9 +46,10 @@ class Preconditioner:
         """The layers (columns, rows, 2) preconditioned."""
         once, twice = np.empty_like(layers), np.empty_like(layers)
         even = np.ones_like(self.scale)
-        _filter(layers, self.scale, once)
-        _solve(self.factors, once)
-        _filter(once, even, twice)
+        columns, rows = chunks(len(layers)), chunks(self.scale.size)
+        threaded(lambda some: _filter(layers, self.scale, some.start, some.stop, once), columns)
+        threaded(lambda some: _solve(self.factors, some.start, some.stop, once), rows)
+        threaded(lambda some: _filter(once, even, some.start, some.stop, twice), columns)
         twice *= self.scale[:, None] / self.size
         return twice
 
@@ -72,24 +74,24 @@ def _factor(rough, factors):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _solve(factors, layers):  # type: ignore[no-untyped-def]
-    """Solve for the layers in place, forwards and back along the columns."""
-    columns, rows, _ = layers.shape
+def _solve(factors, start, stop, layers):  # type: ignore[no-untyped-def]
+    """Solve for some rows of the layers in place, forwards and back along the columns."""
+    columns = len(layers)
     inverse, one, two = factors[0], factors[1], factors[2]
     for n in range(1, columns):
         m = max(n - 2, 0)  # of the second column ``two`` is zero
-        for j in range(rows):
+        for j in range(start, stop):
             for side in range(2):
                 own = layers[n, j, side] - one[n, j] * layers[n - 1, j, side]
                 layers[n, j, side] = own - two[n, j] * layers[m, j, side]
-    for j in range(rows):
+    for j in range(start, stop):
         for side in range(2):
             layers[columns - 1, j, side] *= inverse[columns - 1, j]
             own = layers[columns - 2, j, side] * inverse[columns - 2, j]
             own -= one[columns - 1, j] * layers[columns - 1, j, side]
             layers[columns - 2, j, side] = own
     for n in range(columns - 3, -1, -1):
-        for j in range(rows):
+        for j in range(start, stop):
             for side in range(2):
                 own = layers[n, j, side] * inverse[n, j]
                 own -= one[n + 1, j] * layers[n + 1, j, side]
@@ -97,14 +99,15 @@ def _solve(factors, layers):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _filter(layers, scale, out):  # type: ignore[no-untyped-def]
-    """The spline coefficients, along the rows, of both sides times ``scale``; mirrored at the ends.
+def _filter(layers, scale, start, stop, out):  # type: ignore[no-untyped-def]
+    """The spline coefficients, along the rows, of both sides times ``scale`` in some columns;
+    mirrored at the ends.
 
     Both sides in one pass: a side's next value waits for the one before.
     """
-    columns, rows, _ = layers.shape
+    rows = scale.size
     gain, ends = np.float32(6.0), _POLE / (_POLE * _POLE - np.float32(1.0))
-    for n in range(columns):
+    for n in range(start, stop):
         light = clear = np.float32(0.0)
         power = gain
         for k in range(_REACH):
