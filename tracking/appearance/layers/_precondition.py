@@ -16,6 +16,9 @@ from servosight.models.core import Array, Single
 from servosight.tracking.core import chunks, threaded
 
 _POLE = np.float32(np.sqrt(3.0) - 2.0)
+# Added to what decays in zeros, where numbers too small for the usual form take a hundred times as
+# long.
+_FLOOR = np.float32(1e-25)
 _REACH = 16  # cells, beyond which a power of the pole is below single precision
 
 
@@ -82,7 +85,7 @@ def _solve(factors, start, stop, layers):  # type: ignore[no-untyped-def]
         m = max(n - 2, 0)  # of the second column ``two`` is zero
         for j in range(start, stop):
             for side in range(2):
-                own = layers[n, j, side] - one[n, j] * layers[n - 1, j, side]
+                own = layers[n, j, side] + _FLOOR - one[n, j] * layers[n - 1, j, side]
                 layers[n, j, side] = own - two[n, j] * layers[m, j, side]
     for j in range(start, stop):
         for side in range(2):
@@ -119,8 +122,8 @@ def _filter(layers, scale, start, stop, out):  # type: ignore[no-untyped-def]
         out[n, 0, 0], out[n, 0, 1] = light, clear
         for j in range(1, rows):
             own = gain * scale[j]
-            light = own * layers[n, j, 0] + _POLE * light
-            clear = own * layers[n, j, 1] + _POLE * clear
+            light = (own * layers[n, j, 0] + _FLOOR) + _POLE * light
+            clear = (own * layers[n, j, 1] + _FLOOR) + _POLE * clear
             out[n, j, 0], out[n, j, 1] = light, clear
         light = ends * (light + _POLE * out[n, rows - 2, 0])
         clear = ends * (clear + _POLE * out[n, rows - 2, 1])
