@@ -126,7 +126,8 @@ def speed(case: VideoCase) -> str:
     film = open_film(video, TrackOptions())
     interior = SurfaceEstimator.of(acquire(video, film.images), film.images[0].shape)
     shutter = Shutter(case.camera.exposure_s, case.camera.readout_s)
-    estimator = layer_estimator(first_pass(film, interior, lambda _: shutter), interior)
+    runs = first_pass(film, interior, lambda _: shutter)
+    estimator = layer_estimator(runs, interior, film.run_frames)
     pictures = list(frames(video))
     radius = interior.surface.grid.largest_px
     initial_rad = interior.search(pictures[0].image, 0.0, np.pi)

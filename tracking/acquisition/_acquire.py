@@ -77,9 +77,10 @@ def acquire(
         angles = _completed(images, angles, single(images[reference], mask, grid))
     known = np.flatnonzero(np.isfinite(angles))
     some = known[spread(angles[known], _ROUGH_FRAMES)]
-    even = _as_bright(images)
+    light = _light(images)
     for learnt in (some, known):
-        mask = surface_mask([even[int(i)] for i in some], angles[some], grid, mask)
+        shown = [images[int(i)] for i in some]
+        mask = surface_mask(shown, light[some], angles[some], grid, mask)
         if mask.sum() * grid.step_px**2 < 200:
             raise InputError(
                 f"{video}: no moving surface of at least 200 px is found in the motion; "
@@ -97,8 +98,9 @@ def acquire(
             f"{video}: what the features show of the motion does not turn; expected a textured "
             f"surface that turns, {POINT}."
         )
-    clear = [even[int(i)] for i in known[good]]
-    edge = tightened(clear, exact[good], rough.pivot_px, rough.outline_px)
+    clear = known[good]
+    shown = [images[int(i)] for i in clear]
+    edge = tightened(shown, light[clear], exact[good], rough.pivot_px, rough.outline_px)
     return replace(rough, outline_px=edge)
 
 
@@ -115,13 +117,11 @@ def _learnt(
     return surface, exact
 
 
-def _as_bright(images: Sequence[Image]) -> list[Single]:
-    """The pictures scaled to the brightness of the first: a fading lamp would look like an edge."""
-    level = [float(np.median(image)) for image in images]
-    return [
-        np.asarray(image, np.float32) * np.float32(level[0] / max(own, 1.0))
-        for image, own in zip(images, level, strict=True)
-    ]
+def _light(images: Sequence[Image]) -> Single:
+    """By what to scale each picture to the brightness of the first: a fading lamp would look like
+    an edge."""
+    level = np.array([np.median(image) for image in images])
+    return np.asarray(level[0] / np.maximum(level, 1.0), np.float32)
 
 
 def _from_pointing(

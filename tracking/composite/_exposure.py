@@ -27,7 +27,7 @@ from servosight.tracking.calibration.shutter import (
 )
 from servosight.tracking.composite._measure import PartMeter
 from servosight.tracking.composite.model import CompositeModel, PartRaster
-from servosight.tracking.core import Shutter, Shutters
+from servosight.tracking.core import Shutter, Shutters, threaded
 
 _SLOWER = 0.5  # of the pictures
 _LEAST_SLOW, _SLOWEST, _MOST_FAST = 12, 12, 16
@@ -105,13 +105,14 @@ class FastPictures:
     def squares(self, shutter: Shutter) -> Array:
         """The squared residuals of each picture's cells with a shutter, (n, cells); NaN in those
         that do not fit, and beyond the pictures."""
-        found = []
-        for picture, angle, speed in zip(self.pictures, self.angle_rad, self.speed, strict=True):
-            seen = self.at(float(speed), shutter.exposure_s)
-            turn_rad = float(speed) * shutter.readout_s * self.rows_share
-            sheared = seen.sheared(float(angle), turn_rad)
-            found.append(sheared.squares(picture, float(angle)))
-        return np.array(found)
+
+        def squares(n: int) -> Array:
+            angle, speed = float(self.angle_rad[n]), float(self.speed[n])
+            seen = self.at(speed, shutter.exposure_s)
+            turn_rad = speed * shutter.readout_s * self.rows_share
+            return seen.sheared(angle, turn_rad).squares(self.pictures[n], angle)
+
+        return np.array(threaded(squares, range(len(self.pictures))))
 
     def weights(self, longest_s: float) -> Array:
         """How much each cell counts, (cells,): less where the pictures are explained badly with

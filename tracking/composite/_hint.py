@@ -11,7 +11,7 @@ from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.composite.camera import aligned, refined
 from servosight.tracking.composite.parts import Change, Reference, references_of
-from servosight.tracking.core import Box, median_of
+from servosight.tracking.core import Box, known_median
 
 _GROWN_PX = 2
 _DISC_SHARE = 0.03  # of the longer side
@@ -41,7 +41,7 @@ class Hint:
             grey: Image = np.clip(np.round(frame), 0, 255).astype(np.uint8)
             onto = refined(stabilised.reference, grey, onto)
         picture, _ = aligned(frame, onto)
-        usual = median_of(stabilised.pictures)
+        usual = known_median(stabilised.pictures)
         turn, shift = np.linalg.inv(onto[:, :2]), onto[:, 2]
         pivot = region = None
         if pivot_px is not None:

@@ -24,7 +24,7 @@ from servosight.tracking.composite.model import (
 from servosight.tracking.composite.oblique import SampledPart
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.composite.search import FoundPart
-from servosight.tracking.core import median_of, threaded
+from servosight.tracking.core import known_median, threaded
 from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
 
@@ -67,7 +67,7 @@ class PartMeter:
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
         still = cover_in(first, rough_shape > 0.5, 0.0, stabilised.content.shape).astype(np.float32)
-        usual = median_of(pictures)
+        usual = known_median(pictures)
         kept: list[tuple[CompositeModel, PolarView, Single, Refit]] = []
         most = 0
         for number in range(_ROUNDS):

@@ -11,7 +11,7 @@ import numpy as np
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite.camera import Background, CameraPath, aligned
 from servosight.tracking.composite.parts import colour_of
-from servosight.tracking.core import LUMA, NEUTRAL, Channel, median_of
+from servosight.tracking.core import LUMA, NEUTRAL, Channel, known_median
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
 
@@ -109,7 +109,7 @@ class StabilisedSample:
         shown = [aligned(sample.pictures[n], onto[n], lit) for n in range(low, high + 1)]
         content = np.asarray(np.stack([known for _, known in shown]).all(0))
         stack = np.stack([picture for picture, _ in shown])
-        usual = median_of(stack)
+        usual = known_median(stack)
         stack = np.where(content, stack, usual).astype(np.float32)
         light = np.array([light_of(picture, usual) for picture in stack])
         for number, picture in enumerate(stack):
@@ -135,7 +135,7 @@ class StabilisedSample:
         """The same frames in a difference of colour, aligned and as bright; (n, height, width)."""
         rows = np.searchsorted(self.every, self.index).tolist()
         stack = np.stack([aligned(sample.pictures[row], self.onto[row])[0] for row in rows])
-        stack = np.where(self.content, stack, median_of(stack)).astype(np.float32)
+        stack = np.where(self.content, stack, known_median(stack)).astype(np.float32)
         for number, picture in enumerate(stack):
             stack[number] = as_bright(picture, float(self.light[number]))
         return stack
@@ -147,7 +147,7 @@ def _by_all_pixels(
     """Better motions (all, 2, 3) of the pictures ``low`` to ``high``, onto their median."""
     shown = [aligned(pictures[n], onto[n], lit) for n in range(low, high + 1)]
     known = np.asarray(np.stack([known for _, known in shown]).all(0))
-    background = Background.of(median_of(np.stack([picture for picture, _ in shown])), known)
+    background = Background.of(known_median(np.stack([picture for picture, _ in shown])), known)
     if background is None:
         return onto
     better = onto.copy()
@@ -158,7 +158,7 @@ def _by_all_pixels(
 
 def bars(pictures: list[Image]) -> Mask:
     """The dark bars that letterboxing adds at the sides; (height, width)."""
-    usual = median_of(np.stack(pictures))
+    usual = known_median(np.stack(pictures))
     mask = np.zeros(usual.shape, bool)
     for axis in (0, 1):
         dark = np.quantile(usual, _BAR_SHARE, axis=axis) < _DARK
@@ -197,7 +197,7 @@ def laid_over(pictures: Sequence[Single], onto: Array) -> Mask:
 def _variation(stack: Single, share: float) -> Single:
     """The distance from their median at each place that a share of pictures (n, height, width)
     keeps, smoothed over some pixels."""
-    away = np.sort(np.abs(stack - median_of(stack)), axis=0)[round(share * (len(stack) - 1))]
+    away = np.sort(np.abs(stack - known_median(stack)), axis=0)[round(share * (len(stack) - 1))]
     return np.asarray(cv2.blur(away, (5, 5)), np.float32)
 
 

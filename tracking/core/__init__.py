@@ -15,7 +15,6 @@ from servosight.tracking.core._linkage import Rod as Rod
 from servosight.tracking.core._linkage import ToldBy as ToldBy
 from servosight.tracking.core._median import insert as insert
 from servosight.tracking.core._median import known_median as known_median
-from servosight.tracking.core._median import median_of as median_of
 from servosight.tracking.core._median import middle_of as middle_of
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions

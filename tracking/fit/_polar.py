@@ -7,6 +7,7 @@ angle. Angles here are radians, counter-clockwise positive as seen (y points dow
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from servosight.tracking.core import PICTURE, STILL, Exposure, MotionPlane, slop
 
 _BLOCK_PX = 32
 _LARGE_PX, _WIDEST = 400.0, 2.0
+_BAND_ROWS = 256
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,21 @@ class PolarGrid:
         phi = self.phi_rad + self.step_rad * np.arange(self.columns)[None, :] + angle_rad
         return self.pivot_px[0] + radius * np.cos(phi), self.pivot_px[1] - radius * np.sin(phi)
 
-    def polar_of(self, shape: tuple[int, ...]) -> tuple[Array, Array]:
-        """Radius [px] and polar angle [rad] in the plane of a picture's pixels; of its shape."""
-        y, x = np.indices(shape)
-        place = self.plane.of_picture(np.column_stack([x.ravel(), y.ravel()]).astype(np.float64))
-        dx, dy = place[:, 0] - self.pivot_px[0], self.pivot_px[1] - place[:, 1]
-        return np.hypot(dx, dy).reshape(shape), np.arctan2(dy, dx).reshape(shape)
+    def polar_of(self, shape: tuple[int, ...]) -> Iterator[tuple[slice, Array, Array]]:
+        """Radius [px] and polar angle [rad] in the plane of the pixels of a picture of ``shape``
+        (height, width): bands of its rows, and both there (rows, width).
+
+        In bands, because all of a large picture at once takes a gigabyte.
+        """
+        x = np.arange(shape[1])
+        for first in range(0, shape[0], _BAND_ROWS):
+            rows = slice(first, min(first + _BAND_ROWS, shape[0]))
+            y = np.arange(rows.start, rows.stop)
+            place = np.column_stack([np.tile(x, y.size), np.repeat(y, x.size)]).astype(np.float64)
+            place = self.plane.of_picture(place)
+            dx, dy = place[:, 0] - self.pivot_px[0], self.pivot_px[1] - place[:, 1]
+            band = y.size, x.size
+            yield rows, np.hypot(dx, dy).reshape(band), np.arctan2(dy, dx).reshape(band)
 
 
 def spacing(usual_px: float, largest_px: float) -> float:
@@ -102,17 +113,15 @@ class Pixels:
 
         With ``every`` > 1 a regular thinning of them.
         """
-        radius, phi = (table.ravel() for table in grid.polar_of(shape))
-        index = np.flatnonzero(radius <= grid.largest_px)[::every]
-        phi = np.mod(phi[index], 2 * np.pi)
+        index, radius, phi = _within(grid, shape, every)
         order = np.argsort(phi, kind="stable")
-        index, phi = index[order], phi[order]
+        index, radius, phi = index[order], radius[order], phi[order]
         tiles = shape[1] // _BLOCK_PX + 1
         block = (index // shape[1] // _BLOCK_PX) * tiles + index % shape[1] // _BLOCK_PX
         delay = (index // shape[1] / max(shape[0] - 1, 1) - 0.5).astype(np.float32)
         return cls(
             np.concatenate([phi, phi + 2 * np.pi]),
-            np.tile(radius[index].astype(np.float32), 2),
+            np.tile(radius, 2),
             np.tile(index, 2),
             np.tile(block, 2),
             np.tile(delay, 2),
@@ -147,6 +156,23 @@ class Pixels:
         start = np.mod(lowest, 2 * np.pi)
         first, last = np.searchsorted(self.phi_rad, [start, start + 2 * half])
         return slice(int(first), int(last)), angle_rad + float(start - lowest)
+
+
+def _within(
+    grid: PolarGrid, shape: tuple[int, ...], every: int
+) -> tuple[NDArray[np.intp], Single, Array]:
+    """One of ``every`` pixels of a picture within a lattice's largest radius: places in the
+    flattened picture, radius, and polar angle from 0 to 2 pi."""
+    found, seen = [], 0
+    for rows, radius, phi in grid.polar_of(shape):
+        near = np.flatnonzero(radius <= grid.largest_px)
+        index = near[-seen % every :: every]
+        seen += near.size
+        distance = radius.ravel()[index].astype(np.float32)
+        angle = np.mod(phi.ravel()[index], 2 * np.pi)
+        found.append((index + rows.start * shape[1], distance, angle))
+    index, distance, angle = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return index, distance, angle
 
 
 @dataclass(frozen=True)

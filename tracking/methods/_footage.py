@@ -31,7 +31,7 @@ from servosight.tracking.core import (
     Track,
     TrackOptions,
     TrackRefused,
-    median_of,
+    known_median,
     outline_at,
 )
 from servosight.tracking.methods._along_axis import along_axis
@@ -117,7 +117,7 @@ class Footage:
         pictures, content = self.stabilised.pictures, self.stabilised.content
         first = elsewhere(self.options, self.film, pictures.shape[1:])
         if first is not None:
-            pictures = np.where(first, median_of(pictures), pictures)
+            pictures = np.where(first, known_median(pictures), pictures)
         if found is None:
             parts = find_parts(pictures, self.hint, content)
         else:

@@ -82,7 +82,7 @@ def prepare(film: Film, part: MovingPart) -> TrackingSetup:
     if shutters is None:
         still = look(Shutters(np.zeros(1), 0.0))
         shutters = find_shutter(interior, still, part.rectified, film.sideways)
-    estimator = layer_estimator(look(shutters), interior)
+    estimator = layer_estimator(look(shutters), interior, film.run_frames)
     pivot = part.surface.pivot_px
     if isinstance(estimator, LayerEstimator):  # the layers refine the pivot as they are learnt
         pivot = estimator.layers.grid.pivot_px

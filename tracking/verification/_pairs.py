@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import Index, median_of
+from servosight.tracking.core import Index, known_median
 from servosight.tracking.verification._turning import PolarView
 
 _PAIRS = 24
@@ -95,7 +95,7 @@ def pair_agreement(
     turn explains a pair better, which by what is claimed would explain nearly as much, all that the
     part covers is turned instead.
     """
-    away = (frames - median_of(frames))[:, ::2, ::2]
+    away = (frames - known_median(frames))[:, ::2, ::2]
     step = _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
     reached = np.nan_to_num(view.of(swept.astype(np.float32), nearest=True)) > 0
     agreed = []

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, median_of, turned
+from servosight.tracking.core import known_median, turned
 from servosight.tracking.verification._turning import Gains, PolarView
 
 _MARGIN_PX = 3
@@ -66,7 +66,7 @@ class TurningScene:
         cover = view.of(_filled(outlines_px, shape).astype(np.float32), nearest=True)
         if not np.all(np.isfinite(cover)):  # a part that begins outside the picture
             cover = np.nan_to_num(cover)
-        usual = median_of(frames)
+        usual = known_median(frames)
         return cls(
             frames, angle_rad, view, covers > 0, swept > 0, behind, usual,
             known_median(np.stack(back)), cover,
@@ -129,7 +129,7 @@ class TurningScene:
 
 def evenly_lit(frames: Single) -> Single:
     """Frames (n, height, width) scaled to the brightness of their median frame."""
-    usual = median_of(frames[:, ::4, ::4]) + 1.0
+    usual = known_median(frames[:, ::4, ::4]) + 1.0
     ratio = np.median((frames[:, ::4, ::4] + 1.0) / usual, axis=(1, 2))
     return np.asarray(frames / ratio[:, None, None], np.float32)
 

@@ -72,7 +72,7 @@ class Header:
     The number of pictures; the unit of their times [s]; the declared frame rate, if any; the name
     of the codec where it predicts pictures from earlier ones, with loss; the end that the file
     declares [s] where it stops much earlier, else None; whether it says that it is interlaced;
-    whether it ends within a packet; the bits of a sample of its pictures.
+    whether it ends within a packet; the bits of a sample of its pictures; the number of pixels.
     """
 
     count: int
@@ -83,6 +83,7 @@ class Header:
     interlaced: bool = False
     cut: bool = False
     bits: int = 8
+    pixels: int = 0
 
 
 def check(video: Path) -> Header:
@@ -100,7 +101,7 @@ def check(video: Path) -> Header:
         frame_s = (end_s or last_s) / max(len(stamps), 1)
         early = end_s is not None and end_s - last_s > max(4.0 * frame_s, 0.1)
         codec, rate = stream.codec_context.codec, stream.base_rate
-        pixels = stream.codec_context.format
+        sample = stream.codec_context.format
         predicting = codec.name if codec.lossy and not codec.intra_only else None
         header = Header(
             len(stamps),
@@ -110,7 +111,8 @@ def check(video: Path) -> Header:
             (end_s or last_s) if broken or (early and not _whole(stream, len(stamps))) else None,
             stream.codec_context.field_order > _PROGRESSIVE,
             _cut(video, container),
-            pixels.components[0].bits if pixels is not None else 8,
+            sample.components[0].bits if sample is not None else 8,
+            stream.codec_context.width * stream.codec_context.height,
         )
     if header.count < MIN_FRAMES:
         raise InputError(

@@ -28,7 +28,8 @@ from servosight.tracking.video._video import (
 _AHEAD = 4  # frames decoded while one is measured
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
-_RUNS, _RUN_FRAMES = 8, 40
+_RUNS, _RUN_FRAMES, _LARGE_RUN_FRAMES = 8, 40, 20
+_LARGE_RUN_BYTES = 200_000_000  # of a run; two are in memory while one follows the other
 _KEPT_BYTES = 160_000_000  # of the decoded runs: 98 MB at 640 x 480
 _BITS = 8  # a sample, in which pictures are read
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
@@ -39,7 +40,8 @@ _MOUNTED = CameraMotion(0.0, 0.0)
 class Film:
     """A video whose header, times and frame count are checked.
 
-    ``calm`` are some 32 frames spread over it in which little moves, the first one first.
+    ``calm`` are some 32 frames spread over it in which little moves, 16 of large pictures, the
+    first one first.
     ``table`` is the frames.csv used in place of the file's own times, ``table_time_s`` (frames,)
     its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
     ``stabiliser`` aligns frames with the first one, None where the camera does not move, as
@@ -55,6 +57,11 @@ class Film:
     stabiliser: Stabiliser | None = None
     camera: CameraMotion = _MOUNTED
     kept: tuple[list[Frame], ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def run_frames(self) -> int:
+        """The number of frames in a whole run: fewer of large pictures."""
+        return _run_frames(self.header)
 
     @property
     def predicted(self) -> bool:
@@ -120,14 +127,14 @@ class Film:
         return self._still(frame_at(self.path, at_s))
 
     def runs(self) -> Iterator[list[Frame]]:
-        """Eight runs of 40 neighbouring frames, spread evenly over the video.
+        """Eight runs of ``run_frames`` neighbouring frames, spread evenly over the video.
 
         They are asked for several times, and decoded once where they fit into ``_KEPT_BYTES``.
         """
         if self.kept:
             yield from self._kept_still
             return
-        for run in stretches(self.path, _RUNS, _RUN_FRAMES):
+        for run in stretches(self.path, _RUNS, self.run_frames):
             yield [self._still(frame) for frame in run]
 
     @cached_property
@@ -236,7 +243,8 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
     kept: list[list[Frame]] = []
-    calm = tuple(calm_frames(_keeping(stretches(video, _RUNS, _RUN_FRAMES), kept)))
+    runs = stretches(video, _RUNS, _run_frames(header))
+    calm = tuple(calm_frames(_keeping(runs, kept)))
     shutters = given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )
@@ -254,6 +262,11 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         shutters,
         kept=tuple(kept),
     )
+
+
+def _run_frames(header: Header) -> int:
+    small = _RUN_FRAMES * header.pixels <= _LARGE_RUN_BYTES
+    return _RUN_FRAMES if small else _LARGE_RUN_FRAMES
 
 
 def _keeping(runs: Iterable[list[Frame]], kept: list[list[Frame]]) -> Iterator[list[Frame]]:

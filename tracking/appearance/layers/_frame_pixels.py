@@ -1,7 +1,8 @@
 """The pixels of a frame on the layers' lattice, and the layers' model there.
 
-The model is linear in the layers, so learning them needs two products: from layers to pixels
-(``shown``), and its transpose (``spread``). Both with the frame's own motion blur and row times.
+The model is linear in the layers, so learning them needs two products: from layers to pixels and
+back (``bent``), and the latter alone (``spread``). Both with the frame's own motion blur and row
+times.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.models.core import Mask, Single
+from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
 from servosight.tracking.fit import Pixels, PolarGrid
 
@@ -74,14 +75,26 @@ class FramePixels:
         _linear(self._smeared(layers), self.where, self.parts, out)
         return out
 
-    def shown(self, layers: Single, behind: Single) -> Single:
-        """Grey levels of the layers before the bench ``behind`` (pixels,); (pixels,)."""
-        out = np.empty(self.index.size, np.float32)
-        _shown(self._smeared(layers), self.where, self.parts, behind, out)
-        return out
+    def bent(
+        self, layers: Single, behind: Single, turned: tuple[Single, Single], weight: Single,
+        onto: Single,
+    ) -> Array:  # fmt: skip
+        """What the pixels show of the layers before the bench ``behind`` (pixels,), and of their
+        ``turned`` rows (3, pixels) times numbers (3,); weighted (pixels,) and taken back.
+
+        Added to the layers ``onto``, and, for the rows, returned (3,).
+        """
+        own = np.empty(3)
+        shown = self._smeared(layers)
+        added = onto if self.smear < _LEAST_SMEAR else np.zeros_like(onto)
+        _bend(shown, self.where, self.parts, behind, *turned, weight, added, own)
+        if added is not onto:
+            onto += self._smeared(added)
+        return own
 
     def spread(self, grey: Single, behind: Single, onto: Single) -> None:
-        """The transpose of ``shown``: grey levels (pixels,), added to the layers ``onto``."""
+        """The transpose of what the pixels show of the layers: grey levels (pixels,), added to the
+        layers ``onto``."""
         if self.smear < _LEAST_SMEAR:
             _spread(onto, self.where, self.parts, behind, grey)
             return
@@ -191,25 +204,6 @@ def _placed(u, part, columns, rows, row):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def _shown(layers, where, parts, behind, out):  # type: ignore[no-untyped-def]
-    columns, rows, _ = layers.shape
-    flat = layers.reshape(-1)
-    share = np.float32(1.0 / parts.size)
-    for i in range(where.shape[1]):
-        v, bench = where[1, i], behind[i]
-        j = np.int32(v)
-        b = weights(v - np.float32(j))
-        total = np.float32(0.0)
-        for part in parts:
-            a, at, stride = _placed(where[0, i], part, columns, rows, j - 1)
-            total += a[0] * _before(flat, at, b, bench)
-            total += a[1] * _before(flat, at + stride, b, bench)
-            total += a[2] * _before(flat, at + stride + stride, b, bench)
-            total += a[3] * _before(flat, at + stride + stride + stride, b, bench)
-        out[i] = total * share
-
-
-@_kernel
 def _laid(flat, at, own, b, bench):  # type: ignore[no-untyped-def]
     """The transpose of ``_before``."""
     one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
@@ -241,3 +235,34 @@ def _spread(layers, where, parts, behind, grey):  # type: ignore[no-untyped-def]
             _laid(flat, at + stride, own * a[1], b, bench)
             _laid(flat, at + stride + stride, own * a[2], b, bench)
             _laid(flat, at + stride + stride + stride, own * a[3], b, bench)
+
+
+@_kernel
+def _bend(layers, where, parts, behind, rows, own, weight, onto, by_own):  # type: ignore[no-untyped-def]
+    columns, count, _ = layers.shape
+    flat, out = layers.reshape(-1), onto.reshape(-1)
+    share = np.float32(1.0 / parts.size)
+    first = second = third = 0.0
+    for i in range(where.shape[1]):
+        v, bench = where[1, i], behind[i]
+        j = np.int32(v)
+        b = weights(v - np.float32(j))
+        total = np.float32(0.0)
+        for part in parts:
+            a, at, stride = _placed(where[0, i], part, columns, count, j - 1)
+            total += a[0] * _before(flat, at, b, bench)
+            total += a[1] * _before(flat, at + stride, b, bench)
+            total += a[2] * _before(flat, at + stride + stride, b, bench)
+            total += a[3] * _before(flat, at + stride + stride + stride, b, bench)
+        total = total * share + own[0] * rows[0, i] + own[1] * rows[1, i] + own[2] * rows[2, i]
+        grey = weight[i] * total
+        first, second = first + grey * rows[0, i], second + grey * rows[1, i]
+        third += grey * rows[2, i]
+        grey *= share
+        for part in parts:
+            a, at, stride = _placed(where[0, i], part, columns, count, j - 1)
+            _laid(out, at, grey * a[0], b, bench)
+            _laid(out, at + stride, grey * a[1], b, bench)
+            _laid(out, at + stride + stride, grey * a[2], b, bench)
+            _laid(out, at + stride + stride + stride, grey * a[3], b, bench)
+    by_own[0], by_own[1], by_own[2] = first, second, third

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from servosight.tracking.appearance.layers._fit import learn_layers
 from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.fit import AngleEstimator, TrackedFrame
 
-_FROM_EACH = 12
+_FROM_EACH = 0.3  # of the frames of a whole run
 _LEAST = 12
 _BLURRED_PX = 14.0  # smear at the tip that learning can undo
 _ENOUGH = 32
@@ -21,14 +22,15 @@ _GAIN = 1.0
 
 
 def layer_estimator(
-    runs: Iterable[Sequence[TrackedFrame]], refine: SurfaceEstimator
+    runs: Iterable[Sequence[TrackedFrame]], refine: SurfaceEstimator, run_frames: int
 ) -> AngleEstimator:
-    """The layered stage by ``runs`` of neighbouring frames, or ``refine`` where the layers do not
-    determine the angle better."""
+    """The layered stage by ``runs`` of up to ``run_frames`` neighbouring frames, or ``refine``
+    where the layers do not determine the angle better."""
     chosen: list[TrackedFrame] = []
     radius = refine.surface.grid.largest_px
     for run in runs:
-        chosen += _slowest([s for s in run if s.fit and not s.repeated], _FROM_EACH)
+        seen = [replace(s, copied=None) for s in run if s.fit and not s.repeated]
+        chosen += _slowest(seen, round(_FROM_EACH * run_frames))
     chosen = [
         s
         for s in chosen

@@ -5,15 +5,15 @@ By conjugate gradients, preconditioned for the spline's overlap and for a unifor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import fft, ndimage
+from numba import njit
 
 from servosight.models.core import Array, Single
 from servosight.tracking.appearance.layers._frame_pixels import FramePixels
+from servosight.tracking.appearance.layers._precondition import Preconditioner
 from servosight.tracking.core import chunks, threaded
 from servosight.tracking.fit import PolarGrid
 
@@ -74,18 +74,15 @@ def improved(
         for r, gain in zip(residuals, now.gain, strict=True)
     ]
     problem = _Problem(now, residuals, weight, free, likely, still)
-    left = [r.grey - r.model for r in residuals]
     x = np.zeros(problem.size, np.float32)
-    descent = problem.back(left) + problem.prior(np.zeros_like(x))
+    descent = problem.descent()
     conditioned = problem.preconditioned(descent)
     step, power = conditioned, float(conditioned @ descent)
     for _ in range(_STEPS):
-        seen = problem.shown(step)
-        bent = sum(float((w * s) @ s) for w, s in zip(weight, seen, strict=True))
-        length = np.float32(power / (bent + problem.prior_energy(step)))
-        x = x + length * step
-        left = [r - length * s for r, s in zip(left, seen, strict=True)]
-        descent = problem.back(left) + problem.prior(x)
+        bent = problem.bent(step)
+        length = np.float32(power / float(step @ bent))
+        x += length * step
+        descent -= length * bent
         conditioned = problem.preconditioned(descent)
         before, power = power, float(conditioned @ descent)
         step = conditioned + np.float32(power / before) * step
@@ -121,6 +118,7 @@ class _Problem:
         bench = now.bench[np.isfinite(now.bench)]
         self.middle = np.float32(bench.mean()) if bench.size else np.float32(0.0)
         self.spread = np.float32(bench.var()) if bench.size else np.float32(1.0)
+        self.behind = [r.behind - self.middle for r in residuals]
         self.likely = likely - now.layers
         self.before = now.layers.copy()
         self.before[:, :, 0] += self.middle * now.layers[:, :, 1]
@@ -130,93 +128,98 @@ class _Problem:
         share = np.maximum(radius / now.grid.largest_px, _LEAST_RADIUS).astype(np.float32)
         mean = sum(float(w.sum()) for w in weight) / max(sum(w.size for w in weight), 1)
         mean *= now.grid.step_px**2  # of the pixels that a cell covers at the rim
-        self.sizes = (1.0, float(self.spread) + prior / (mean * self.frames))
-        self.preconditioner = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
         # Near the pivot many columns share a pixel: finer detail there would absorb frame-specific
         # error, such as that of an inexact pivot.
         finest = (2.0 * np.pi * radius / (now.grid.largest_px * _FINEST_PX)) ** 4
         smooth = (share * np.float32(mean * self.frames) / finest).astype(np.float32)
         self.smooth = smooth[:, None] * np.array([1.0, self.spread], np.float32)
-        self.wave_preconditioner = _wave_preconditioner(now.grid.columns, finest)
+        scale = 1.0 / np.sqrt(share * np.float32(mean * self.frames))
+        sizes = (1.0, float(self.spread) + prior / (mean * self.frames))
+        self.layers_preconditioner = Preconditioner.of(
+            now.grid.columns, scale, sizes, np.asarray(finest)
+        )
         power = np.array([(r.rows * w) @ r.rows.T for r, w in zip(residuals, weight, strict=True)])
         self.own = np.zeros_like(power) if still else np.linalg.inv(power + 1e-6 * np.eye(_OWN))
 
     def parts(self, x: Single) -> tuple[Single, Single]:
         """Change of the layers (columns, rows, 2) and of the frames (frames, 3)."""
-        layers = x[: self.cells].reshape(self.free.shape).copy()
+        change, own = self._split(x)
+        layers = change.copy()
         layers[:, :, 0] -= self.middle * layers[:, :, 1]
-        return layers, x[self.cells :].reshape(self.frames, _OWN)
+        return layers, own
 
-    def shown(self, x: Single) -> list[Single]:
-        """The change of the frames' pixels with a change of the unknowns."""
-        layers, own = self.parts(x)
+    def _split(self, x: Single) -> tuple[Single, Single]:
+        return x[: self.cells].reshape(self.free.shape), x[self.cells :].reshape(-1, _OWN)
 
-        def frames(chunk: range) -> list[Single]:
-            return [
-                np.asarray(r.frame.shown(layers, r.behind) + o @ r.rows)
-                for r, o in ((self.residuals[n], own[n]) for n in chunk)
-            ]
+    def descent(self) -> Single:
+        """What leads down from no change at all: towards what the frames show, and towards likely
+        layers that are smooth along the columns."""
 
-        return list(chain.from_iterable(threaded(frames, chunks(self.frames))))
-
-    def back(self, left: list[Single]) -> Single:
-        """The transpose of ``shown``, weighted."""
-        own = np.zeros((self.frames, _OWN), np.float32)
-
-        def frames(chunk: range) -> Single:
-            onto = np.zeros(self.free.shape, np.float32)
+        def frames(chunk: range) -> tuple[Single, Single]:
+            onto, by_own = np.zeros(self.free.shape, np.float32), []
             for n in chunk:
-                r, grey = self.residuals[n], self.weight[n] * left[n]
-                r.frame.spread(grey, r.behind, onto)
-                own[n] = r.rows @ grey
-            return onto
+                r = self.residuals[n]
+                grey = self.weight[n] * (r.grey - r.model)
+                r.frame.spread(grey, self.behind[n], onto)
+                by_own.append(r.rows @ grey)
+            return onto, np.array(by_own, np.float32)
 
-        layers = np.sum(threaded(frames, chunks(self.frames)), axis=0)
-        layers[:, :, 1] -= self.middle * layers[:, :, 0]
-        layers *= self.free
+        layers, own = self._summed(frames)
+        rough = np.zeros_like(layers)
+        _add_roughness(self.before, self.smooth, rough)
+        layers += self.doubt * self.likely - self.free * rough
         return np.concatenate([layers.ravel(), own.ravel()])
 
-    def prior(self, x: Single) -> Single:
-        """Gradient towards the prior: likely layers that are smooth along the columns."""
-        change = x[: self.cells].reshape(self.free.shape)
-        pull = np.zeros_like(x)
-        rough = (
-            _second_difference(self.smooth * _second_difference(self.before + change)) * self.free
-        )
-        pull[: self.cells] = (self.doubt * (self.likely - change) - rough).ravel()
-        return pull
+    def bent(self, x: Single) -> Single:
+        """The quadratic form's matrix times a change: of the frames' weighted pixels, and of the
+        prior."""
+        change, own = self._split(x)
 
-    def prior_energy(self, x: Single) -> float:
-        """The prior's part in the quadratic form of a change."""
-        change = x[: self.cells].reshape(self.free.shape)
-        return float((self.doubt * change**2 + self.smooth * _second_difference(change) ** 2).sum())
+        def frames(chunk: range) -> tuple[Single, Single]:
+            onto, by_own = np.zeros(self.free.shape, np.float32), []
+            for n in chunk:
+                r = self.residuals[n]
+                turned = r.rows, own[n]
+                by_own.append(r.frame.bent(change, self.behind[n], turned, self.weight[n], onto))
+            return onto, np.array(by_own, np.float32)
+
+        layers, by_own = self._summed(frames)
+        rough = np.zeros_like(layers)
+        _add_roughness(change, self.smooth, rough)
+        layers += self.doubt * change + self.free * rough
+        return np.concatenate([layers.ravel(), by_own.ravel()])
+
+    def _summed(self, frames: Callable[[range], tuple[Single, Single]]) -> tuple[Single, Single]:
+        """The sum over chunks of frames of what they add to the free layers, and their own."""
+        parts = threaded(frames, chunks(self.frames))
+        layers = np.sum([layers for layers, _ in parts], axis=0)
+        layers *= self.free
+        return layers, np.concatenate([own for _, own in parts])
 
     def preconditioned(self, x: Single) -> Single:
         """Preconditioned by the inverse of the spline's products, for cells of equal weight."""
-        layers = x[: self.cells].reshape(self.free.shape).copy()
-        for side, size in enumerate(self.sizes):
-            sheet = layers[:, :, side] * self.preconditioner
-            sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
-            waves = fft.dct(sheet, axis=0, norm="ortho") * self.wave_preconditioner
-            sheet = fft.idct(waves, axis=0, norm="ortho")
-            sheet = ndimage.spline_filter1d(sheet, order=3, axis=1, output=np.float32)
-            layers[:, :, side] = sheet * self.preconditioner / np.float32(size)
+        change, own = self._split(x)
+        layers = self.layers_preconditioner.applied(change)
         layers *= self.free
-        own = np.einsum("nab,nb->na", self.own, x[self.cells :].reshape(self.frames, _OWN))
+        own = np.einsum("nab,nb->na", self.own, own)
         return np.concatenate([layers.ravel(), own.ravel()]).astype(np.float32)
 
 
-def _wave_preconditioner(columns: int, finest: NDArray[np.floating]) -> Single:
-    """Inverse of the spline's product plus the smoothing, for each wave along the columns.
-
-    Both are equal where a second difference squared is ``finest`` (rows,); (columns, rows).
-    """
-    cos = np.cos(np.pi * np.arange(columns) / columns)[:, None]
-    power = ((4.0 + 2.0 * cos) / 6.0) ** 2 + (2.0 - 2.0 * cos) ** 2 / finest
-    return np.asarray(1.0 / power, np.float32)
-
-
-def _second_difference(layers: Single) -> Single:
-    """Second differences along the columns; the end values are repeated."""
-    padded = np.pad(layers, ((1, 1), (0, 0), (0, 0)), "edge")
-    return np.asarray(2.0 * layers - padded[:-2] - padded[2:])
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _add_roughness(layers, smooth, out):  # type: ignore[no-untyped-def]
+    """Add second differences along the columns, times ``smooth`` (rows, 2), of second differences;
+    the end values are repeated."""
+    columns, rows, _ = layers.shape
+    bend = np.empty_like(layers)
+    two = np.float32(2.0)
+    for n in range(columns):
+        left, right = layers[max(n - 1, 0)], layers[min(n + 1, columns - 1)]
+        for j in range(rows):
+            for side in range(2):
+                second = two * layers[n, j, side] - left[j, side] - right[j, side]
+                bend[n, j, side] = smooth[j, side] * second
+    for n in range(columns):
+        left, right = bend[max(n - 1, 0)], bend[min(n + 1, columns - 1)]
+        for j in range(rows):
+            for side in range(2):
+                out[n, j, side] += two * bend[n, j, side] - left[j, side] - right[j, side]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from servosight.models.core import Array, Mask, Single
+from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.core import insert, known_median, middle_of
 from servosight.tracking.fit import PolarGrid
 
@@ -19,9 +19,12 @@ _ROOM_CELLS = 40  # about the first mask: more than it grows by
 _NEAR_ROWS, _ROOM_RAD = 16, 0.1  # beyond these rows a pixel's neighbours lie within that angle
 
 
-def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, first: Mask) -> Mask:
+def surface_mask(
+    images: Sequence[Image], light: Single, angles_rad: Array, grid: PolarGrid, first: Mask
+) -> Mask:
     """Cells that turn with the surface rather than stay with the background, about ``first``.
 
+    ``light`` (frames,) makes the pictures as bright as each other.
     The background is the median of each pixel over frames in which surely nothing covers it. A cell
     is the surface's where the mean of frames turned back explains the frames better.
     """
@@ -32,23 +35,24 @@ def surface_mask(images: Sequence[Single], angles_rad: Array, grid: PolarGrid, f
     places = [
         tuple(p.astype(np.float32) for p in grid.points(float(angle))) for angle in angles_rad
     ]
-    seen = np.stack([_resampled(image, place) for image, place in zip(stack, places, strict=True)])
     height, width = stack.shape[1:]
-    inside = np.stack([(x >= 0) & (y >= 0) & (x < width) & (y < height) for x, y in places])
-    seen = np.where(inside, seen, np.nan)
-    noise = _temporal_noise(stack)
+    seen = np.empty((len(stack), *mask.shape), np.float32)
+    for one, own, image, (x, y) in zip(seen, light, stack, places, strict=True):
+        one[:] = _resampled(own * image.astype(np.float32), (x, y))
+        one[(x < 0) | (y < 0) | (x >= width) | (y >= height)] = np.nan
+    noise = _temporal_noise(light[:, None, None] * stack[:, ::3, ::3])
     with np.errstate(invalid="ignore"):
         mean = known_median(seen)
-        own = _nanmean((seen - mean) ** 2)
-    radius, phi = grid.polar_of((height, width))
-    polar = (
-        np.asarray(phi - grid.phi_rad, np.float32),
-        np.asarray((radius - grid.radius_px) / grid.step_px, np.float32),
-    )
+        own = _nanmean((one - mean) ** 2 for one in seen)
+    polar = np.empty((2, height, width), np.float32)
+    for rows, radius, phi in grid.polar_of((height, width)):
+        polar[0, rows] = phi - grid.phi_rad
+        polar[1, rows] = (radius - grid.radius_px) / grid.step_px
     for _ in range(3):
-        bench = _bench(stack, angles_rad, grid, polar, mask)
-        behind = np.stack([_resampled(bench, place) for place in places])
-        against = _nanmean((seen - behind) ** 2)
+        bench = _bench(stack, light, angles_rad, grid, polar, mask)
+        against = _nanmean(
+            (one - _resampled(bench, place)) ** 2 for one, place in zip(seen, places, strict=True)
+        )
         own_near, against_near = _local(own), _local(against)
         # Where the background is never visible, the cell must at least look the same in all frames.
         never = np.isnan(against_near)
@@ -93,15 +97,16 @@ def _resampled(
 
 def _temporal_noise(stack: NDArray[np.float32]) -> float:
     """The camera's noise [grey levels]: most pixels change by it alone."""
-    step = np.abs(np.diff(stack[:, ::3, ::3], axis=0))
+    step = np.abs(np.diff(stack, axis=0))
     return float(1.4826 * np.median(step) / np.sqrt(2.0))
 
 
 def _bench(
-    stack: NDArray[np.float32],
+    stack: Image,
+    light: Single,
     angles_rad: Array,
     grid: PolarGrid,
-    polar: tuple[Single, Single],
+    polar: Single,
     mask: Mask,
 ) -> NDArray[np.float32]:
     """Median picture of the background, NaN where the (generous) mask always covers it, and where
@@ -114,13 +119,14 @@ def _bench(
     first = np.float32(turns.min() - _ROOM_RAD)
     width = np.float32(grid.columns * grid.step_rad + np.ptp(turns) + 2.0 * _ROOM_RAD)
     step_rad = np.float32(grid.step_rad)
-    _median_uncovered(stack, turns, *polar, step_rad, mask, first, width, bench)
+    phi, row = polar
+    _median_uncovered(stack, light, turns, phi, row, step_rad, mask, first, width, bench)
     return bench
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _median_uncovered(  # type: ignore[no-untyped-def]
-    stack, angles, phi, row, step, mask, first, width, out
+    stack, light, angles, phi, row, step, mask, first, width, out
 ):
     """Each pixel's median over the pictures in which it shows no cell of the turned mask.
 
@@ -144,14 +150,19 @@ def _median_uncovered(  # type: ignore[no-untyped-def]
                 m = np.int32(turned / step + half)
                 if 0 <= j < rows and m < columns and mask[j, m]:
                     continue
-                insert(values, count, stack[n, y, x])
+                insert(values, count, light[n] * np.float32(stack[n, y, x]))
                 count += 1
             out[y, x] = middle_of(values[:count]) if count else np.nan
 
 
-def _nanmean(stack: NDArray[np.float32]) -> NDArray[np.float32]:
-    count = np.isfinite(stack).sum(0)
-    total = np.nansum(stack, axis=0)
+def _nanmean(parts: Iterable[Single]) -> Single:
+    """Mean of those of several arrays that are known; one at a time, as they are large."""
+    total: Single = np.zeros((), np.float32)
+    count: Single = np.zeros((), np.float32)
+    for part in parts:
+        known = np.isfinite(part)
+        total = total + np.where(known, part, np.float32(0.0))
+        count = count + known.astype(np.float32)
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), dtype=np.float32)
 
 

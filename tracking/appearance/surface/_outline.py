@@ -35,22 +35,27 @@ _LEAST_FRAMES = 4
 
 
 def tightened(
-    images: Sequence[Single], angles_rad: Array, pivot_px: tuple[float, float], rough_px: Array
-) -> Array:
+    images: Sequence[Image], light: Single, angles_rad: Array, pivot_px: tuple[float, float],
+    rough_px: Array,
+) -> Array:  # fmt: skip
     """The visible outline (points, 2) as x, y [px] at angle zero, from a rough one about it.
 
-    ``images`` with their ``angles_rad`` (frames,) show the surface; ``rough_px`` (points, 2)
-    encloses it and whatever else moved. Where no edge is found, the rough outline is returned.
+    ``images`` with their ``angles_rad`` (frames,) show the surface; ``light`` (frames,) makes them
+    as bright as each other. ``rough_px`` (points, 2) encloses the surface and whatever else moved.
+    Where no edge is found, the rough outline is returned.
     """
     corner = np.floor(rough_px.min(0)) - _PAD_PX
     size = np.ceil(rough_px.max(0) + _PAD_PX - corner).astype(int) + 1
     maps = [_back(corner, pivot_px, float(angle)) for angle in angles_rad]
-    seen = [_turned_back(image, matrix, size) for image, matrix in zip(images, maps, strict=True)]
+    seen = [
+        _turned_back(own * image.astype(np.float32), matrix, size)
+        for image, own, matrix in zip(images, light, maps, strict=True)
+    ]
     mean = _mean(seen)
     line = _body(rough_px - corner, size)
     thick = 0.6 * _inscribed_px(line, size)
     for outwards, inwards in _BANDS:
-        bench = _bench(images, maps, line, size)
+        bench = _bench(images, light, maps, line)
         side = _evidence(seen, [_turned_back(bench, matrix, size) for matrix in maps])
         line = _along_edge(line, mean, side, outwards, min(inwards, thick))
     area, before = (cv2.contourArea(p.astype(np.float32)) for p in (line, rough_px))
@@ -109,18 +114,16 @@ def _body(rough: Array, size: NDArray[np.int_]) -> Array:
     return rough
 
 
-def _bench(
-    images: Sequence[Single], maps: Sequence[Array], line: Array, size: NDArray[np.int_]
-) -> Single:
+def _bench(images: Sequence[Image], light: Single, maps: Sequence[Array], line: Array) -> Single:
     """Mean picture of the background, NaN where the surface or its shadow always covers it."""
     disc = np.ones((2 * _SHADOW_PX + 1, 2 * _SHADOW_PX + 1), np.uint8)
     total, count = np.zeros(images[0].shape), np.zeros(images[0].shape)
-    for image, matrix in zip(images, maps, strict=True):
+    for image, own, matrix in zip(images, light, maps, strict=True):
         cover = np.zeros(image.shape, np.uint8)
         placed = line @ matrix[:, :2].T + matrix[:, 2]
         cv2.fillPoly(cover, [np.round(placed).astype(np.int32)], 1)
         clear = cv2.dilate(cover, disc) == 0
-        total += image * clear
+        total += own * image.astype(np.float32) * clear
         count += clear
     return np.asarray(np.where(count > 1, total / np.maximum(count, 1), np.nan), np.float32)
 

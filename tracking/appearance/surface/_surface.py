@@ -33,6 +33,7 @@ _ROUND_FRAMES = 12
 # More pixels cost time without benefit: noise is not the limit then.
 _MOST_PIXELS = 12_000
 _FEW_PIXELS = 1500
+_LEARNT_PIXELS = 50_000  # of each frame, while pivot and angles are refined with the picture
 _SETTLED_PX = 0.003
 
 
@@ -260,7 +261,7 @@ def learn(
 
 
 def _fits(surface: Surface, images: Sequence[Image], angles_rad: Array) -> list[AngleFit | None]:
-    pixels = surface.pixels(images[0].shape)
+    pixels = surface.pixels(images[0].shape, 1 + int(surface.area_px(0.0) / _LEARNT_PIXELS))
     still = surface.blurred(0.0)
 
     def fitted(number: int) -> AngleFit | None:

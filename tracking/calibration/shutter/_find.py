@@ -23,7 +23,7 @@ from servosight.tracking.calibration.shutter._estimate import (
     unknown_shutters,
     usual_speed,
 )
-from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion
+from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion, threaded
 from servosight.tracking.fit import TrackedFrame
 
 _FRAMES = 24
@@ -109,12 +109,12 @@ def _left(
 ) -> Array:
     """Squared residual of each frame (frames,), in [grey levels^2], with the blur that it has
     beyond that of a speed ``learnt`` [rad/s]; NaN where it does not fit."""
-    found = np.full(len(moving), np.nan)
-    for n, one in enumerate(moving):
+
+    def left(one: _Moving) -> float:
         share = further_speed(one.speed, learnt) / abs(one.speed)
         blurred = replace(shutter, exposure_s=share * shutter.exposure_s)
         motion = Exposure.of(one.speed, one.acceleration, blurred)
         fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.copied)
-        if fit is not None:
-            found[n] = fit.noise**2 / max(fit.kept, 1e-3)
-    return found
+        return fit.noise**2 / max(fit.kept, 1e-3) if fit is not None else np.nan
+
+    return np.array(threaded(left, moving))

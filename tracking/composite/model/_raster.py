@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numba import njit
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
@@ -101,19 +102,30 @@ def _running_mean(values: Single, columns: float) -> Single:
     """
     if columns < 1e-6:
         return values
+    mean = np.empty(values.shape, np.float32)
+    _means(np.ascontiguousarray(values, np.float32), columns, mean)
+    return mean
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _means(values, columns, mean):  # type: ignore[no-untyped-def]
+    """Each row's means over some columns, from its integral up to each column's end."""
+    count = values.shape[1]
     beyond = int(np.ceil(0.5 * columns)) + 1
-    whole = np.pad(values, ((0, 0), (beyond + 1, beyond)), mode="wrap")
-    total: Array = np.cumsum(whole.astype(np.float64), axis=1)  # up to a column's end
-    middle: Array = np.arange(values.shape[1], dtype=np.float64) + beyond + 0.5
-    ends = [_between(total, middle + sign * 0.5 * columns) for sign in (1.0, -1.0)]
-    return np.asarray((ends[0] - ends[1]) / columns, np.float32)
-
-
-def _between(table: Array, at: Array) -> Array:
-    """A table (rows, n) interpolated linearly at columns (m,); (rows, m)."""
-    low = np.floor(at).astype(np.intp)
-    share = at - low
-    return np.asarray((1.0 - share) * table[:, low] + share * table[:, low + 1])
+    total = np.empty(count + 2 * beyond + 1)  # up to a column's end
+    after, before = beyond + 0.5 + 0.5 * columns, beyond + 0.5 - 0.5 * columns
+    up, low = int(np.floor(after)), int(np.floor(before))
+    p, q = after - up, before - low
+    for row in range(len(values)):
+        so_far, at = 0.0, (-beyond - 1) % count
+        for n in range(total.size):
+            so_far += values[row, at]
+            total[n] = so_far
+            at = at + 1 if at < count - 1 else 0
+        for n in range(count):
+            end = (1.0 - p) * total[n + up] + p * total[n + up + 1]
+            start = (1.0 - q) * total[n + low] + q * total[n + low + 1]
+            mean[row, n] = (end - start) / columns
 
 
 def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 
 from servosight.models.core import Mask, Single
 from servosight.tracking.composite.parts._part import Change
-from servosight.tracking.core import median_of
+from servosight.tracking.core import known_median
 
 _BORDER_PX, _JOINED_PX = 3, 7
 _LEAST_LEFT = 0.3  # of a usual picture's change, without what enters it
@@ -39,7 +39,7 @@ def without_entering(pictures: Single, content: Mask | None = None) -> Single:
     gone = entering(pictures, content)
     if not gone.any():
         return pictures
-    return np.where(gone, median_of(pictures), pictures)
+    return np.where(gone, known_median(pictures), pictures)
 
 
 def enough_left(pictures: Single, cleared: Single) -> bool:

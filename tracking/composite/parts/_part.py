@@ -14,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, median_of, threaded
+from servosight.tracking.core import known_median, threaded
 from servosight.tracking.verification import Gains, PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
@@ -49,7 +49,7 @@ def diverse(pictures: Single, count: int) -> list[int]:
     """
     small = np.stack([cv2.resize(p, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
                       for p in pictures])  # fmt: skip
-    small = np.minimum(np.abs(small - median_of(small)), 40.0).reshape(len(small), -1)
+    small = np.minimum(np.abs(small - known_median(small)), 40.0).reshape(len(small), -1)
     chosen = [int(np.argmin(small.sum(1)))]
     away = np.full(len(small), np.inf)
     while len(chosen) < min(count, len(small)):
@@ -71,7 +71,7 @@ class Change:
     @classmethod
     def of(cls, pictures: Single) -> Change:
         """By the pictures' own noise."""
-        usual = median_of(pictures)
+        usual = known_median(pictures)
         away = pictures - usual
         noise = 1.4826 * float(np.median(np.abs(away[:, ::2, ::2])))
         moved = np.abs(away) > _SIGMAS * noise + _LEAST_STEP

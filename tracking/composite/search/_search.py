@@ -26,7 +26,7 @@ from servosight.tracking.composite.search._centred import (
     softly_corrected,
 )
 from servosight.tracking.composite.search._pivots import APART, promising_pivots, scaled
-from servosight.tracking.core import median_of
+from servosight.tracking.core import known_median
 from servosight.tracking.verification import Gains
 
 _MIDDLE_PX = 240  # the longer side
@@ -115,7 +115,7 @@ def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
     found = _parts(seen, hint)
     if found and hint is None:
         beside = _swept(seen.shape[1:], found[0])
-        away = np.where(beside, median_of(seen), seen)
+        away = np.where(beside, known_median(seen), seen)
         share = float(Change.of(away).energy.sum() / max(Change.of(seen).energy.sum(), 1.0))
         if share > _LEFT_SHARE:
             least = TRUST.least_explained if share < _MUCH_LEFT else 0.0
@@ -148,7 +148,7 @@ def found_about(
     background, and its angles are then too small.
     """
     if beside is not None:
-        pictures = np.where(beside, median_of(pictures), pictures)
+        pictures = np.where(beside, known_median(pictures), pictures)
     seen = chosen_of(pictures, hint, content, inside)
     middle, scale = scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)

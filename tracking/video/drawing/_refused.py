@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import Box
+from servosight.tracking.core import Box, known_median
 
 _FOUND = (80, 220, 90)
 _OTHERS = ((60, 200, 250), (250, 190, 90), (220, 120, 230))
@@ -80,7 +80,7 @@ def _mark(canvas: Image, part: SeenPart, number: int | None) -> None:
 
 def _standing_out(images: Sequence[Image]) -> Box | None:
     """The largest piece of the first picture that differs from their median."""
-    usual = np.median(np.stack(images), axis=0)
+    usual = known_median(np.stack(images))
     away = cv2.GaussianBlur(np.abs(images[0] - usual), (0, 0), 2.0)
     mask = cv2.dilate((away > _LEAST_CHANGE).astype(np.uint8), np.ones((5, 5), np.uint8))
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask)
