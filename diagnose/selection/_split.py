@@ -79,6 +79,11 @@ class Split:
         )
 
     @property
+    def mean_s(self) -> float:
+        """How long the fitted recordings last in the mean [s]."""
+        return float(np.mean([one.time_s[-1] - one.time_s[0] for one in self.recordings]))
+
+    @property
     def masks(self) -> tuple[Mask, ...]:
         """For each fitted recording, the samples to fit on."""
         return tuple(np.asarray(use == FIT) for use in self.uses)

@@ -23,9 +23,11 @@ class SearchEffort:
     ``beam`` cheapest models of all are extended.
 
     No further model is tried once all simulations have ``cost`` (``Work``) so much times the square
-    root of the number of fitted recordings: what several show is not looked for in each. The steps
-    may take the share ``steps_share`` of it, whatever was spent before them; the search behind them
-    ends at ``search_share``, so that some is left for what may stand in for its answer.
+    root of the number of fitted recordings: what several show is not looked for in each. Where
+    they last longer than ``brief_s`` in the mean, a simulation takes longer, and it is less by as
+    much, but no less than the share ``least_share``. The steps may take the share ``steps_share``
+    of it, whatever was spent before them; the search behind them ends at ``search_share``, so that
+    some is left for what may stand in for its answer.
     """
 
     sketched: int = 2
@@ -37,12 +39,15 @@ class SearchEffort:
     finalists: int = 6
     beam: int = 2
     cost: float = 160_000.0
+    brief_s: float = 10.0
+    least_share: float = 0.5
     steps_share: float = 0.3
     search_share: float = 0.9
 
     def most(self, models: ModelSelection) -> float:
         """What all simulations for these models may cost."""
-        return self.cost * math.sqrt(len(models.recordings))
+        whole = self.cost * math.sqrt(len(models.recordings))
+        return whole * max(self.least_share, self.brief_s / max(models.split.mean_s, self.brief_s))
 
     def is_spent(self, models: ModelSelection, share: float | None = None) -> bool:
         """True where a ``share`` of the cost has been spent, by default the search's."""

@@ -21,6 +21,7 @@ from servosight.diagnose.selection.search import (
     searched_widely,
     simplified,
     with_own_gain,
+    with_weight,
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
@@ -92,7 +93,8 @@ class StepwiseSelector:
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
         visited = Visited(self.models, self.criterion)
-        steps = with_own_gain(simplified(steps, visited, self.effort), visited)
+        steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
+        steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 

@@ -24,6 +24,8 @@ POLISH_BUDGET = 4_000
 """Evaluations of one descent."""
 FIRST_GENERATIONS = 3
 """Generations from each start, after which the best descent alone goes on."""
+FEW_STARTS, KEPT = 4, 3
+"""Of more starts than so many one in so many goes on after each of these generations."""
 _MOVES = np.geomspace(1e-5, 0.1, 150)
 """Discontinuous parameters are moved at random by such shares of their values,"""
 _MOVED_STARTS = 3
@@ -108,12 +110,33 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
 
 def _from_best(problem: Problem, starts: Iterable[Array], budget: int) -> Solution:
     descents = [_descent(problem, start) for start in starts]
-    if len(descents) > 1:
+    if len(descents) > FEW_STARTS:
+        # What begins far above the others seldom passes them, and to follow it costs as much as to
+        # follow the best (successive halving: Jamieson and Talwalkar 2016).
+        for _ in range(FIRST_GENERATIONS):
+            descents = _leading(problem, descents, -(-len(descents) // KEPT))
+        descents = [descents[0].resumed()]
+    elif len(descents) > 1:
         first = FIRST_GENERATIONS * (len(problem.coordinates) + 7)
         trials = [drive(descent, problem.residuals, first) for descent in descents]
         best = min(range(len(trials)), key=lambda i: trials[i].cost)
         descents = [descents[best].resumed()]
     return Solution(problem, drive(descents[0], problem.residuals, budget))
+
+
+def _leading(
+    problem: Problem, descents: Sequence[LevenbergMarquardt], count: int
+) -> list[LevenbergMarquardt]:
+    """The ``count`` best of some descents after one generation more, the best first."""
+    costs = [_after_generation(problem, one) for one in descents]
+    return [descents[i] for i in np.argsort(costs, kind="stable")[:count]]
+
+
+def _after_generation(problem: Problem, descent: LevenbergMarquardt) -> float:
+    """What a descent has come to after one generation more; one that has stopped stays there."""
+    if descent.stopped is None:
+        drive(descent, problem.residuals, len(problem.coordinates) + 7)
+    return descent.cost
 
 
 def _descent(problem: Problem, start: Array, wider: float = 0.0) -> LevenbergMarquardt:
@@ -130,7 +153,12 @@ def jumpy(problem: Problem) -> Mask:
 def _smoothed(problem: Problem, starts: Iterable[Array], budget: int) -> list[Array]:
     """Where descents end whose difference quotients reach across a prediction's jumps."""
     descents = [_descent(problem, start, _SMOOTHED) for start in starts]
-    return [drive(descent, problem.residuals, budget).point for descent in descents]
+    if len(descents) > FEW_STARTS:
+        descents = _leading(problem, descents, FEW_STARTS)
+    for descent in descents:
+        if descent.stopped is None:
+            drive(descent, problem.residuals, budget)
+    return [descent.point for descent in descents]
 
 
 def _better(fit: Solution) -> Solution | None:

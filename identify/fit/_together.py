@@ -42,15 +42,19 @@ ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
 
 
-def fit_together(problem: Problem, base: Solution, enough_deg: float = 0.0) -> Solution:
+def fit_together(
+    problem: Problem, base: Solution, enough_deg: float = 0.0, most_deg: float = np.inf
+) -> Solution:
     """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
 
     An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
-    not varied: what it lacks is an effect, not a lower minimum.
+    not varied, nor one above ``most_deg``, which a model with fewer effects reaches: what it lacks
+    is an effect, not a lower minimum.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg)
-    return fit if 0.0 < FAR * enough_deg < fit.rmse_deg else fit_varied(fit, enough_deg)
+    far = 0.0 < FAR * enough_deg < fit.rmse_deg or fit.rmse_deg > most_deg
+    return fit if far else fit_varied(fit, enough_deg)
 
 
 def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:

@@ -101,7 +101,7 @@ class InventedModels:
     recordings: tuple[None, ...] = (None,)
     at_one_gain: bool = True
     k_may_be_held: bool = False
-    split: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(carried=()))
+    split: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(carried=(), mean_s=5.0))
 
     @property
     def catalogue(self) -> dict[str, SimpleNamespace]:

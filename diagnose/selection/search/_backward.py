@@ -26,10 +26,16 @@ class BackwardSearch:
     progress: StageProgress
 
     def search(self, base: Trial) -> None:
-        """Visit the rich model that extends ``base``, and what is left of it effect by effect."""
+        """Visit the rich model that extends ``base``, and what is left of it effect by effect.
+
+        Not where a smaller model errs less than all these effects: what it has lacks here, and with
+        fewer of them the error is larger still.
+        """
         criterion, begun = self.visited.criterion, self.together(base)
         if not criterion.done(begun.score):
             rich = self.models.finished(self.rich(begun, self._ordinary))
+            if self.visited.is_outdone(rich):
+                return
             if rich.key != begun.key:
                 begun = self._varied(rich, criterion.enough_deg)
         self.reduce(self.models.finished(begun))

@@ -9,7 +9,7 @@ order in which no data take part.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
@@ -41,6 +41,40 @@ def with_own_gain(steps: Sequence[Step], visited: Visited) -> list[Step]:
     if not able:
         return list(steps)
     return steps_to(steps, visited, min(able, key=lambda one: criterion.price(one.score)))
+
+
+def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -> list[Step]:
+    """The steps, or those to a model with a weight in the place of another k.
+
+    In small motion the two stand in for one another, and a loop with its sensor on the output has a
+    weight. So where the last model fits k and does not explain the data, its effects are fitted
+    with a weight and k held at 1, alone and with a further effect that such a k may have hidden as
+    well, and taken at a lower price if each of them is accepted. That costs little beside the
+    search, and is done though all of that is spent.
+    """
+    models, criterion, last = visited.models, visited.criterion, steps[-1].trial
+    linear = models.unloaded()
+    if linear is None or not last.score.gain_fitted or criterion.explained(last.score):
+        return list(steps)
+    able = set(usual(models.catalogue, Usual.WEIGHT)) & set(models.candidates(last))
+    if not last.effects or not able or models.explained_whole(last, criterion):
+        return list(steps)
+    held = models.refitted(last, linear.fit.problem.held)
+    for _ in range(2):
+        held = _extended(visited, held, able)
+        able = set(models.screen(held).best(effort.partners))
+        if visited.price(held) < visited.price(last) and visited.is_accepted(held):
+            return steps_to(steps, visited, held)
+        if held.score.train_rmse_deg > criterion.policy.worse * last.score.train_rmse_deg:
+            break  # no weight is in the place of this k
+    return list(steps)
+
+
+def _extended(visited: Visited, base: Trial, names: Iterable[str]) -> Trial:
+    """``base`` with that one of some effects which makes it cheapest, fitted to its end."""
+    models = visited.models
+    larger = (models.finished(models.extended(base, name)) for name in sorted(names))
+    return min(larger, key=visited.price)
 
 
 def preferred(visited: Visited, last: Trial, effort: SearchEffort) -> Trial:

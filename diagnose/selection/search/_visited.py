@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
-from servosight.diagnose.selection.trials import TRIAL_BUDGET, Key, ModelSelection, Trial
+from servosight.diagnose.selection.trials import (
+    TRIAL_BUDGET,
+    Key,
+    ModelSelection,
+    Trial,
+    reached_deg,
+)
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,11 @@ class Visited:
         """
         driven = set(trial.score.core_at_bounds) - set(self.models.first().score.core_at_bounds)
         return bool(driven) or not set(self.removable(trial)).isdisjoint(trial.score.at_bounds)
+
+    def is_outdone(self, trial: Trial) -> bool:
+        """True where a model with fewer effects errs less on fitted and validation data than
+        ``trial`` on the fitted ones alone: neither it nor what is left of it can be the best."""
+        return trial.score.train_rmse_deg > reached_deg(self.models.trials, trial.effects)
 
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.

@@ -1,5 +1,6 @@
 """Models of some effects, fitted to recordings and scored: what a selection decides between."""
 
+from servosight.diagnose.selection.trials._kept import reached_deg as reached_deg
 from servosight.diagnose.selection.trials._models import TRIAL_BUDGET as TRIAL_BUDGET
 from servosight.diagnose.selection.trials._models import ModelSelection as ModelSelection
 from servosight.diagnose.selection.trials._prediction import own_point as own_point

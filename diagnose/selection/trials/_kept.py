@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping, Sequence
 
 from servosight.diagnose.selection.trials._trial import Key, Trial
 from servosight.identify.fit import Solution, contains, no_worse
@@ -35,6 +36,17 @@ def fitted_again(trials: dict[Key, Trial], fit: Solution, budget: int) -> Soluti
     if fit.out_of_budget or not smaller:
         return fit
     return no_worse(fit, min(smaller, key=lambda one: one.outcome.cost), budget)
+
+
+def reached_deg(trials: Mapping[Key, Trial], effects: Sequence[str]) -> float:
+    """The least error of those kept that have fewer effects [deg]; infinite without any.
+
+    Of a model it is the larger of the errors on fitted and on validation data. One with an effect
+    at a bound is no answer, and does not count.
+    """
+    fewer = (one.score for one in trials.values() if len(one.effects) < len(effects))
+    both = (max(one.train_rmse_deg, one.validation_rmse_deg) for one in fewer if not one.at_bounds)
+    return min(both, default=math.inf)
 
 
 def fitted_once(

@@ -13,7 +13,13 @@ from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._gain import at_one_gain, ranges
-from servosight.diagnose.selection.trials._kept import Way, best_kept, fitted_again, fitted_once
+from servosight.diagnose.selection.trials._kept import (
+    Way,
+    best_kept,
+    fitted_again,
+    fitted_once,
+    reached_deg,
+)
 from servosight.diagnose.selection.trials._prediction import carried_over, own_of
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.diagnose.selection.trials._start import fit_special, point_of
@@ -190,11 +196,11 @@ class ModelSelection:
 
     def together(self, base: Trial, names: Sequence[str], enough_deg: float = 0.0) -> Trial:
         """``base`` with several effects more, fitted at once from many starts to ``enough_deg``."""
-        problem, start = self.problem((*base.effects, *names), base.fit.problem.held), base.fit
+        problem = self.problem((*base.effects, *names), base.fit.problem.held)
+        most_deg = reached_deg(self.trials, problem.effects)
+        fit = partial(fit_together, problem, base.fit, enough_deg, most_deg)
         way, new = f"together to {enough_deg}", " ".join(names)
-        return self.judge(
-            fitted_once(self.fits, way, base, new, lambda: fit_together(problem, start, enough_deg))
-        )
+        return self.judge(fitted_once(self.fits, way, base, new, fit))
 
     def varied(self, trial: Trial, enough_deg: float) -> Trial:
         """``trial``, or a better fit of its effects, from variations of its parameters."""

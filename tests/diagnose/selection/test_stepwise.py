@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -224,6 +225,12 @@ def test_four_recordings_may_cost_twice_what_one_may() -> None:
     assert not effort.is_spent(models, 1.0)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(("mean_s", "most"), [(10.0, 60.0), (15.0, 40.0), (60.0, 30.0)])
+def test_simulations_of_long_recordings_cost_as_much_more(mean_s: float, most: float) -> None:
+    models = InventedModels({"": 1.0}, split=SimpleNamespace(carried=(), mean_s=mean_s))
+    assert SearchEffort(cost=60.0).most(models) == most  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("steps_share", "searched"), [(0.3, False), (0.0, True)])
 def test_steps_may_take_their_share_whatever_was_spent_before_them(
     steps_share: float, searched: bool
@@ -249,6 +256,8 @@ def test_the_effort_is_that_of_the_documents() -> None:
         finalists=6,
         beam=2,
         cost=160_000.0,
+        brief_s=10.0,
+        least_share=0.5,
         steps_share=0.3,
     )
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
-from servosight.diagnose.selection import Split
+import pytest
+
+from servosight.diagnose.selection import Score, Split
 from servosight.diagnose.selection.trials import ModelSelection
-from servosight.diagnose.selection.trials._kept import best_kept
+from servosight.diagnose.selection.trials._kept import best_kept, reached_deg
 from servosight.identify.problem import Work
 from servosight.models.effects import catalogue
 
@@ -38,3 +42,23 @@ def test_a_fit_that_ends_where_the_best_did_is_that_one(twin: Any) -> None:
         outcome = replace(linear.fit.outcome, cost=factor * cost)
         other = replace(linear, fit=replace(linear.fit, outcome=outcome))
         assert (best_kept(dict(trials), other) is linear) is kept
+
+
+@pytest.mark.parametrize(
+    ("changes", "reached"),
+    [
+        ({}, 0.3),
+        ({"validation_rmse_deg": 0.4}, 0.4),
+        ({"at_bounds": ("backlash",)}, math.inf),
+        ({"effects": ("backlash", "dead_time")}, math.inf),
+    ],
+)
+def test_what_models_with_fewer_effects_reach(changes: dict[str, Any], reached: float) -> None:
+    """The larger of two errors, of models with none of their effects at a bound."""
+    score = Score(
+        effects=("backlash",), parameters=4, samples=600, mean_square_deg2=0.09,
+        train_rmse_deg=0.3, validation_rmse_deg=0.2, validation_samples=100, gain_fitted=True,
+    )  # fmt: skip
+    score = replace(score, **changes)
+    trials: Any = {1: SimpleNamespace(effects=score.effects, score=score)}
+    assert reached_deg(trials, ("gravity_load", "dead_time")) == reached
