@@ -13,7 +13,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.composite import ObliqueView, SampledPart, evenly, oblique_view
-from servosight.tracking.core import Track, median_of
+from servosight.tracking.core import Track, known_median
 from servosight.tracking.verification import FrameSample
 
 _BESIDE_PX = 4.0
@@ -56,7 +56,7 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
     sample do, the outline as in the first frame.
     """
     index, pictures, _ = sample.chosen(track.found)
-    usual = median_of(np.stack(pictures))
+    usual = known_median(np.stack(pictures))
     line, place = _small(outline, sample.scale), _small(pivot, sample.scale)
     still = np.zeros(usual.shape, np.uint8)
     corners = np.round(line * 2**_SUBPIXELS).astype(np.int32)
