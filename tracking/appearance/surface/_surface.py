@@ -33,7 +33,7 @@ _ROUND_FRAMES = 12
 # More pixels cost time without benefit: noise is not the limit then.
 _MOST_PIXELS = 12_000
 _FEW_PIXELS = 1500
-_LEARNT_PIXELS = 50_000  # of each frame, while pivot and angles are refined with the picture
+_LEARNT_PIXELS = 100_000  # of each frame, while pivot and angles are refined with the picture
 _SETTLED_PX = 0.003
 
 
