@@ -26,7 +26,7 @@ def pose_sensitivity(
     normal, right = weighed @ rows.T, -weighed @ left
     sums = np.stack([np.bincount(model.block, row) for row in weighed * left])
     held = normal + _SLIGHT * np.trace(normal) * np.eye(len(normal))
-    variance = float(np.trace(np.linalg.solve(held, sums @ sums.T))) / len(normal)
+    variance = float(np.trace(np.linalg.solve(held, sums @ sums.T))) / len(normal) + _SLIGHT
     across = normal[0, 1:] / normal[0, 0]
     own = normal[1:, 1:] - np.outer(normal[1:, 0], across)
     return PoseSensitivity(own / variance, (right[1:] - right[0] * across) / variance, -across)

@@ -1,0 +1,57 @@
+"""What a camera off the axis changes in a track."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.drawn_part import drawn_part
+
+from servosight.tracking.composite import ObliqueView
+from servosight.tracking.core import Flag
+from servosight.tracking.methods._along_axis import along_axis
+
+CORNERS = np.array([[0.0, -3.0], [40.0, -3.0], [40.0, 3.0], [0.0, 3.0]])
+ANGLE_DEG = 30.0 * np.sin(np.arange(40) / 6.0)
+TRACK = drawn_part((60.0, 50.0), CORNERS, ANGLE_DEG)
+SIGMA_DEG = 0.004
+FOUND = ObliqueView(
+    found=True,
+    tilt_rad=np.deg2rad(15.0),
+    terms=np.array([0.1, 0.0, 0.0, 0.0, 0.01]),
+    sigma_rad=np.deg2rad(SIGMA_DEG),
+    apart_rad=0.0,
+    pivot_px=np.zeros(2),
+)
+
+
+def test_a_tilt_that_is_found_corrects_the_angle_relative_to_the_first_frame() -> None:
+    """The angles are counted from 20 deg on by the view; a constant does not count."""
+    own_rad = np.deg2rad(ANGLE_DEG + 20.0)
+    seen = along_axis(TRACK, FOUND, own_rad, np.array([61.0, 49.5]))
+    change_deg = np.rad2deg(0.01 * (np.sin(2 * own_rad) - np.sin(2 * own_rad[0])))
+    np.testing.assert_allclose(seen.angle_deg, ANGLE_DEG + change_deg, atol=1e-9)
+    np.testing.assert_allclose(seen.sigma_deg, np.hypot(TRACK.sigma_deg, SIGMA_DEG))
+    assert seen.pivot_px == (61.0, 49.5)
+    assert seen.notes[0].startswith("camera 15 deg off the axis of rotation")
+
+
+def test_a_frame_without_the_part_keeps_the_last_angle_and_its_sigma() -> None:
+    own_rad = np.deg2rad(ANGLE_DEG)
+    own_rad[10:13] = np.nan
+    flags = np.where(np.isnan(own_rad), Flag.LOST, Flag.NONE).astype(np.uint8)
+    angle_deg = np.where(np.isnan(own_rad), ANGLE_DEG[9], ANGLE_DEG)
+    track = replace(TRACK, flags=flags, angle_deg=angle_deg)
+    seen = along_axis(track, FOUND, own_rad, np.zeros(2))
+    np.testing.assert_allclose(seen.angle_deg[10:13], seen.angle_deg[9])
+    np.testing.assert_array_equal(seen.sigma_deg[10:13], track.sigma_deg[10:13])
+
+
+def test_an_unknown_tilt_is_sigma_alone() -> None:
+    unknown = replace(FOUND, found=False, sigma_rad=np.deg2rad(0.3))
+    seen = along_axis(TRACK, unknown, np.deg2rad(ANGLE_DEG), np.zeros(2))
+    np.testing.assert_array_equal(seen.angle_deg, ANGLE_DEG)
+    assert seen.pivot_px == TRACK.pivot_px
+    assert seen.sigma_deg == pytest.approx(np.hypot(TRACK.sigma_deg, 0.3))
+    assert "may change angles by 0.3 deg (one sigma)" in seen.notes[-1]
