@@ -12,6 +12,7 @@ from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.composite.camera import aligned, refined
 from servosight.tracking.composite.parts import Change, Reference, references_of
 from servosight.tracking.core import Box, known_median
+from servosight.tracking.verification import at_scale
 
 _GROWN_PX = 2
 _DISC_SHARE = 0.03  # of the longer side
@@ -45,11 +46,11 @@ class Hint:
         turn, shift = np.linalg.inv(onto[:, :2]), onto[:, 2]
         pivot = region = None
         if pivot_px is not None:
-            pivot = turn @ (_small(np.array(pivot_px), stabilised.scale) - shift)
+            pivot = turn @ (at_scale(np.array(pivot_px), stabilised.scale) - shift)
         if box is not None:
             x, y, width, height = box
             corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-            place = (_small(corners - 0.5, stabilised.scale) - shift) @ turn.T
+            place = (at_scale(corners - 0.5, stabilised.scale) - shift) @ turn.T
             filled = np.zeros(frame.shape, np.uint8)
             cv2.fillPoly(filled, [np.round(place).astype(np.int32)], 1)
             region = filled > 0
@@ -75,7 +76,7 @@ class Hint:
             size = (picture.shape[1], picture.shape[0])
             mask = cv2.resize(self.region.astype(np.float32), size, interpolation=cv2.INTER_AREA)
             region = np.asarray(mask > 0.3)
-        pivot = None if self.pivot_px is None else (self.pivot_px + 0.5) * scale - 0.5
+        pivot = None if self.pivot_px is None else at_scale(self.pivot_px, scale)
         return Hint(pivot, region, np.asarray(picture, np.float32))
 
     def cover(self, usual: Single, step: float) -> Single:
@@ -94,7 +95,3 @@ def references_for(pictures: Single, change: Change, hint: Hint | None) -> list[
     if hint is None or hint.region is None:
         return references_of(pictures, change)
     return [Reference(hint.picture, hint.cover(change.usual, change.least_step))]
-
-
-def _small(points: Array, scale: float) -> Array:
-    return np.asarray((points + 0.5) * scale - 0.5)

@@ -14,7 +14,7 @@ import numpy as np
 from servosight.models.core import Array
 from servosight.tracking.composite import ObliqueView, SampledPart, evenly, oblique_view
 from servosight.tracking.core import Track, known_median
-from servosight.tracking.verification import FrameSample
+from servosight.tracking.verification import FrameSample, at_scale
 
 _BESIDE_PX = 4.0
 _SUBPIXELS = 4  # bits
@@ -56,8 +56,10 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
     sample do, the outline as in the first frame.
     """
     index, pictures, _ = sample.chosen(track.found)
+    if not pictures:  # found in a few frames, between the sampled ones
+        return track
     usual = known_median(np.stack(pictures))
-    line, place = _small(outline, sample.scale), _small(pivot, sample.scale)
+    line, place = at_scale(outline, sample.scale), at_scale(pivot, sample.scale)
     still = np.zeros(usual.shape, np.uint8)
     corners = np.round(line * 2**_SUBPIXELS).astype(np.int32)
     cv2.fillPoly(still, [corners], 1, shift=_SUBPIXELS)
@@ -70,12 +72,8 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
     view = oblique_view(part, angle_rad[index])
     if view is None:
         return track
-    at = (view.pivot_px + 0.5) / sample.scale - 0.5
+    at = at_scale(view.pivot_px, 1.0 / sample.scale)
     return along_axis(track, view, angle_rad, track.plane.to_picture(at[None])[0])
-
-
-def _small(points: Array, scale: float) -> Array:
-    return np.asarray((points + 0.5) * scale - 0.5)
 
 
 def _unknown(sigma_deg: float) -> str:

@@ -11,7 +11,13 @@ import numpy as np
 from servosight.models.core import Array, Image, InputError, Mask, Single
 from servosight.tracking.acquisition import POINT, swept
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
-from servosight.tracking.verification import FrameSample, TurningScene, contradiction, evidence_of
+from servosight.tracking.verification import (
+    FrameSample,
+    TurningScene,
+    at_scale,
+    contradiction,
+    evidence_of,
+)
 from servosight.tracking.video import Film
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
@@ -50,7 +56,7 @@ def verify(
     else:
         scale = sample.scale
         # Integer pixel centres, before and after the change of size.
-        pivot, *lines = ((points + 0.5) * scale - 0.5 for points in (flat_pivot, *outlines))
+        pivot, *lines = (at_scale(points, scale) for points in (flat_pivot, *outlines))
         scene = TurningScene.of(
             pictures, np.deg2rad(track.angle_deg[chosen]), (float(pivot[0]), float(pivot[1])), lines
         )

@@ -1,6 +1,7 @@
 """Check of a track against the frames, by means that did not make it."""
 
 from servosight.tracking.verification._sample import FrameSample as FrameSample
+from servosight.tracking.verification._sample import at_scale as at_scale
 from servosight.tracking.verification._sample import small as small
 from servosight.tracking.verification._scene import TurningScene as TurningScene
 from servosight.tracking.verification._turning import Gains as Gains

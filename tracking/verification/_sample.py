@@ -63,6 +63,11 @@ class FrameSample:
         return numbers, [self.pictures[row] for row in rows], rolls
 
 
+def at_scale(points: Array, scale: float) -> Array:
+    """Points of a picture (..., 2) in one ``scale`` times as large: pixels' middles are whole."""
+    return np.asarray((points + 0.5) * scale - 0.5)
+
+
 def small(image: Image | Single, scale: float) -> Single:
     """A picture ``scale`` times as large, smoothed by a Gaussian of 1 px."""
     resized: Any = image.astype(np.float32)

@@ -60,14 +60,22 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
     if not last.effects or not able or models.explained_whole(last, criterion):
         return list(steps)
     held = models.refitted(last, linear.fit.problem.held)
-    for _ in range(2):
-        held = _extended(visited, held, able)
-        able = set(models.screen(held).best(effort.partners))
-        if visited.price(held) < visited.price(last) and visited.is_accepted(held):
+    held = _extended(visited, held, able)
+    if _takes_over(visited, held, last):
+        return steps_to(steps, visited, held)
+    if held.score.train_rmse_deg > criterion.policy.worse * last.score.train_rmse_deg:
+        return list(steps)  # no weight is in the place of this k
+    further = models.screen(held).best(effort.partners)
+    if further:
+        held = _extended(visited, held, further)
+        if _takes_over(visited, held, last):
             return steps_to(steps, visited, held)
-        if held.score.train_rmse_deg > criterion.policy.worse * last.score.train_rmse_deg:
-            break  # no weight is in the place of this k
     return list(steps)
+
+
+def _takes_over(visited: Visited, trial: Trial, last: Trial) -> bool:
+    """Whether a model is cheaper than ``last``, with each of its effects accepted."""
+    return visited.price(trial) < visited.price(last) and visited.is_accepted(trial)
 
 
 def _extended(visited: Visited, base: Trial, names: Iterable[str]) -> Trial:

@@ -10,7 +10,9 @@ from support.drawn_part import drawn_part
 
 from servosight.tracking.composite import ObliqueView
 from servosight.tracking.core import Flag
-from servosight.tracking.methods._along_axis import along_axis
+from servosight.tracking.methods._along_axis import along_axis, seen_along_axis
+from servosight.tracking.verification import FrameSample
+from servosight.tracking.video import Frame
 
 CORNERS = np.array([[0.0, -3.0], [40.0, -3.0], [40.0, 3.0], [0.0, 3.0]])
 ANGLE_DEG = 30.0 * np.sin(np.arange(40) / 6.0)
@@ -55,3 +57,11 @@ def test_an_unknown_tilt_is_sigma_alone() -> None:
     assert seen.pivot_px == TRACK.pivot_px
     assert seen.sigma_deg == pytest.approx(np.hypot(TRACK.sigma_deg, 0.3))
     assert "may change angles by 0.3 deg (one sigma)" in seen.notes[-1]
+
+
+def test_a_part_that_no_sampled_frame_shows_is_left_as_it_is() -> None:
+    sample = FrameSample(lambda image: image)
+    for number in range(TRACK.frames):
+        sample.add(Frame(number, number / 100.0, np.zeros((60, 80), np.uint8)))
+    lost = replace(TRACK, flags=np.full(TRACK.frames, Flag.LOST, np.uint8))
+    assert seen_along_axis(lost, sample, lost.outline_px, np.array(lost.pivot_px)) is lost

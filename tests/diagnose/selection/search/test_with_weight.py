@@ -69,3 +69,10 @@ def test_no_weight_is_tried(changes: dict[str, Any]) -> None:
     found, models = last_of({"aw": 0.12, "w": 1.4}, **changes)
     assert found == "a"
     assert not [one for one in models.done if one.startswith("fit")]
+
+
+def test_a_catalogue_without_further_effects_ends_at_the_weight() -> None:
+    known = PriorKnowledge(without_effects=("d", "e"))
+    found, models = last_of({"aw": 0.41, "w": 1.4}, known=known)
+    assert found == "a"
+    assert [one for one in models.done if one.startswith("fit")] == ["fit aw"]
