@@ -71,6 +71,13 @@ def test_the_simulations_threads_have_the_cores_unless_told_otherwise(
     assert done.stdout.splitlines()[-1] == kept, done.stderr
 
 
+def test_no_context_of_mujoco_is_asked_for(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "servosight.app", "simulate", "-q", "-o", str(tmp_path / "run")]
+    settings = os.environ | {"MUJOCO_GL": "none of its names"}  # MuJoCo would end in an error
+    done = subprocess.run(words, capture_output=True, text=True, env=settings)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
