@@ -114,7 +114,8 @@ def pieces_of(references: Sequence[Reference], change: Change) -> list[Reference
     """Each connected piece of what the references cover, as one of its own.
 
     Of a text that is laid over the pictures, a shadow, or the place that a part has left, none
-    turns with the part, and a reference that covers them as well finds no turn.
+    turns with the part, and a reference that covers them as well finds no turn. The references
+    themselves where no piece is large.
     """
     kernel = np.ones((_JOINED_PX, _JOINED_PX), np.uint8)
     pieces = []
@@ -127,7 +128,7 @@ def pieces_of(references: Sequence[Reference], change: Change) -> list[Reference
             replace(one, cover=np.where(labels == label, one.cover, np.float32(0.0)))
             for label in 1 + np.flatnonzero(share > _PIECE_SHARE)
         ]
-    return pieces
+    return pieces or list(references)
 
 
 def pivot_scores(
