@@ -35,7 +35,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         try:
             return _in_one_channel(coloured, progress)
         except TrackRefused as again:
-            in_colour_alone = again.measured and not refused.measured
+            in_colour_alone = again.uncertain and not refused.measured
             raise (again if in_colour_alone else refused) from None
 
 
