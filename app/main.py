@@ -47,6 +47,8 @@ def _run(words: list[str]) -> int:
     # The threads are the simulations' own: a second pool that waits for work slows them twofold.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    # pyrender draws; a context of MuJoCo's own, which a shell may ask for, fails with old PyOpenGL.
+    os.environ["MUJOCO_GL"] = "disable"
     from servosight.models.base import InputError
 
     try:

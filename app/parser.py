@@ -20,8 +20,21 @@ class CommandParser(argparse.ArgumentParser):
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             again = self._again(sys.argv[1:] if args is None else list(args), unknown[0])
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{again}")
-        return found, unknown
+            if again or not self._take(unknown, found):
+                self.error(f"unrecognized arguments: {' '.join(unknown)}{again}")
+        return found, []
+
+    def _take(self, words: list[str], found: argparse.Namespace) -> bool:
+        """Whether ``words``, from behind an option, are further values of what takes any number."""
+        lists = [action for action in self._get_positional_actions() if action.nargs in ("+", "*")]
+        if not lists or any(word.startswith("-") for word in words):
+            return False
+        try:
+            further = [self._get_value(lists[0], word) for word in words]
+        except argparse.ArgumentError as error:
+            self.error(str(error))
+        setattr(found, lists[0].dest, [*(getattr(found, lists[0].dest) or []), *further])
+        return True
 
     def _again(self, args: list[str], word: str) -> str:
         """How to give a second value to an option that takes one at a time; empty for others."""

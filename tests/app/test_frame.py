@@ -15,6 +15,7 @@ import pytest
 from servosight import __version__
 from servosight.app.commands import COMMANDS
 from servosight.app.main import main
+from servosight.app.parser import parser
 from servosight.models.core import InputError
 from servosight.models.effects import catalogue
 
@@ -68,6 +69,13 @@ def test_the_simulations_threads_have_the_cores_unless_told_otherwise(
     words = [sys.executable, "-c", script]
     done = subprocess.run(words, capture_output=True, text=True, env=settings)
     assert done.stdout.splitlines()[-1] == kept, done.stderr
+
+
+def test_no_context_of_mujoco_is_asked_for(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "servosight.app", "simulate", "-q", "-o", str(tmp_path / "run")]
+    settings = os.environ | {"MUJOCO_GL": "none of its names"}  # MuJoCo would end in an error
+    done = subprocess.run(words, capture_output=True, text=True, env=settings)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -191,6 +199,17 @@ def test_a_second_value_is_told_to_repeat_the_option(capsys: pytest.CaptureFixtu
     assert (
         "unrecognized arguments: c d; repeat the option for each: --validate b --validate c" in told
     )
+
+
+def test_recordings_also_stand_behind_options() -> None:
+    words = ["diagnose", "a", "--auto", "b", "--json", "-", "c"]
+    assert parser().parse_args(words).recordings == [Path("a"), Path("b"), Path("c")]
+
+
+def test_a_recording_behind_an_option_is_checked_as_others_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert "no file name can have" in said(capsys, 2, ["diagnose", "a", "--auto", "b\0"])
 
 
 def test_exit_code_of_the_process(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.composite.camera import aligned, refined
-from servosight.tracking.composite.parts import Change, Reference, references_of
+from servosight.tracking.composite.parts import Change, Reference, pieces_of, references_of
 from servosight.tracking.core import Box, known_median
 from servosight.tracking.verification import at_scale
 
@@ -95,3 +95,9 @@ def references_for(pictures: Single, change: Change, hint: Hint | None) -> list[
     if hint is None or hint.region is None:
         return references_of(pictures, change)
     return [Reference(hint.picture, hint.cover(change.usual, change.least_step))]
+
+
+def pieces_for(pictures: Single, change: Change, hint: Hint | None) -> list[Reference]:
+    """As ``references_for``, with each piece of what changes by itself."""
+    references = references_for(pictures, change, hint)
+    return references if hint and hint.region is not None else pieces_of(references, change)

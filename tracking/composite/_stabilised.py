@@ -81,7 +81,8 @@ class StabilisedSample:
 
     def rests(self, index: int) -> bool:
         """Whether the camera rests in the frame of that number."""
-        return bool(self.index[0] <= index < self.index[-1] + np.diff(self.every[:2]).sum())
+        after = self.every[self.every > self.index[-1]]
+        return bool(self.index[0] <= index < (after[0] if after.size else np.inf))
 
     def onto_near(self, index: int) -> Array:
         """What takes the reference to the pixels of the sampled frame (2, 3) before a frame."""

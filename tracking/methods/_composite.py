@@ -22,8 +22,8 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     """The angle of the part that explains most of what changes while the camera rests.
 
     With hints, of the part that these point at. Where nothing is pointed at, and the frames do not
-    confirm a part in grey, it is looked for in colour. ``TrackRefused``, as in grey, where there is
-    none, or the frames do not confirm it.
+    confirm a part in grey, it is looked for in colour. ``TrackRefused``, as in grey unless a part
+    was measured in colour alone, where there is none, or the frames do not confirm it.
     """
     footage = Footage.of(film, options)
     try:
@@ -34,8 +34,9 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
             raise
         try:
             return _in_one_channel(coloured, progress)
-        except TrackRefused:
-            raise refused from None
+        except TrackRefused as again:
+            in_colour_alone = again.uncertain and not refused.measured
+            raise (again if in_colour_alone else refused) from None
 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:

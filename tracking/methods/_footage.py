@@ -42,7 +42,7 @@ from servosight.tracking.methods._composite_track import (
 )
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._verified import elsewhere, verify
-from servosight.tracking.verification import FrameSample, small
+from servosight.tracking.verification import FrameSample, sampled_where_it_moves, small
 from servosight.tracking.video import Film, Frame, Window, frame_at, windowed
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
@@ -77,6 +77,7 @@ class Footage:
         rows = [(frame.time_s, frame.missing) for frame in sample.watch(seen)]
         stamps_s = np.array([time_s for time_s, _ in rows])
         missing = tuple(count for _, count in rows)
+        sample = sampled_where_it_moves(sample, lambda: windowed(film.decoded(), window))
         stabilised = StabilisedSample.of(sample)
         if len(stabilised.pictures) < _LEAST_FRAMES:
             raise TrackRefused(
@@ -93,7 +94,8 @@ class Footage:
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
         no colour changes."""
-        cb, cr = FrameSample(_as_it_is), FrameSample(_as_it_is)
+        same = frozenset(self.sample.index)
+        cb, cr = (FrameSample(_as_it_is, only=same) for _ in range(2))
         for frame in windowed(self.film.decoded(coloured=True), self.window):
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
@@ -167,7 +169,7 @@ class Footage:
                 self._drawn([seen]),
             )
         first, last = self.stabilised.near
-        if last + 2 * self.sample.stride > self.film.header.count:  # its stride ends before
+        if last == self.sample.index[-1]:  # the frames after it are not sampled
             last = self.film.header.count
         fits = []
         for frame, fit in meter.measured(self._frames(), first, last):

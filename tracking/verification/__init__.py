@@ -1,5 +1,8 @@
 """Check of a track against the frames, by means that did not make it."""
 
+from servosight.tracking.verification._moving import (
+    sampled_where_it_moves as sampled_where_it_moves,
+)
 from servosight.tracking.verification._sample import FrameSample as FrameSample
 from servosight.tracking.verification._sample import at_scale as at_scale
 from servosight.tracking.verification._sample import small as small

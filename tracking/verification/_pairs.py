@@ -20,6 +20,7 @@ from servosight.tracking.verification._turning import PolarView
 _PAIRS = 24
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_CELLS = 30
+_LEAST_TURN_PX = 1.0
 _OTHER = 0.5  # times the turn: what is nearer is an angle that is too large or too small
 _NEARLY = 0.6
 
@@ -102,6 +103,8 @@ def pair_agreement(
     for one, other in pairs_apart(angle_rad):
         ends = float(angle_rad[one]), float(angle_rad[other])
         turn_rad = ends[1] - ends[0]
+        if abs(turn_rad) * view.radius_px[-1] < _LEAST_TURN_PX:
+            continue  # of a part at rest, what differs is noise
         first, second = view.of(frames[one]), view.of(frames[other])
         seen = turn_between(view, first, second, reached, step)
         if seen is None:

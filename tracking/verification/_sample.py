@@ -20,7 +20,7 @@ _SMOOTH_PX = 1.0
 @dataclass
 class FrameSample:
     """At most 96 and, in a long video, at least 48 of its frames, evenly spread, the first one
-    first.
+    first; or those whose numbers are in ``only``.
 
     ``prepare`` is applied to a frame's picture first. The longer side of a kept picture is at most
     480 px, ``scale`` its size over that of the video's. ``roll_rad`` are the camera's own turns,
@@ -33,6 +33,7 @@ class FrameSample:
     roll_rad: list[float] = field(default_factory=list)
     scale: float = 1.0
     stride: int = 1
+    only: frozenset[int] | None = None
 
     def watch(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The same frames in the same order; some of them are kept."""
@@ -42,13 +43,13 @@ class FrameSample:
 
     def add(self, frame: Frame) -> None:
         """The next frame, which is kept or not."""
-        if frame.index % self.stride:
+        if frame.index not in self.only if self.only is not None else frame.index % self.stride:
             return
         self.scale = min(1.0, _LONG_SIDE_PX / max(frame.image.shape))
         self.index.append(frame.index)
         self.pictures.append(small(self.prepare(frame.image), self.scale))
         self.roll_rad.append(frame.roll_rad)
-        if len(self.index) >= 2 * _COUNT:
+        if self.only is None and len(self.index) >= 2 * _COUNT:
             self.index, self.pictures = self.index[::2], self.pictures[::2]
             self.roll_rad = self.roll_rad[::2]
             self.stride *= 2

@@ -107,9 +107,13 @@ def _filmed(angle_rad: Array, roll_rad: Array) -> float:
 
 
 def _explained(scene: TurningScene) -> float:
-    """Of the half of the frames that differ most from the median frame."""
+    """Of the half of the frames that differ most from the median frame; of a part that rests
+    nearly always, of those in which it lies elsewhere."""
     model, still = scene.left_over()
-    telling = still >= np.median(still)
+    turned_px = np.abs(scene.angle_rad - np.median(scene.angle_rad)) * scene.view.radius_px[-1]
+    elsewhere = turned_px > _TURNED_PX
+    counted = elsewhere if elsewhere.any() else np.ones_like(elsewhere)
+    telling = counted & (still >= np.median(still[counted]))
     return float(np.median(1.0 - model[telling] / np.maximum(still[telling], 1e-9)))
 
 

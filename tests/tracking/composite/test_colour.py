@@ -108,9 +108,11 @@ def test_sigma_holds_the_errors_of_a_coarse_codec(
     """Truth: the drawn angles. Bound: 3 sigma in 95 % of the frames.
 
     An edge of colour stays where it was until it is off by half a pixel: 0.35 deg rms, of which the
-    residuals show 0.04. It would be refused, for its sigma is more than 0.25 deg.
+    residuals show 0.04. It is refused, for its sigma is more than 0.25 deg.
     """
     video = written(tmp_path / "coarse.mp4", planes_of(ANGLE_DEG), crf=20)
+    with pytest.raises(TrackRefused, match="is measured with a sigma of"):
+        composite(open_film(video, TrackOptions()), TrackOptions())
     monkeypatch.setattr(_footage, "distrust", lambda *_: None)
     found = composite(open_film(video, TrackOptions()), TrackOptions())
     error = found.angle_deg - ANGLE_DEG

@@ -119,3 +119,17 @@ def test_a_part_without_a_cell_is_found_nowhere() -> None:
     assert not raster.matted(pictures, angles).near.any()
     model = CompositeModel.on(raster)
     assert model.fits(pictures, angles) == [None] * 12
+
+
+def test_a_part_that_moves_in_a_tenth_of_the_frames_is_measured(
+    tmp_path: Path, write: Write
+) -> None:
+    """Truth: the drawn angles, one swing beside rest. Bounds: 3 sigma, and 0.5 deg."""
+    angle_deg = np.zeros(200)
+    angle_deg[:24] = 40.0 * np.sin(np.arange(24) * np.pi / 12.0)
+    found = tracked(tmp_path / "film.mkv", write, filmed(CROSS, 200.0, angle_deg))
+    moving = np.abs(np.gradient(angle_deg)) > 1.0
+    assert share_right(found, angle_deg) > 0.95
+    error = found.angle_deg - angle_deg
+    error -= np.median(error)
+    assert np.mean(np.abs(error[moving]) < 3.0 * found.sigma_deg[moving]) > 0.95

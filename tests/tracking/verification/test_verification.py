@@ -48,12 +48,12 @@ def pictures(angles_rad: Array, grey: float = 210.0, patch: float | None = None)
     return drawn
 
 
-def evidence(claimed_rad: Array) -> Evidence:
-    """Of a track that claims these angles for a bar that turns by ``ANGLES``."""
-    scene = TurningScene.of(pictures(ANGLES), claimed_rad, PIVOT, [BAR])
-    sigma = np.full(len(ANGLES), np.deg2rad(0.02))
-    still = np.zeros(len(ANGLES))
-    return evidence_of(scene, claimed_rad, sigma, np.ones(len(ANGLES), bool), still)
+def evidence(claimed_rad: Array, angle_rad: Array = ANGLES) -> Evidence:
+    """Of a track that claims these angles for a bar that turns by ``angle_rad``."""
+    scene = TurningScene.of(pictures(angle_rad), claimed_rad, PIVOT, [BAR])
+    sigma = np.full(len(angle_rad), np.deg2rad(0.02))
+    still = np.zeros(len(angle_rad))
+    return evidence_of(scene, claimed_rad, sigma, np.ones(len(angle_rad), bool), still)
 
 
 def test_the_true_angles_are_confirmed() -> None:
@@ -71,6 +71,23 @@ def test_other_angles_are_contradicted(claim: float) -> None:
     noise = 1e-4 * np.sin(np.arange(len(ANGLES)))
     found = evidence(claim * ANGLES + noise)
     assert contradiction(found, pointed=True) is not None
+
+
+@pytest.mark.parametrize("at_rest", [30, 60])
+def test_a_part_that_rests_nearly_always_is_confirmed(at_rest: int) -> None:
+    """One swing, then rest, in which hundredths of a degree are measured."""
+    noise = np.deg2rad(0.01) * np.random.default_rng(2).standard_normal(10 + at_rest)
+    angle = np.append(np.deg2rad(40.0 * np.sin(np.arange(10) / 3.0)), np.zeros(at_rest))
+    found = evidence(angle + noise, angle)
+    assert found.explained > 0.8
+    assert contradiction(found, pointed=False) is None
+
+
+@pytest.mark.parametrize("claim", [0.0, 0.6, -1.0])
+def test_other_angles_of_a_part_that_rests_nearly_always_are_contradicted(claim: float) -> None:
+    angle = np.append(np.deg2rad(40.0 * np.sin(np.arange(10) / 3.0)), np.zeros(40))
+    noise = 1e-4 * np.sin(np.arange(len(angle)))
+    assert contradiction(evidence(claim * angle + noise, angle), pointed=True) is not None
 
 
 def test_angles_that_are_too_small_disagree_with_pairs_of_frames() -> None:

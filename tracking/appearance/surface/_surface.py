@@ -79,6 +79,8 @@ class Surface:
 
     def area_px(self, columns: float) -> float:
         """Pixels that it covers in a picture, less the uncertain ones at ``columns`` of blur."""
+        if not self._areas_px.size:  # no cell lies inside: a part narrower than two columns
+            return 0.0
         return float(np.interp(columns, np.arange(self._areas_px.size), self._areas_px, right=0))
 
     def few_pixels(self, shape: tuple[int, ...]) -> Pixels:

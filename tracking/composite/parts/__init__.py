@@ -9,5 +9,6 @@ from servosight.tracking.composite.parts._part import Reference as Reference
 from servosight.tracking.composite.parts._part import TurningPart as TurningPart
 from servosight.tracking.composite.parts._part import diverse as diverse
 from servosight.tracking.composite.parts._part import learnt as learnt
+from servosight.tracking.composite.parts._part import pieces_of as pieces_of
 from servosight.tracking.composite.parts._part import pivot_scores as pivot_scores
 from servosight.tracking.composite.parts._part import references_of as references_of

@@ -7,7 +7,8 @@ plain bar does; from the best pivots on, part and background are learnt in turn.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,6 +20,8 @@ from servosight.tracking.verification import Gains, PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _REFERENCES = (0.5, 0.75, 0.95)  # quantiles of the change
+_PIECE_SHARE = 0.1  # of a reference's change
+_JOINED_PX = 3
 _ROUNDS = 4
 _OWN_SHARE = 0.5
 # Of the pictures: by fewer, as of a place that is hardly ever in view, anything seems to turn.
@@ -105,6 +108,27 @@ def references_of(pictures: Single, change: Change) -> list[Reference]:
     order = np.argsort(change.energy)
     numbers = [int(order[int(q * (len(order) - 1))]) for q in _REFERENCES]
     return [Reference(pictures[n], change.moved[n].astype(np.float32), n) for n in numbers]
+
+
+def pieces_of(references: Sequence[Reference], change: Change) -> list[Reference]:
+    """Each connected piece of what the references cover, as one of its own.
+
+    Of a text that is laid over the pictures, a shadow, or the place that a part has left, none
+    turns with the part, and a reference that covers them as well finds no turn. The references
+    themselves where no piece is large.
+    """
+    kernel = np.ones((_JOINED_PX, _JOINED_PX), np.uint8)
+    pieces = []
+    for one in references:
+        energy = one.cover * (one.picture - change.usual) ** 2
+        joined = cv2.dilate((one.cover > 0.5).astype(np.uint8), kernel)
+        count, labels = cv2.connectedComponents(joined)
+        share = ndimage.sum_labels(energy, labels, np.arange(1, count)) / max(energy.sum(), 1.0)
+        pieces += [
+            replace(one, cover=np.where(labels == label, one.cover, np.float32(0.0)))
+            for label in 1 + np.flatnonzero(share > _PIECE_SHARE)
+        ]
+    return pieces or list(references)
 
 
 def pivot_scores(

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite._hint import Hint, references_for
-from servosight.tracking.composite.parts import Change, diverse, pivot_scores
+from servosight.tracking.composite._hint import Hint
+from servosight.tracking.composite.parts import Change, Reference, diverse, pivot_scores
 
 _ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
 _STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
@@ -19,9 +20,16 @@ _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _TRIED, APART = 4, 0.06  # pivots, and their distance as a share of the longer side
 _FEWER, _FEWEST = 14, 8
 
+Referring = Callable[[Single, Change, Hint | None], list[Reference]]
 
-def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = None) -> list[Array]:
-    """The most promising pivots, the best first, in pictures ``onto_scale`` times as large."""
+
+def promising_pivots(
+    pictures: Single, onto_scale: float, hint: Hint | None, referring: Referring
+) -> list[Array]:
+    """The most promising pivots, the best first, in pictures ``onto_scale`` times as large.
+
+    ``referring`` says which parts of which pictures are turned.
+    """
     coarse, scale = scaled(pictures, _COARSE_PX)
     fewer = diverse(coarse, _FEWER)
     blurred = np.stack([_blurred(p) for p in coarse[fewer]])
@@ -41,12 +49,12 @@ def promising_pivots(pictures: Single, onto_scale: float, hint: Hint | None = No
     rough, half = scaled(blurred[diverse(blurred, _FEWEST)], _ROUGH_PX)  # nothing finer is left
     soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
     fewer_cells = Change.of(rough)
-    references = references_for(rough, fewer_cells, soft)
+    references = referring(rough, fewer_cells, soft)
     places = (grid + 0.5) * half - 0.5
     scores = pivot_scores(rough, fewer_cells, places, half * reach, references).max(1)
     best = _apart(grid, scores, _TRIED, APART * max(height, width))
     sharp = Change.of(coarse[fewer])
-    references = references_for(coarse[fewer], sharp, near)
+    references = referring(coarse[fewer], sharp, near)
     step = np.arange(-2, 3) * _FINE_PX
     around = np.array([(dx, dy) for dy in step for dx in step])
     fine = []

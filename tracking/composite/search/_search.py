@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.composite._hint import Hint, references_for
+from servosight.tracking.composite._hint import Hint, pieces_for, references_for
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.composite.model import cover_in, covers_in
 from servosight.tracking.composite.parts import (
@@ -25,7 +25,7 @@ from servosight.tracking.composite.search._centred import (
     parts_about,
     softly_corrected,
 )
-from servosight.tracking.composite.search._pivots import APART, promising_pivots, scaled
+from servosight.tracking.composite.search._pivots import APART, Referring, promising_pivots, scaled
 from servosight.tracking.core import known_median
 from servosight.tracking.verification import Gains
 
@@ -152,10 +152,14 @@ def found_about(
     seen = chosen_of(pictures, hint, content, inside)
     middle, scale = scaled(seen, _MIDDLE_PX)
     change = Change.of(middle)
-    references = references_for(middle, change, hint.scaled(scale) if hint is not None else None)
+    near = hint.scaled(scale) if hint is not None else None
     x, y = (pivot_px + 0.5) * scale - 0.5
     reach = FAR * max(middle.shape[1:])
-    part = learnt(middle, change, (float(x), float(y)), reach, references)
+    for referring in (references_for, pieces_for):
+        references = referring(middle, change, near)
+        part = learnt(middle, change, (float(x), float(y)), reach, references)
+        if part is not None and part.explained >= TRUST.least_measured:
+            break
     if part is None:
         return None
     better = _as_found(converged(middle, change, part, references), scale)
@@ -184,10 +188,17 @@ def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list
     near = hint.scaled(scale) if hint is not None else None
     references = references_for(middle, change, near)
     given = near.pivot_px if near is not None else None
-    starts = [given] if given is not None else promising_pivots(pictures, scale, hint)
+
+    def starts_by(referring: Referring) -> list[Array]:
+        return [given] if given is not None else promising_pivots(pictures, scale, hint, referring)
+
+    starts = starts_by(references_for)
     rough = parts_about(middle, change, starts, references)
     if all(part.explained < TRUST.least_measured for part in rough):
         rough += parts_about(middle, change, softly_corrected(middle, starts, near), references)
+    if all(part.explained < TRUST.least_measured for part in rough):
+        references = pieces_for(middle, change, near)
+        rough += parts_about(middle, change, starts_by(pieces_for), references)
     found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
         far_off = part.explained < _RIVAL * found[0].explained if found else False
