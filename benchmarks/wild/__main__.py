@@ -69,7 +69,7 @@ def summary(done: list[Outcome]) -> str:
     counts = Counter(one.outcome for one in done)
     sigmas = [one.sigmas for one in done if np.isfinite(one.sigmas)]
     rms = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else float("nan")
-    words = ", ".join(f"{counts[name]} {name}" for name in ("right", "refused", "wrong"))
+    words = ", ".join(f"{counts[name]} {name}" for name in ("right", "refused", "noted", "wrong"))
     return f"{len(done)} clips: {words}; error over sigma {rms:.2f} rms"
 
 

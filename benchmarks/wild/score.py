@@ -1,4 +1,8 @@
-"""The outcome of tracking a clip: right, refused (also where most frames are) or wrong."""
+"""The outcome of tracking a clip: right, refused (also where most frames are), noted or wrong.
+
+Noted is a track that is right frame by frame and within its sigma, but beyond the limit by times
+of which it says in a note that they may be so wrong.
+"""
 
 from __future__ import annotations
 
@@ -117,13 +121,18 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
     angle_deg, sigma_deg = found.angle_deg[used], found.sigma_deg[used]
     share = float(used.sum() / max(truth.usable.sum(), 1))
     away = np.abs(_relative(angle_deg - truth.at_deg(found.time_s[used])))
+    framed = np.abs(_relative(angle_deg - truth.angle_deg[used]))
     score = away / sigma_deg
-    good = truth.part.turns and np.mean((away <= LARGEST_DEG) & (score <= MOST_SIGMAS)) >= _WITHIN
+    sure = score <= MOST_SIGMAS
+    good = truth.part.turns and np.mean((away <= LARGEST_DEG) & sure) >= _WITHIN
+    said = any("all times may be off" in note for note in found.notes)
+    noted = said and truth.part.turns and np.mean((framed <= LARGEST_DEG) & sure) >= _WITHIN
+    beyond = "noted" if noted else "wrong"
     return Outcome(
         number=number,
-        outcome=("right" if share >= _LEAST_SHARE else "refused") if good else "wrong",
+        outcome=("right" if share >= _LEAST_SHARE else "refused") if good else beyond,
         error_deg=_rms(away),
-        by_frame_deg=_rms(_relative(angle_deg - truth.angle_deg[used])),
+        by_frame_deg=_rms(framed),
         sigmas=_rms(score),
         share=share,
         pivot_px=_away_px(found, seen, truth),

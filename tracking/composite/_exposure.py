@@ -35,6 +35,7 @@ _TURNS = np.linspace(0.0, 1.0, 9)  # of that of the fast pictures in the longest
 _CELLS = 3000  # are enough
 _WEIGHED = 3  # times
 _LEAST_SQUARE = 1.0  # grey levels squared
+_GAMMA, _WHITE = 2.2, 255.0  # of cameras as people film with
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,15 @@ def _left(model: CompositeModel, picture: Single, angle_rad: float) -> float:
     return float(weighted_mean(model.squares(picture, angle_rad)[None], model.radius_px)[0])
 
 
+def as_light(grey: Single) -> Single:
+    """Grey levels as the light that makes them: an exposure adds light, not grey levels.
+
+    >>> as_light(np.array([0.0, 127.5, 255.0], np.float32)).round(1).tolist()
+    [0.0, 55.5, 255.0]
+    """
+    return np.asarray(_WHITE * np.clip(grey / _WHITE, 0.0, 1.0) ** _GAMMA, np.float32)
+
+
 def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: float) -> Shutters:
     """The exposure from the sampled pictures, and angle and speed [rad/s] of the frames (frames,).
 
@@ -158,6 +168,10 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     if len(pictures) < _LEAST_SLOW + LEAST:
         return unknown_shutters(frame_s)
     angle_rad, speed = angle_rad[index], speed[index]
+    behind = meter.model.behind
+    if meter.stabilised.channel.luma:  # a bright part blurred over a dark background looks wider
+        pictures, behind = as_light(pictures), as_light(behind)
+    meter = replace(meter, model=replace(meter.model, behind=behind))
     model = BlurModel.of(meter, pictures, angle_rad, speed, frame_s)
     fast = np.argsort(-np.abs(speed))[:_MOST_FAST]
     fast = fast[faster(speed[fast], model.own_speed)]

@@ -17,7 +17,7 @@ from servosight.tracking.fit._follow import AngleEstimator, TrackedFrame
 
 _FRAMES = 12
 _AWAY_PX = 1.0  # at the part's tip: by so much and more an extrapolated angle is off
-_FAR_OFF = 5.0  # times the median: a hand before the part
+_FAR_OFF, _USUAL = 5.0, 0.75  # times that quantile: a hand before the part
 
 
 @dataclass
@@ -56,8 +56,11 @@ class StartCheck:
 
 def _of_start(apart_rad: Array) -> float:
     """The rms of differences (n,) between fits of the same picture; a few that are far off, as of a
-    frame in which a hand hides the part, count as five times the median."""
+    frame in which a hand hides the part, count as five times the upper quartile.
+
+    Not the median: where the gate hides the part's edges, fits of some pictures have one optimum
+    and those of others many."""
     if apart_rad.size == 0:
         return 0.0
     away = np.abs(apart_rad)
-    return float(np.sqrt(np.mean(np.minimum(away, _FAR_OFF * np.median(away)) ** 2)))
+    return float(np.sqrt(np.mean(np.minimum(away, _FAR_OFF * np.quantile(away, _USUAL)) ** 2)))

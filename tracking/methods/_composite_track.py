@@ -17,6 +17,7 @@ from servosight.tracking.core import (
     Track,
     TrackOptions,
     TrackRefused,
+    local_motion,
 )
 from servosight.tracking.uncertainty import even_scatter, gaps
 from servosight.tracking.video import Film
@@ -28,6 +29,7 @@ _ALIGNMENT_PX = 0.1
 _PIVOT_SIGMAS = 2.0  # the pivot's sigma counts twice: its errors were up to that and more
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
+_BESIDE = 2  # frames
 _FAR_OFF = 5.0  # times the median: a hand before one side
 
 
@@ -87,7 +89,7 @@ def at_mid_exposure(
     if shutters is None and film.table_time_s is None:
         angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
         turned_rad = np.deg2rad(np.where(track.found, track.angle_deg, np.nan))
-        speed = np.gradient(turned_rad, track.time_s)
+        speed = speeds(turned_rad, track.time_s)
         frame_s = float(np.median(np.diff(track.time_s)))
         shutters = find_exposure(meter, angle, speed, frame_s)
     if shutters is None:
@@ -98,6 +100,21 @@ def at_mid_exposure(
         notes=(*((shutters.note,) if shutters.note else ()), *track.notes),
         shutters=shutters,
     )
+
+
+def speeds(angle_rad: Array, time_s: Array) -> Array:
+    """Speed [rad/s] at angles (frames,) that have one on either side, by those of two frames on
+    either side; NaN at others.
+
+    >>> time_s = np.arange(7) / 10.0
+    >>> bool(np.allclose(speeds(time_s**2, time_s), 2.0 * time_s))
+    True
+    """
+    found = np.gradient(angle_rad, time_s)
+    for n in np.flatnonzero(np.isfinite(found)).tolist():
+        near = slice(max(n - _BESIDE, 0), n + _BESIDE + 1)
+        found[n] = local_motion(time_s[near], angle_rad[near], n - near.start)[0]
+    return found
 
 
 def first_rad(fits: Sequence[PoseFit | None]) -> float:

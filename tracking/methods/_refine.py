@@ -10,10 +10,10 @@ from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
 from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
-from servosight.tracking.composite import uncertain
+from servosight.tracking.composite import TRUST, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import composite
-from servosight.tracking.methods._delayed import with_delay
+from servosight.tracking.methods._delayed import late_deg, with_delay
 from servosight.tracking.methods._frames import (
     MovingPart,
     TrackedPart,
@@ -22,12 +22,15 @@ from servosight.tracking.methods._frames import (
 )
 from servosight.tracking.video import Film
 
+_LEAST_FRAMES, _ALIKE = 8, 0.98
+
 
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """Fit the angle to all pixels of the moving part, its outline and shadow included.
 
     Exposure and readout are found from the video where they are not given. Where no track is found
-    so that the frames confirm, or one whose angles are too uncertain, ``composite`` is tried.
+    so that the frames confirm, or one whose angles or times are too uncertain, ``composite`` is
+    tried.
     """
     if options.pick > 1:  # the candidates are those of ``composite``
         check_hints(film.path, options, film.images[0].shape)
@@ -45,9 +48,12 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
             raise TrackRefused(str(refused), again.picture) from again
     track = part.track
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
-    if why is None or not _may_be_composite(options):
-        return with_delay(part.along_axis())
-    return _surer(part, why, film, options, progress)
+    if why is not None and _may_be_composite(options):
+        return _surer(part, why, film, options, progress)
+    measured = with_delay(part.along_axis())
+    if late_deg(measured) <= TRUST.largest_sigma_deg or not _may_be_composite(options):
+        return measured
+    return _better_timed(measured, film, options, progress)
 
 
 def _surer(
@@ -67,6 +73,31 @@ def _surer(
             f"more light, {POINT}."
         )
         raise TrackRefused(sentence, again.picture, measured=True) from again
+
+
+def _better_timed(
+    measured: Track, film: Film, options: TrackOptions, progress: FrameProgress | None
+) -> Track:
+    """The track of ``composite`` in place of one whose times are uncertain, if in most frames its
+    angles are the surer ones: the edges of a plain part show its blur, its interior does not."""
+    try:
+        other = composite(film, options, progress)
+    except TrackRefused:
+        return measured
+    return min(measured, other, key=_usual_deg) if _alike(measured, other) else measured
+
+
+def _alike(one: Track, other: Track) -> bool:
+    """Whether two tracks are of the same part: it turns alike."""
+    both = one.found & other.found
+    if np.count_nonzero(both) < _LEAST_FRAMES:
+        return False
+    return bool(np.corrcoef(one.angle_deg[both], other.angle_deg[both])[0, 1] > _ALIKE)
+
+
+def _usual_deg(track: Track) -> float:
+    """The rms sigma [deg] of its angles, with what all share."""
+    return float(np.sqrt(np.mean(track.sigma_deg[track.found] ** 2)))
 
 
 def _may_be_composite(options: TrackOptions) -> bool:

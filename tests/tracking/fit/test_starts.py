@@ -73,6 +73,12 @@ def test_without_any_fit_nothing_is_known() -> None:
 
 
 def test_a_few_frames_that_are_far_off_do_not_decide() -> None:
-    """One of twenty-four beside a hand, 3 rad off, counts as five times the median, 0.05 rad."""
+    """One of twenty-four beside a hand, 3 rad off, counts as five times the quartile, 0.05 rad."""
     check = StartCheck(Optima(0.5), RADIUS_PX, FRAMES, [0.01, -0.01] * 12 + [3.0])
     assert check.sigma_rad == pytest.approx(np.sqrt((24 * 0.01**2 + 0.05**2) / 25))
+
+
+def test_pictures_with_many_optima_count_beside_such_with_one() -> None:
+    """Nine of twenty-one starts led 0.01 rad away, the others back to the angle itself."""
+    check = StartCheck(Optima(0.5), RADIUS_PX, FRAMES, [0.01] * 9 + [0.0] * 12)
+    assert check.sigma_rad == pytest.approx(0.01 * np.sqrt(9 / 21))

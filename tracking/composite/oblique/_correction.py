@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from servosight.tracking.verification import PolarView
 
 _ROUNDS, _ENOUGH_RAD = 9, np.deg2rad(0.005)
 _LEAST_PICTURES = 12
+_SLOWEST = 0.95  # of a round's change, the next one
 # By how many sigma of the mean the logarithm of the residuals' square must be smaller in the plane,
 # and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
 _SURE, _LEAST_SMALLER = 3.0, 0.04
@@ -144,6 +146,7 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     shown = np.isfinite(best.angle_rad)
     change = best.angle_rad[shown] - angle_rad[shown]
     sigma = float(np.sqrt(np.mean(best.estimate.sigma_rad**2)))
+    sigma = float(np.hypot(sigma, ahead_rad([one.angle_rad for one in rounds])))
     share = sigma / max(_spread(change), 1e-12)
     found = _gain(rounds[0], best) > _SURE and _smaller_by(rounds[0], best) > _LEAST_SMALLER
     found &= share < (_KNOWN if _filled(angle_rad) > _LEAST_SIXTHS else _SHARP)
@@ -158,6 +161,19 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
         True, best.estimate.tilt_rad, solved, sigma,
         shifting_rad(best.model, best.pictures, best.fits), mapped(matrix, best.pivot_px[None])[0],
     )  # fmt: skip
+
+
+def ahead_rad(angles_rad: Sequence[Array]) -> float:
+    """By how much further rounds would change the angles (n,) of rounds [rad], rms.
+
+    Changes go on as the last two did. Of a part that rests at two angles they hardly decrease from
+    round to round, since two angles hardly tell a tilt; sigma, of one round, does not show it.
+    """
+    changes = [_spread(after - before) for before, after in pairwise(angles_rad)]
+    if len(changes) < 2 or changes[-1] < _ENOUGH_RAD:
+        return changes[-1]
+    ratio = min(changes[-1] / max(changes[-2], 1e-12), _SLOWEST)
+    return float(changes[-1] * ratio / (1.0 - ratio))
 
 
 def _left(model: CompositeModel, picture: Single, fit: PoseFit) -> float:

@@ -111,8 +111,13 @@ def _ways(pictures: Single, hint: Hint | None, content: Mask | None) -> tuple[bo
 def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
     """The parts in chosen pictures. Without a hint, a second search follows where the best part
     does not pass, if enough changes there: a smaller part with less contrast is some hundredths of
-    the squared change. Its pivot is to be in the picture: about one far away anything turns."""
+    the squared change. Its pivot is to be in the picture: about one far away anything turns.
+
+    What a place on the part shows alone turns about many pivots, as a piece of a straight edge
+    does: so parts of all that changes are added, if they lie at that place."""
     found = _parts(seen, hint)
+    if hint is not None and hint.region is not None and hint.pivot_px is None:
+        found += _parts(seen, hint, whole=True)
     if found and hint is None:
         beside = _swept(seen.shape[1:], found[0])
         away = np.where(beside, known_median(seen), seen)
@@ -179,25 +184,29 @@ def _as_found(part: TurningPart, scale: float) -> FoundPart:
     return FoundPart((float(x), float(y)), scale, part, part.explained)
 
 
-def _parts(pictures: Single, hint: Hint | None, refined: int = _REFINED) -> list[FoundPart]:
-    """The parts that turn in chosen pictures; the pivots of the best ``refined`` are corrected."""
+def _parts(
+    pictures: Single, hint: Hint | None, refined: int = _REFINED, whole: bool = False
+) -> list[FoundPart]:
+    """The parts that turn in chosen pictures; the pivots of the best ``refined`` are corrected.
+    Of what the hint points at, or if ``whole`` of all that changes: the hint then only chooses."""
     middle, scale = scaled(pictures, _MIDDLE_PX)
     change = Change.of(middle)
     if not change.moved.any():
         return []
     near = hint.scaled(scale) if hint is not None else None
-    references = references_for(middle, change, near)
+    start, at = (None, None) if whole else (hint, near)
+    references = references_for(middle, change, at)
     given = near.pivot_px if near is not None else None
 
     def starts_by(referring: Referring) -> list[Array]:
-        return [given] if given is not None else promising_pivots(pictures, scale, hint, referring)
+        return [given] if given is not None else promising_pivots(pictures, scale, start, referring)
 
     starts = starts_by(references_for)
     rough = parts_about(middle, change, starts, references)
     if all(part.explained < TRUST.least_measured for part in rough):
-        rough += parts_about(middle, change, softly_corrected(middle, starts, near), references)
+        rough += parts_about(middle, change, softly_corrected(middle, starts, at), references)
     if all(part.explained < TRUST.least_measured for part in rough):
-        references = pieces_for(middle, change, near)
+        references = pieces_for(middle, change, at)
         rough += parts_about(middle, change, starts_by(pieces_for), references)
     found: list[FoundPart] = []
     for rank, part in enumerate(sorted(rough, key=lambda one: -one.explained)[:_REFINED]):
