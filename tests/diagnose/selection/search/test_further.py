@@ -10,7 +10,7 @@ from support.invented_models import CRITERION, InventedModels, steps_of, visited
 from servosight.diagnose.selection import SearchEffort
 from servosight.diagnose.selection.search import with_further
 
-ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9}
+ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9, "e": 9.0}
 SPENT = SearchEffort(cost=1.0)
 """A search that has spent what it may with its first fit."""
 
@@ -29,9 +29,15 @@ def generous(further: float) -> SearchEffort:
 
 
 def test_effects_are_added_until_the_floor_is_reached() -> None:
-    found, added = answers(InventedModels(ERRORS), effort=generous(100.0))
+    models = InventedModels(ERRORS)
+    found, added = answers(models, effort=generous(100.0))
     assert added == ["c", "d"]
     assert CRITERION.done(found[-1].trial.score)
+    assert not any(one.startswith("sketch abcd") for one in models.done)
+
+
+def test_an_effect_is_added_to_a_single_one() -> None:
+    assert answers(InventedModels(ERRORS), "a", generous(100.0))[1] == ["b", "c", "d"]
 
 
 def test_nothing_is_added_where_the_search_came_to_its_end() -> None:
@@ -59,14 +65,14 @@ def test_a_model_that_explains_the_data_with_the_validation_samples_stays() -> N
 
 
 def test_an_effect_is_added_only_if_it_is_accepted() -> None:
-    # 0.95 of 1.0 deg is a tenth of the squared error above the floor; 35 % are asked for.
-    models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.95, "d": 9.0})
+    # 0.85 of 1.0 deg is cheaper, and 28 % of the squared error above the floor; 35 % are asked for.
+    models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.85, "d": 9.0})
     assert answers(models, effort=generous(100.0))[1] == []
 
 
-def test_no_effect_at_a_bound_is_added() -> None:
-    models = InventedModels(ERRORS, at_bounds=["c"])
-    assert "c" not in answers(models, effort=generous(100.0))[1]
+def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
+    models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.2, "abd": 0.3}, at_bounds=["c"])
+    assert answers(models, effort=generous(100.0))[1] == ["d"]
 
 
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
