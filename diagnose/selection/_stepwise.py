@@ -20,6 +20,7 @@ from servosight.diagnose.selection.search import (
     fitted_jointly,
     searched_widely,
     simplified,
+    with_further,
     with_own_gain,
     with_weight,
 )
@@ -87,13 +88,13 @@ class StepwiseSelector:
             return steps
         if self.criterion.hopeless(first.singles[0].score):
             return self._searched_widely(steps)
-        visited = Visited(self.models, self.criterion)
-        return fitted_jointly(steps, visited, self.effort, self._show)
+        return fitted_jointly(steps, Visited(self.models, self.criterion), self.effort, self._show)
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
         visited = Visited(self.models, self.criterion)
         steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
+        steps = with_further(steps, visited, self.effort, self._settled)
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
@@ -114,8 +115,7 @@ class StepwiseSelector:
         open_ = self.criterion.wants_search(last.score)
         if not open_ or self.models.explained_whole(last, self.criterion):
             return steps
-        visited = Visited(self.models, self.criterion)
-        return searched_widely(steps, visited, self.effort, self._show)
+        return searched_widely(steps, Visited(self.models, self.criterion), self.effort, self._show)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""

@@ -20,7 +20,8 @@ from servosight.identify.uncertainty import (
     Matrix,
     by_recording,
     determined_inverse,
-    weighted_normal,
+    misfit_share,
+    sampling_covariance,
 )
 from servosight.models.core import (
     Array,
@@ -80,7 +81,7 @@ def identify_fmu(
             held=held,
         )
         end = descent(search)
-    covariance = _covariance(search, end)
+    covariance = _covariance(search, end, noise)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
     rmse_deg = float(np.sqrt(np.mean(end.residuals**2)))
@@ -144,23 +145,23 @@ def _chosen(
     return chosen
 
 
-def _covariance(search: Search, end: End) -> Array:
-    """The sandwich with autocorrelated residuals, NaN where undetermined or on a bound."""
+def _covariance(search: Search, end: End, noise_deg: float) -> Array:
+    """That of what differs from sample to sample, NaN where undetermined or on a bound."""
     low, high, _ = search.bounds()
     free = (end.point > low) & (end.point < high)
     inverse = determined_inverse(end.jacobian, free)
     known = np.isfinite(np.diag(inverse))
     every = [np.ones(run.recording.time_s.size, dtype=np.bool_) for run in search.runs]
-    parts = by_recording(every, end.jacobian[:, known], end.residuals)
-    meat = sum(
-        (weighted_normal(*one) for one in zip(*parts, every, strict=True)),
-        np.zeros((int(known.sum()), int(known.sum()))),
-    )
-    samples = end.residuals.size
-    meat = meat * (samples / max(samples - int(free.sum()), 1))
     found = np.full(inverse.shape, np.nan)
-    part_inverse = inverse[np.ix_(known, known)]
-    found[np.ix_(known, known)] = part_inverse @ meat @ part_inverse
+    found[np.ix_(known, known)] = sampling_covariance(
+        *by_recording(every, end.jacobian[:, known], end.residuals),
+        every,
+        [run.recording.time_s for run in search.runs],
+        inverse[np.ix_(known, known)],
+        np.flatnonzero(known) < len(search.shared),
+        misfit_share(float(np.mean(end.residuals**2)), noise_deg),
+        int(free.sum()),
+    )
     return found
 
 

@@ -6,4 +6,6 @@ from servosight.identify.uncertainty._correlation import weighted_normal as weig
 from servosight.identify.uncertainty._matrix import Matrix as Matrix
 from servosight.identify.uncertainty._matrix import determined_inverse as determined_inverse
 from servosight.identify.uncertainty._matrix import inverse_within as inverse_within
+from servosight.identify.uncertainty._sampling import misfit_share as misfit_share
+from servosight.identify.uncertainty._sampling import sampling_covariance as sampling_covariance
 from servosight.identify.uncertainty._uncertainty import Uncertainty as Uncertainty

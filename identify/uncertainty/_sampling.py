@@ -22,6 +22,23 @@ from servosight.models.core import Array, Mask
 
 _WHOLE = 0.25
 """A scatter of blocks beyond chance by this share is all the model's own error."""
+_NOISY = 1.1
+"""Residuals above the noise by no more than this factor are taken for noise."""
+
+
+def misfit_share(mean_square_deg2: float, noise_deg: float) -> float:
+    """Share of the mean squared residual that the noise of the measurement does not account for.
+
+    0 where it is within 10 % of the noise, which is not known to more.
+
+    >>> misfit_share(0.01, 0.1)
+    0.0
+    >>> round(misfit_share(0.0484, 0.1), 2)
+    0.75
+    """
+    if mean_square_deg2 <= 0.0:
+        return 0.0
+    return max(1.0 - (_NOISY * noise_deg) ** 2 / mean_square_deg2, 0.0)
 
 
 def sampling_covariance(

@@ -14,13 +14,11 @@ from servosight.identify.uncertainty._clock import like_a_shift, of_clocks, offs
 from servosight.identify.uncertainty._correlation import by_recording
 from servosight.identify.uncertainty._matrix import Matrix, inverse_within
 from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
-from servosight.identify.uncertainty._sampling import sampling_covariance
+from servosight.identify.uncertainty._sampling import misfit_share, sampling_covariance
 from servosight.models.core import Array, Estimate
 
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
-_NOISY = 1.1
-"""Residuals above the noise by no more than this factor are taken for noise."""
 _VAGUE = 10.0
 """A sigma of so many times the value is not reported."""
 _ROUNDING_DEG2 = 1e-24
@@ -98,16 +96,12 @@ class Uncertainty:
 
     @cached_property
     def misfit(self) -> float:
-        """Share of the squared residuals that the noise of the measurement does not account for.
-
-        0 where they are within 10 % of the noise, which is not known to more.
-        """
+        """Share of the squared residuals that the noise does not account for."""
         problem = self.problem
         parts = zip(problem.sample_noises_deg, problem.weights, problem.masks, strict=True)
         noise = np.concatenate([(weight * sigma)[mask] for sigma, weight, mask in parts])
-        most = (_NOISY * float(np.sqrt(np.mean(noise**2)))) ** 2
         mean_square = 2.0 * self.cost / max(noise.size, 1)
-        return max(1.0 - most / mean_square, 0.0) if mean_square > 0.0 else 0.0
+        return misfit_share(mean_square, float(np.sqrt(np.mean(noise**2))))
 
     @cached_property
     def _offsets(self) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from servosight.diagnose.selection.search._backward import BackwardSearch as BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch as BeamSearch
+from servosight.diagnose.selection.search._further import with_further as with_further
 from servosight.diagnose.selection.search._preferred import (
     fewest_assumptions as fewest_assumptions,
 )

@@ -1,0 +1,64 @@
+"""One effect more at a time behind the answer of a search that was cut short.
+
+What a search may cost can end before the last effect is there that its answer needs: the errors are
+still far above the floor then, and each further effect takes off most of them. That costs little
+beside the search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
+from servosight.diagnose.selection.search._visited import Visited
+from servosight.diagnose.selection.trials import Trial
+
+
+def with_further(
+    steps: Sequence[Step],
+    visited: Visited,
+    effort: SearchEffort,
+    settled: Callable[[Trial], Iterable[Step]],
+) -> list[Step]:
+    """The steps, and further ones as long as an effect more is accepted and lowers the price.
+
+    None where the search came to its end, or where the last model explains the data. They may cost
+    the share ``further_share`` of what a search may. ``settled`` are steps to a model's special
+    cases, before and after.
+    """
+    models, criterion = visited.models, visited.criterion
+    if not effort.is_spent(models):
+        return list(steps)
+    found = [*steps, *settled(steps[-1].trial)]
+    most = models.work.cost + effort.further_share * effort.most(models)
+    while models.work.cost < most and _wants_more(found[-1].trial, visited):
+        base = found[-1].trial
+        best = min(_larger(base, visited, effort), key=visited.price, default=base)
+        cheaper = visited.price(best) < visited.price(base)
+        if not cheaper or not criterion.earns(best.score, base.score, len(models.candidates(base))):
+            break
+        found.append(step_to(best, base))
+    return [*found, *settled(found[-1].trial)]
+
+
+def _wants_more(trial: Trial, visited: Visited) -> bool:
+    """True where a model has effects, and more of them could explain what it does not."""
+    criterion = visited.criterion
+    able = 0 < len(trial.effects) < criterion.policy.max_steps and not criterion.done(trial.score)
+    return able and not visited.models.explained_whole(trial, criterion)
+
+
+def _larger(base: Trial, visited: Visited, effort: SearchEffort) -> list[Trial]:
+    """``base`` with each of the effects whose sketches lead, none at a bound.
+
+    One that would take the place of an effect that is there is none more.
+    """
+    models, screen = visited.models, visited.models.screen(base)
+    there = set(base.effects)
+    names = screen.best(len(screen.names))
+    new = [name for name in names if there.isdisjoint(models.catalogue[name].contains)]
+    sketches = [(models.sketched(base, name), name) for name in new[: effort.fitted]]
+    sketches.sort(key=lambda pair: pair[0].fit.outcome.cost)
+    leading = sketches[: effort.leaders]
+    larger = [models.finished(models.extended(base, name, sketch)) for sketch, name in leading]
+    return [one for one in larger if not visited.at_bound(one)]

@@ -1,0 +1,80 @@
+"""Effects that the answer of a search that was cut short still lacks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from support.invented_models import CRITERION, InventedModels, steps_of, visited
+
+from servosight.diagnose.selection import SearchEffort
+from servosight.diagnose.selection.search import with_further
+
+ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9, "e": 9.0}
+SPENT = SearchEffort(cost=1.0)
+"""A search that has spent what it may with its first fit."""
+
+
+def answers(
+    models: InventedModels, begun: str = "ab", effort: SearchEffort = SPENT
+) -> tuple[list[Any], list[str | None]]:
+    """The steps from the linear model and ``begun`` on, and what each adds."""
+    steps = steps_of(models.first(), models.fitted(tuple(begun), "fit"))
+    found = with_further(steps, visited(models), effort, lambda trial: ())
+    return found, [step.added for step in found[2:]]
+
+
+def generous(further: float) -> SearchEffort:
+    return SearchEffort(cost=1.0, further_share=further)
+
+
+def test_effects_are_added_until_the_floor_is_reached() -> None:
+    models = InventedModels(ERRORS)
+    found, added = answers(models, effort=generous(100.0))
+    assert added == ["c", "d"]
+    assert CRITERION.done(found[-1].trial.score)
+    assert not any(one.startswith("sketch abcd") for one in models.done)
+
+
+def test_an_effect_is_added_to_a_single_one() -> None:
+    assert answers(InventedModels(ERRORS), "a", generous(100.0))[1] == ["b", "c", "d"]
+
+
+def test_nothing_is_added_where_the_search_came_to_its_end() -> None:
+    models = InventedModels(ERRORS)
+    _, added = answers(models, effort=SearchEffort(cost=100.0))
+    assert added == []
+    assert not any("sketch" in one for one in models.done)
+
+
+def test_what_it_costs_is_bounded() -> None:
+    # The first effect costs three fits, one for each of three leading sketches or fewer.
+    _, added = answers(InventedModels(ERRORS), effort=generous(1.0))
+    assert added == ["c"]
+
+
+@pytest.mark.parametrize("begun", ["", "abcd"], ids=["no effects", "at the floor"])
+def test_a_model_without_effects_or_at_the_floor_stays(begun: str) -> None:
+    _, added = answers(InventedModels(ERRORS), begun, generous(100.0))
+    assert added == []
+
+
+def test_a_model_that_explains_the_data_with_the_validation_samples_stays() -> None:
+    models = InventedModels(ERRORS, explained_with_validation=["ab"])
+    assert answers(models, effort=generous(100.0))[1] == []
+
+
+def test_an_effect_is_added_only_if_it_is_accepted() -> None:
+    # 0.85 of 1.0 deg is cheaper, and 28 % of the squared error above the floor; 35 % are asked for.
+    models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.85, "d": 9.0})
+    assert answers(models, effort=generous(100.0))[1] == []
+
+
+def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
+    models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.2, "abd": 0.3}, at_bounds=["c"])
+    assert answers(models, effort=generous(100.0))[1] == ["d"]
+
+
+def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
+    models = InventedModels({"": 9.0, "ab": 1.0, "ac": 0.3, "c": 9.0}, contains={"c": "b"})
+    assert answers(models, effort=generous(100.0))[1] == []
