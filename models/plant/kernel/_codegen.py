@@ -27,7 +27,6 @@ from servosight.models.effects import Effect, parsed
 from servosight.models.plant.kernel import _integrator as integrator
 from servosight.models.plant.kernel import _linear_core as linear_core
 from servosight.models.plant.kernel import _piece as piece
-from servosight.models.plant.kernel import _roots as roots
 from servosight.models.plant.kernel import _steps as steps
 from servosight.models.plant.kernel._calls import Slots, symbol
 from servosight.models.plant.kernel._layout import Layout
@@ -73,8 +72,7 @@ def kernel_source(effects: Iterable[Effect]) -> str:
     for effect in layout.effects:
         for role, function in effect.hooks.items():
             parts.append(_printed(function, symbol(effect, role)))
-    parts += [_body(module.__file__) for module in (roots, linear_core)]
-    parts += [_dispatchers(layout)]
+    parts += [_body(linear_core.__file__), _dispatchers(layout)]
     parts += [_body(module.__file__) for module in (steps, piece, integrator)]
     return "\n\n".join(parts)
 

@@ -13,8 +13,6 @@ import math
 
 from numba import njit
 
-from servosight.models.plant.kernel._roots import FINEST, place_between
-
 STEP_SHARE = 0.2  # default step as a share of the time constant T
 _SHORTEST_S = 2e-4
 _LONGEST_S = 5e-3
@@ -143,15 +141,12 @@ def cubic(tau, h, v0, a0, v1, a1):  # type: ignore[no-untyped-def]
 @njit
 def cubic_root(h, v0, a0, v1, a1):  # type: ignore[no-untyped-def]
     """First crossing of zero of :func:`cubic`, given that the ends differ in sign [s]."""
+    low, high = 0.0, h
     sign = v0 if v0 != 0.0 else -v1
-    low, high, reach, least = 0.0, h, h, FINEST * h
-    at_low, at_high = sign * v0, sign * v1
-    while high - low > 1.5 * least:
-        tau = place_between(low, high, at_low, at_high, h, least, reach)
-        reach *= 0.5
-        value = sign * cubic(tau, h, v0, a0, v1, a1)
-        if value > 0.0:
-            low, at_low = tau, value
+    for _ in range(48):
+        middle = 0.5 * (low + high)
+        if sign * cubic(middle, h, v0, a0, v1, a1) > 0.0:
+            low = middle
         else:
-            high, at_high = tau, value
+            high = middle
     return high

@@ -7,7 +7,6 @@ from __future__ import annotations
 from numba import njit
 
 from servosight.models.plant.kernel._linear_core import core_update, cubic, doubled, quintic
-from servosight.models.plant.kernel._roots import FINEST, place_between
 from servosight.models.plant.kernel._terms import (
     N_SWITCHES,
     add_scaled,
@@ -19,7 +18,6 @@ from servosight.models.plant.kernel._terms import (
 
 SLIDING_FREE = 2  # no friction at all; else -1, +1 for the direction of sliding and 0 for stuck
 TINY = 1e-12
-_AT_KINK = 2.0**-40  # of a step: so far behind a kink rounding does not see it ahead
 
 
 @njit
@@ -128,20 +126,20 @@ def rest_in_place(p, on, theta, z, h, force, slope):
 @njit
 def break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
     """When in (0, h] the torque first exceeds what friction holds; h where it does not [s]."""
-    at_high = -friction_excess(p, on, theta, z1, force + h * slope)[0]
-    if at_high >= 0.0:
+    if friction_excess(p, on, theta, z1, force + h * slope)[0] <= 0.0:
         return h
-    at_low = -friction_excess(p, on, theta, z, force)[0]
-    low, high, reach, least = 0.0, h, h, FINEST * h
-    while high - low > 1.5 * least:
-        tau = place_between(low, high, at_low, at_high, h, least, reach)
-        reach *= 0.5
-        inner = between_states(tau, h, z, r0, z1, r1)
-        value = -friction_excess(p, on, theta, inner, force + tau * slope)[0]
-        if value >= 0.0:
-            low, at_low = tau, value
+    low, high = 0.0, h
+    for _ in range(48):
+        tau = 0.5 * (low + high)
+        if (
+            friction_excess(
+                p, on, theta, between_states(tau, h, z, r0, z1, r1), force + tau * slope
+            )[0]
+            > 0
+        ):
+            high = tau
         else:
-            high, at_high = tau, value
+            low = tau
     return high
 
 
@@ -149,14 +147,6 @@ def break_away(p, on, theta, z, z1, r0, r1, h, force, slope):
 def onward_speed(w, mode):
     """The speed, or rest where the motion has passed the point at which friction stops it."""
     return w if mode == SLIDING_FREE else mode * max(mode * w, 0.0)
-
-
-@njit
-def kinks_within(p, on, x, x1, z, a0, a1, h, force, slope, mode, tau):
-    """The numbers of :func:`kinks` at ``tau`` in a step of h [s]."""
-    theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
-    w = onward_speed(cubic(tau, h, x[1], a0, x1[1], a1), mode)
-    return kinks(p, on, force + tau * slope, theta, w, z)
 
 
 @njit
@@ -168,20 +158,14 @@ def first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < TINY:
             continue  # not passed, or by no more than rounding, as where the motion dies away there
-        side = 1.0 if before[i] > 0.0 else -1.0
-        low, high, reach, least = 0.0, first, first, _AT_KINK * first
-        at_low, at_high = side * before[i], side * after[i]
-        if first < h:  # another one is passed before the end
-            at_high = side * kinks_within(p, on, x, x1, z, a0, a1, h, force, slope, mode, first)[i]
-            if at_high > 0.0:
-                continue
-        while high - low > 1.5 * least:
-            tau = place_between(low, high, at_low, at_high, first, least, reach)
-            reach *= 0.5
-            value = side * kinks_within(p, on, x, x1, z, a0, a1, h, force, slope, mode, tau)[i]
-            if value > 0.0:
-                low, at_low = tau, value
+        low, high = 0.0, first
+        for _ in range(40):
+            tau = 0.5 * (low + high)
+            theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
+            w = onward_speed(cubic(tau, h, x[1], a0, x1[1], a1), mode)
+            if before[i] * kinks(p, on, force + tau * slope, theta, w, z)[i] > 0.0:
+                low = tau
             else:
-                high, at_high = tau, value
+                high = tau
         first = high
     return first
