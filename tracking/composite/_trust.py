@@ -24,7 +24,7 @@ class TrustLimits:
             degree. Not asked of a part that the user points at. Of the clips in
             docs/tracking.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
         largest_sigma_share: the same as a share of the whole motion, where that is more: of an arm
-            that swings through 250 deg, 0.4 deg is as much worth as 0.03 deg of 20 deg.
+            that swings through 250 deg, 0.6 deg is as much worth as 0.05 deg of 20 deg.
         least_measured: share of a sampled picture's change that it explains to be measured at all;
             whether the frames confirm it is asked afterwards.
         least_explained: the same to be taken before parts that are looked for otherwise, else a
@@ -40,7 +40,7 @@ class TrustLimits:
 
     largest_apart_deg: float = 0.5
     largest_sigma_deg: float = 0.25
-    largest_sigma_share: float = 1.0 / 600.0
+    largest_sigma_share: float = 1.0 / 400.0
     least_measured: float = 0.5
     least_explained: float = 0.65
     largest_jump_deg: float = 35.0
@@ -50,7 +50,7 @@ class TrustLimits:
         """The largest median sigma [deg] of a part that moved by ``moved_deg``.
 
         >>> TrustLimits().most_deg(40.0), TrustLimits().most_deg(240.0)
-        (0.25, 0.4)
+        (0.25, 0.6)
         """
         return max(self.largest_sigma_deg, round(self.largest_sigma_share * moved_deg, 6))
 
