@@ -99,5 +99,4 @@ def references_for(pictures: Single, change: Change, hint: Hint | None) -> list[
 
 def pieces_for(pictures: Single, change: Change, hint: Hint | None) -> list[Reference]:
     """As ``references_for``, with each piece of what changes by itself."""
-    references = references_for(pictures, change, hint)
-    return references if hint and hint.region is not None else pieces_of(references, change)
+    return pieces_of(references_for(pictures, change, hint), change)

@@ -8,10 +8,10 @@ import numpy as np
 
 from servosight.models.core import Mask
 from servosight.tracking.core import known_median
+from servosight.tracking.verification._pairs import smallest_change
 from servosight.tracking.verification._sample import FrameSample
 from servosight.tracking.video import Frame
 
-_SIGMAS, _LEAST_STEP = 4.0, 5.0
 _LEAST_SHARE = 0.0005  # of a picture's pixels
 _RARELY = 0.25  # of the sampled pictures
 _MOVING, _RESTING = 64, 16
@@ -22,8 +22,10 @@ def sampled_where_it_moves(
 ) -> FrameSample:
     """A sample with most frames from where the pictures of ``sample`` change, and some others; the
     given one where they change often, or never. ``again`` gives all frames once more."""
+    if sample.stride == 1:  # there are no other frames
+        return sample
     away = differing(sample)
-    if sample.stride == 1 or not away.any() or away.mean() > _RARELY:
+    if not away.any() or away.mean() > _RARELY:
         return sample
     index = np.array(sample.index)
     last = int(index[-1]) + sample.stride
@@ -45,6 +47,5 @@ def differing(sample: FrameSample) -> Mask:
     """The sampled pictures (n,) that differ from the median one by more than noise."""
     pictures = np.stack(sample.pictures)[:, ::2, ::2]
     away = np.abs(pictures - known_median(pictures))
-    noise = 1.4826 * float(np.median(away))
-    share = (away > _SIGMAS * noise + _LEAST_STEP).mean((1, 2))
+    share = (away > smallest_change(away)).mean((1, 2))
     return np.asarray(share > _LEAST_SHARE)

@@ -35,6 +35,12 @@ class Claim(Protocol):
         """1 on the part."""
 
 
+def smallest_change(away: Single) -> float:
+    """The smallest difference of grey levels that is no noise, by differences of pictures from
+    their median, most of which are noise."""
+    return _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
+
+
 def pairs_apart(angle_rad: Array) -> Array:
     """Frames (pairs, 2) by number, from the lower and the upper half of the angles (n,)."""
     order = np.argsort(angle_rad)
@@ -97,7 +103,7 @@ def pair_agreement(
     part covers is turned instead.
     """
     away = (frames - known_median(frames))[:, ::2, ::2]
-    step = _SIGMAS * 1.4826 * float(np.median(np.abs(away))) + _LEAST_STEP
+    step = smallest_change(away)
     reached = np.nan_to_num(view.of(swept.astype(np.float32), nearest=True)) > 0
     agreed = []
     for one, other in pairs_apart(angle_rad):

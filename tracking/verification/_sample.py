@@ -43,7 +43,7 @@ class FrameSample:
 
     def add(self, frame: Frame) -> None:
         """The next frame, which is kept or not."""
-        if frame.index not in self.only if self.only is not None else frame.index % self.stride:
+        if not self._keeps(frame.index):
             return
         self.scale = min(1.0, _LONG_SIDE_PX / max(frame.image.shape))
         self.index.append(frame.index)
@@ -53,6 +53,9 @@ class FrameSample:
             self.index, self.pictures = self.index[::2], self.pictures[::2]
             self.roll_rad = self.roll_rad[::2]
             self.stride *= 2
+
+    def _keeps(self, index: int) -> bool:
+        return index % self.stride == 0 if self.only is None else index in self.only
 
     def chosen(self, kept: Mask) -> tuple[Array, list[Single], Array]:
         """Numbers, pictures and the camera's turns of the sampled frames that ``kept`` (frames,)

@@ -160,7 +160,7 @@ def found_about(
     near = hint.scaled(scale) if hint is not None else None
     x, y = (pivot_px + 0.5) * scale - 0.5
     reach = FAR * max(middle.shape[1:])
-    for referring in (references_for, pieces_for):
+    for referring in (references_for, pieces_for) if _in_pieces(near) else (references_for,):
         references = referring(middle, change, near)
         part = learnt(middle, change, (float(x), float(y)), reach, references)
         if part is not None and part.explained >= TRUST.least_measured:
@@ -205,7 +205,7 @@ def _parts(
     rough = parts_about(middle, change, starts, references)
     if all(part.explained < TRUST.least_measured for part in rough):
         rough += parts_about(middle, change, softly_corrected(middle, starts, at), references)
-    if all(part.explained < TRUST.least_measured for part in rough):
+    if _in_pieces(at) and all(part.explained < TRUST.least_measured for part in rough):
         references = pieces_for(middle, change, at)
         rough += parts_about(middle, change, starts_by(pieces_for), references)
     found: list[FoundPart] = []
@@ -217,6 +217,11 @@ def _parts(
         if near is None or _pointed_at(better, near):
             found.append(_as_found(better, scale))
     return found
+
+
+def _in_pieces(hint: Hint | None) -> bool:
+    """Whether pieces of what changes can be tried: not where one place is pointed at."""
+    return hint is None or hint.region is None
 
 
 def _connected(pictures: Single, region: Mask) -> Single:
