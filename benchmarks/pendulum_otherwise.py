@@ -108,7 +108,7 @@ def write(path: Path, pictures: list[Image], how: Otherwise, rate: Fraction) -> 
     """The changed video; the numbers of its frames in the original."""
     numbers = numbers_of(how, len(pictures))
     with av.open(str(path), "w") as container:
-        options = {"crf": str(how.crf)}
+        options = {"crf": str(how.crf), "threads": "1"}  # or each run writes another file
         stream = container.add_stream("libx264", rate=rate / abs(how.every), options=options)
         stream.pix_fmt = "yuv420p"
         height, width = (side // 2 * 2 for side in how.change(pictures[0]).shape[:2])

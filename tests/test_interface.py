@@ -108,7 +108,7 @@ def filmed(path: Path) -> None:
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=60)
         stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
-        stream.options = {"crf": "8"}
+        stream.options = {"crf": "8", "threads": "1"}
         for angle in 12.0 * np.sin(np.linspace(0.0, 9.0, 60)):
             turn = cv2.getRotationMatrix2D((110.0, 120.0), float(angle), 1.0)
             fin, mask = (cv2.warpAffine(one, turn, (320, 240)) for one in (skin, shape))

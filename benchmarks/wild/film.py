@@ -62,9 +62,10 @@ def encode(scene: WildScene, video: Path) -> Array:
     width, height = scene.size
     usable = np.ones((len(parts_of(scene)), scene.frames), bool)
     rate = Fraction(scene.rate_hz).limit_denominator(1000)
-    options = {"preset": "veryfast"}
+    options = {"preset": "veryfast", "threads": "1"}  # with several each run writes another file
     if scene.codec == "libx265":
-        options = {"preset": "ultrafast", "x265-params": "log-level=none:pools=1"}
+        alone = "log-level=none:pools=1:frame-threads=1"
+        options = {"preset": "ultrafast", "x265-params": alone}
     with av.open(str(video), "w") as container:
         stream = container.add_stream(scene.codec, rate=rate, options=options)
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"

@@ -74,7 +74,7 @@ def encoded(path: Path, pictures: list[Image]) -> Path:
     """H.264 at 60 frames/s as a phone would write it: crf 20."""
     height, width = pictures[0].shape
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=60, options={"crf": "20"})
+        stream = container.add_stream("libx264", rate=60, options={"crf": "20", "threads": "1"})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for number, picture in enumerate(pictures):
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
