@@ -107,11 +107,22 @@ def local_motion(time_s, angle_rad, at):  # type: ignore[no-untyped-def]
 
     Frames without an angle (NaN) are passed over; (0, 0) where there is none beside ``at``.
     """
-    known = np.flatnonzero(np.isfinite(angle_rad))
-    if known.size < 2 or np.isnan(angle_rad[at]):
+    if np.isnan(angle_rad[at]):
         return 0.0, 0.0
-    t = time_s[known] - time_s[at]
-    unit = np.abs(t).max()
-    powers = (t / unit).reshape(-1, 1) ** np.arange(known.size)
-    terms = np.linalg.solve(powers, angle_rad[known] - angle_rad[at])
-    return terms[1] / unit, 2.0 * terms[2] / unit**2 if known.size > 2 else 0.0
+    time, share = np.empty(angle_rad.size), np.empty(angle_rad.size)
+    count = 0
+    for i in range(angle_rad.size):
+        if np.isfinite(angle_rad[i]):
+            time[count], share[count] = time_s[i] - time_s[at], angle_rad[i] - angle_rad[at]
+            count += 1
+    # Newton's divided differences, and Horner's scheme for both derivatives.
+    for order in range(1, count):
+        for i in range(count - 1, order - 1, -1):
+            share[i] = (share[i] - share[i - 1]) / (time[i] - time[i - order])
+    value = share[count - 1]
+    speed = acceleration = 0.0
+    for i in range(count - 2, -1, -1):
+        acceleration = 2.0 * speed - time[i] * acceleration
+        speed = value - time[i] * speed
+        value = share[i] - time[i] * value
+    return speed, acceleration

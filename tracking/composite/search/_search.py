@@ -115,9 +115,9 @@ def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
 
     What a place on the part shows alone turns about many pivots, as a piece of a straight edge
     does: so parts of all that changes are added, if they lie at that place."""
-    found = _parts(seen, hint)
+    found = _parts(seen, hint, hint)
     if hint is not None and hint.region is not None and hint.pivot_px is None:
-        found += _parts(seen, hint, whole=True)
+        found += _parts(seen, None, hint)
     if found and hint is None:
         beside = _swept(seen.shape[1:], found[0])
         away = np.where(beside, known_median(seen), seen)
@@ -126,7 +126,7 @@ def _found_in(seen: Single, hint: Hint | None) -> list[FoundPart]:
             least = TRUST.least_explained if share < _MUCH_LEFT else 0.0
             others = [
                 one
-                for one in _parts(away, None, 1)
+                for one in _parts(away, None, None, 1)
                 if one.explained >= least and _in_view(one, seen.shape[1:])
             ]
             found += [
@@ -185,18 +185,19 @@ def _as_found(part: TurningPart, scale: float) -> FoundPart:
 
 
 def _parts(
-    pictures: Single, hint: Hint | None, refined: int = _REFINED, whole: bool = False
+    pictures: Single, start: Hint | None, wanted: Hint | None, refined: int = _REFINED
 ) -> list[FoundPart]:
     """The parts that turn in chosen pictures; the pivots of the best ``refined`` are corrected.
-    Of what the hint points at, or if ``whole`` of all that changes: the hint then only chooses."""
+
+    The search starts at what ``start`` points at, or at all that changes; of the parts that it
+    finds those are returned that ``wanted`` points at, or all."""
     middle, scale = scaled(pictures, _MIDDLE_PX)
     change = Change.of(middle)
     if not change.moved.any():
         return []
-    near = hint.scaled(scale) if hint is not None else None
-    start, at = (None, None) if whole else (hint, near)
+    at, near = (None if one is None else one.scaled(scale) for one in (start, wanted))
     references = references_for(middle, change, at)
-    given = near.pivot_px if near is not None else None
+    given = None if at is None else at.pivot_px
 
     def starts_by(referring: Referring) -> list[Array]:
         return [given] if given is not None else promising_pivots(pictures, scale, start, referring)
