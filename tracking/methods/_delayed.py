@@ -17,12 +17,6 @@ from servosight.tracking.uncertainty import by_delay
 _MOST = 0.95  # of the frames
 
 
-def late_deg(track: Track) -> float:
-    """The error of angles [deg], one sigma, that the wrong time of a camera whose exposure is not
-    given makes in most frames: at most that in 95 % of them."""
-    return 0.0 if track.shutters is None else _late(track, _delay(track, track.shutters))
-
-
 def with_delay(track: Track) -> Track:
     """The track with that error in its sigma, and beside the others that its frames share."""
     if track.shutters is None or track.shutters.middle_doubt_s == 0.0:
@@ -41,6 +35,8 @@ def _delay(track: Track, shutters: Shutters) -> Array:
 
 
 def _late(track: Track, delay: Array) -> float:
+    """The error of angles [deg], one sigma, that a wrong time makes in 95 % of the frames at
+    most."""
     found = np.abs(delay[track.found])
     return float(np.quantile(found, _MOST)) if found.size else 0.0
 
