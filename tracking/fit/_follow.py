@@ -15,7 +15,7 @@ from servosight.tracking.fit._fit import AngleFit
 from servosight.tracking.video import Frame
 
 _REACH = 2  # neighbours on either side from which speed and acceleration follow
-_PAST = 3  # earlier frames from which a frame's angle is extrapolated
+PAST = 3  # earlier frames from which a frame's angle is extrapolated
 _DOUBT = 1.5  # limit of 1 - correlation, as a factor of the frame before's, and added to it
 _SLACK = 1e-3
 _ROWS = 16  # every so many rows are compared first
@@ -72,7 +72,7 @@ def follow(
     window: list[TrackedFrame] = []
     waiting = 0  # frames at the window's end that are not returned yet
     for frame in source:
-        now = _measure(stage, frame, window[-_PAST:], initial_rad, shutter(frame.index), copies)
+        now = _measure(stage, frame, window[-PAST:], initial_rad, shutter(frame.index), copies)
         window.append(now)
         waiting += 1
         if waiting > _REACH:
@@ -99,7 +99,7 @@ def _measure(
     repeated = last is not None and _same(frame.image, last.frame.image)
     copied = copied_pixels(frame.image, last.frame.image) if copies and last is not None else None
     last_rad = last.angle_rad if last is not None else initial_rad
-    step, speed, acceleration = _extrapolated(before, frame.time_s)
+    step, speed, acceleration = extrapolated(before, frame.time_s)
     moving = Exposure.of(speed, acceleration, shutter)
     fit = stage.fit_near(frame.image, last_rad + step, moving, copied)
     if fit is None and last is not None:
@@ -137,7 +137,7 @@ def _doubtful(fit: AngleFit, before: AngleFit | None) -> bool:
     return before is None or 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
 
 
-def _extrapolated(before: list[TrackedFrame], time_s: float) -> tuple[float, float, float]:
+def extrapolated(before: list[TrackedFrame], time_s: float) -> tuple[float, float, float]:
     """Turn since the last frame [rad], speed [rad/s] and acceleration [rad/s^2] at a time.
 
     By the parabola through the last three frames, or the line through two; all 0 where one of the

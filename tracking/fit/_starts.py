@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.tracking.fit._follow import AngleEstimator, TrackedFrame
+from servosight.tracking.fit._follow import PAST, AngleEstimator, TrackedFrame, extrapolated
 
 _FRAMES = 12
-_AWAY_PX = 1.0  # at the part's tip: by so much and more an extrapolated angle is off
+_AWAY_PX = 1.0  # at the part's tip
+_OTHER = 0.5  # of the distance of its start
 _FAR_OFF, _USUAL = 5.0, 0.75  # times that quantile: a hand before the part
 
 
@@ -24,8 +25,9 @@ _FAR_OFF, _USUAL = 5.0, 0.75  # times that quantile: a hand before the part
 class StartCheck:
     """Fits of some of ``count`` frames again, from starts on either side of their angles.
 
-    ``apart_rad`` collects by how much the angles differ that these fits lead to, for two starts
-    that are a pixel at the part's tip, ``radius_px`` from the pivot, before and after the angle.
+    The starts are a pixel at the part's tip, ``radius_px`` from the pivot, before and after the
+    angle. ``apart_rad`` collects by how much the angles that these fits lead to differ from it, and
+    what that makes of the start that it was fitted from.
     """
 
     estimator: AngleEstimator
@@ -36,9 +38,12 @@ class StartCheck:
     def watch(self, seen: Iterable[TrackedFrame]) -> Iterator[TrackedFrame]:
         """The same frames in the same order; some of them are fitted again."""
         stride = max(1, self.count // _FRAMES)
+        before: list[TrackedFrame] = []
         for one in seen:
-            if one.frame.index % stride == 0 and one.fit is not None:
-                self._fit_again(one)
+            if one.frame.index % stride == 0 and one.fit is not None and before:
+                step_rad, _, _ = extrapolated(before, one.frame.time_s)
+                self._fit_again(one, one.angle_rad - before[-1].angle_rad - step_rad)
+            before = [*before, one][-PAST:]
             yield one
 
     @property
@@ -46,12 +51,29 @@ class StartCheck:
         """Sigma [rad] of an angle by the start of its fit, of the frames that have passed."""
         return _of_start(np.array(self.apart_rad))
 
-    def _fit_again(self, one: TrackedFrame) -> None:
-        for away_px in (-_AWAY_PX, _AWAY_PX):
-            start_rad = one.angle_rad + away_px / self.radius_px
+    def _fit_again(self, one: TrackedFrame, missed_rad: float) -> None:
+        for away_rad in (-_AWAY_PX / self.radius_px, _AWAY_PX / self.radius_px):
+            start_rad = one.angle_rad + away_rad
             fit = self.estimator.fit_near(one.frame.image, start_rad, one.exposure, one.copied)
             if fit is not None:
-                self.apart_rad.append(fit.angle_rad - one.angle_rad)
+                self.apart_rad.append(by_start(fit.angle_rad - one.angle_rad, away_rad, missed_rad))
+
+
+def by_start(apart_rad: float, away_rad: float, missed_rad: float) -> float:
+    """The error [rad] of an angle by its start, which missed it by ``missed_rad``.
+
+    A fit that started by ``away_rad`` from the angle ended by ``apart_rad`` from it. It leaves that
+    share of the distance between start and truth, so the start missed the truth by more than the
+    angle. Where more than half is left, another optimum lies there, and ``apart_rad`` counts in
+    full: a part at rest may be at either.
+
+    >>> [round(by_start(apart, 0.01, 0.0018), 6) for apart in (0.0, 0.001, 0.008)]
+    [0.0, 0.0002, 0.008]
+    """
+    share = abs(apart_rad / away_rad)
+    if share > _OTHER:
+        return abs(apart_rad)
+    return min(share * abs(missed_rad) / (1.0 - share), abs(apart_rad))
 
 
 def _of_start(apart_rad: Array) -> float:

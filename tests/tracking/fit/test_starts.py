@@ -17,6 +17,19 @@ FRAMES = 48
 HIDDEN = 24
 
 
+class Slow:
+    """Leaves a twentieth of the distance between its start and the angle, a mrad a grey level."""
+
+    def fit_near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, copied: Mask | None = None
+    ) -> AngleFit:
+        found = 0.95e-3 * float(picture[0, 0]) + 0.05 * angle_rad
+        return AngleFit(found, 1e-4, (0.0, 0.0), 0.99, 1.0, 0.0, 1.0, 500)
+
+    def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
+        return centre_rad
+
+
 class Optima:
     """Finds the nearest of angles ``apart_rad`` from each other; none in a dark picture."""
 
@@ -52,19 +65,35 @@ def sigma_rad(estimator: Optima, hidden: int | None = None) -> tuple[float, int]
 
 def test_a_single_optimum_adds_nothing() -> None:
     """The next one is farther away than a pixel at the tip, 0.01 rad, leads."""
-    assert sigma_rad(Optima(0.5)) == (0.0, 24)
+    assert sigma_rad(Optima(0.5)) == (0.0, 22)
 
 
 def test_optima_beside_each_other_count_by_their_distance() -> None:
     """From a pixel beside it, a fit leads to the next optimum, 0.008 rad away."""
     sigma, count = sigma_rad(Optima(0.008))
-    assert count == 24
+    assert count == 22
     assert sigma == pytest.approx(0.008)
+
+
+def test_what_a_fit_leaves_of_its_start_counts_by_how_far_the_start_was_off() -> None:
+    """Truth: where a start is off by 4 mrad, the fit is by 0.2 mrad; from a pixel beside its angle,
+    10 mrad, it differs by some 0.5 mrad. Bound: a fifth, the share being found to that."""
+
+    def jumping() -> Iterator[TrackedFrame]:
+        for number in range(FRAMES):
+            angle_mrad = 4 if number % 4 == 0 else 0
+            picture = np.full((8, 8), angle_mrad, np.uint8)
+            fit = Slow().fit_near(picture, 0.0, STILL)
+            yield TrackedFrame(Frame(number, number / 30.0, picture), fit, fit.angle_rad, STILL)
+
+    check = StartCheck(Slow(), RADIUS_PX, FRAMES)
+    list(check.watch(jumping()))
+    assert check.sigma_rad == pytest.approx(0.0002, rel=0.2)
 
 
 def test_a_frame_in_which_the_part_is_not_found_again_is_left_out() -> None:
     sigma, count = sigma_rad(Optima(0.008), HIDDEN)
-    assert count == 22
+    assert count == 20
     assert sigma == pytest.approx(0.008)
 
 
