@@ -123,9 +123,9 @@ class PartMeter:
         """Of the part's farthest cell."""
         return float(self.model.radius_px.max())
 
-    @property
-    def sampled(self) -> SampledPart:
-        """What the plane of motion is found from."""
+    def sampled(self, shape: tuple[int, ...]) -> SampledPart:
+        """What the plane of motion is found from, of a video with pictures of a ``shape`` (height,
+        width)."""
         still = self._cover(0.0).astype(np.float32)
         reach = self.view.rows * self.view.step_px
         stabilised, grain = self.stabilised, self.model.grain
@@ -137,6 +137,8 @@ class PartMeter:
             reach,
             self.radius_px,
             grain,
+            stabilised.of_video(0.5 * (np.array(shape[1::-1]) - 1.0)),
+            max(shape) * stabilised.scale,
         )
 
     def apart_rad(self, fits: Sequence[PoseFit | None]) -> float:

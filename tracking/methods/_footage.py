@@ -203,7 +203,7 @@ class Footage:
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-        view = oblique_view(meter.sampled, meter.in_sampled(angle_rad))
+        view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
         apart_rad = view.apart_rad if view and view.found else meter.apart_rad(fits)
         apart_deg = float(np.rad2deg(apart_rad))
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))

@@ -9,7 +9,7 @@ import pytest
 from servosight.models.core import Array
 from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
 from servosight.tracking.composite.oblique._correction import ahead_rad
-from servosight.tracking.composite.oblique._plane import ExpectedTilts, plane_matrix
+from servosight.tracking.composite.oblique._plane import _PER_FOCAL, ExpectedTilts, plane_matrix
 from servosight.tracking.core import mapped
 
 SIZE = (240, 180)
@@ -20,7 +20,8 @@ SWING_RAD = np.deg2rad(38.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6
 
 
 def seen(points: Array, tilt_deg: float, lean_deg: float) -> Array:
-    """Points (n, 2) of a plane about its pivot, y up, through a pinhole that is off the axis."""
+    """Points (n, 2) of a plane about its pivot, y up, through a pinhole that is off the axis and
+    looks at the pivot."""
     tilt, lean = np.deg2rad([tilt_deg, lean_deg])
     along = np.array([np.cos(lean), np.sin(lean)])
     far = points @ along
@@ -55,7 +56,10 @@ def filmed(
     direction = np.arctan2(PIVOT[1] - tips[:, 1], tips[:, 0] - PIVOT[0])
     still = filled(PIVOT + BAR * (1.0, -1.0), 1.0, np.zeros(SIZE[::-1])) > 0.5
     behind = cv2.GaussianBlur(bench, (0, 0), 1.0).astype(np.float32)
-    part = SampledPart(pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1)
+    part = SampledPart(
+        pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1, middle_px=PIVOT,
+        longer_px=240.0,
+    )  # fmt: skip
     view = oblique_view(part, direction)
     after = direction if view is None else direction + view.correction_rad(direction)
     return view, relative_deg(direction - swing_rad), relative_deg(after - swing_rad)
@@ -102,24 +106,25 @@ def test_a_few_pictures_tell_nothing() -> None:
 
 
 @pytest.mark.parametrize("lean_deg", [0.0, 75.0, 200.0])
-def test_expected_shapes_are_those_of_a_pinhole(lean_deg: float) -> None:
-    """Directions from the pivot as a pinhole shows them, to a fortieth of what the tilt changes:
-    the shape is of first order in the stretch, which is 3 % at 20 deg."""
-    expected = ExpectedTilts.of(78.0, 240.0)
-    per_focal = 78.0**2 * np.sin(np.deg2rad(20.0)) / FOCAL_PX
-    lean = np.deg2rad(lean_deg)
+@pytest.mark.parametrize("middle", [(0.0, 0.0), (31.0, -18.0)])
+def test_expected_shapes_are_those_of_a_pinhole(
+    lean_deg: float, middle: tuple[float, float]
+) -> None:
+    """A circle about the pivot, seen by a pinhole that looks at another point of the plane, is one
+    again in the plane of the expected shape, but for a turn and a size."""
+    looks_at = seen(np.array([middle]), 20.0, lean_deg)[0]
+    longer_px = FOCAL_PX  # the lens of which one over the focal length is one of those expected
+    expected = ExpectedTilts.of(78.0, longer_px, looks_at - PIVOT)
     own = np.isclose(expected.tilt_rad, np.deg2rad(20.0))
-    nearer = -per_focal * np.array([np.cos(lean), np.sin(lean)])
-    shapes = expected.shape_px[own]
-    shape = shapes[np.argmin(np.hypot(*(shapes[:, 2:] - nearer).T))].copy()
-    shape[2:] = nearer
+    by_focal = expected.shape_px[own].reshape(72, -1, 4)
+    shape = by_focal[round(lean_deg / 5.0), _PER_FOCAL.index(1.0)]
     around = np.linspace(0.0, 2.0 * np.pi, 37)
     circle = 78.0 * np.column_stack([np.cos(around), np.sin(around)])
-    shown = mapped(plane_matrix(shape, PIVOT, 78.0), PIVOT + circle * (1.0, -1.0)) - PIVOT
-    true = seen(circle, 20.0, lean_deg) - PIVOT
-    angle, right = (np.arctan2(-y, x) for x, y in (shown.T, true.T))
-    away, wrong = (np.angle(np.exp(1j * one)) for one in (angle - right, right - around))
-    assert rms(away) < rms(wrong) / 40.0
+    shown = seen(circle + middle, 20.0, lean_deg) - looks_at + PIVOT
+    back = mapped(np.linalg.inv(plane_matrix(shape, PIVOT, 78.0)), shown) - PIVOT
+    as_numbers = back[:, 0] - 1j * back[:, 1]
+    turned = np.exp(1j * around) * np.mean(as_numbers * np.exp(-1j * around))
+    np.testing.assert_allclose(as_numbers, turned, atol=1e-9)
 
 
 def test_rounds_that_have_not_settled_are_as_uncertain_as_what_is_ahead() -> None:
