@@ -167,6 +167,7 @@ class Footage:
                 f"{seen.pivot_px[1]:.0f} explains only {share:.0%} of what changes; expected "
                 f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
                 self._drawn([seen]),
+                found=True,
             )
         first, last = self.stabilised.near
         if last == self.sample.index[-1]:  # the frames after it are not sampled
