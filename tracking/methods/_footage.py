@@ -38,6 +38,7 @@ from servosight.tracking.methods._along_axis import along_axis
 from servosight.tracking.methods._composite_track import (
     at_mid_exposure,
     first_rad,
+    in_plane,
     track_of,
 )
 from servosight.tracking.methods._delayed import with_delay
@@ -205,8 +206,7 @@ class Footage:
         )  # fmt: skip
         angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
         view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
-        apart_rad = view.apart_rad if view and view.found else meter.apart_rad(fits)
-        apart_deg = float(np.rad2deg(apart_rad))
+        track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)

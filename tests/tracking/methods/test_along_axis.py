@@ -25,6 +25,7 @@ FOUND = ObliqueView(
     doubts=np.deg2rad(SIGMA_DEG) * np.array([[0.3], [0.0], [0.0], [0.0], [np.sqrt(2.0)]]),
     sigma_rad=np.deg2rad(SIGMA_DEG),
     apart_rad=0.0,
+    sides_rad=0.0,
     pivot_px=np.zeros(2),
 )
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite._rigid_check import shifting_rad
+from servosight.tracking.composite._rigid_check import shifting_rad, sides_apart_rad
 from servosight.tracking.composite.model import CompositeModel, PoseFit
 from servosight.tracking.composite.oblique._estimate import TiltEstimate, estimated_tilt, filled
 from servosight.tracking.composite.oblique._plane import ExpectedTilts, in_plane, plane_matrix
@@ -62,7 +62,8 @@ class ObliqueView:
     [rad] of a constant, cosine and sine of the angle and of twice the angle, zero if it is not.
     ``doubts`` (5, 4) [rad] are the same terms of one sigma of each error of the shape,
     ``sigma_rad`` the rms that they make of the angles, ``apart_rad`` the rms by which angles in the
-    plane change where the part may also shift; ``pivot_px`` (2,) lies in the picture.
+    plane change where the part may also shift, ``sides_rad`` that between its halves there;
+    ``pivot_px`` (2,) lies in the picture.
     """
 
     found: bool
@@ -71,6 +72,7 @@ class ObliqueView:
     doubts: Array
     sigma_rad: float
     apart_rad: float
+    sides_rad: float
     pivot_px: Array
 
     def correction_rad(self, angle_rad: Array) -> Array:
@@ -163,12 +165,13 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     if not found:
         doubt = max(rounds[0].estimate.doubt_rad, _spread(change))
         doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
-        return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, part.pivot_px)
+        return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, np.nan, part.pivot_px)
     matrix = plane_matrix(best.shape_px, part.pivot_px, part.farthest_px)
     return ObliqueView(
         True, best.estimate.tilt_rad, _terms(angle_rad[shown], change),
         _doubts(best, best.estimate.covariance, sigma), sigma,
-        shifting_rad(best.model, best.pictures, best.fits), mapped(matrix, best.pivot_px[None])[0],
+        shifting_rad(best.model, best.pictures, best.fits), sides_apart_rad(best.fits),
+        mapped(matrix, best.pivot_px[None])[0],
     )  # fmt: skip
 
 
