@@ -1,7 +1,7 @@
 """The outcome of tracking a clip: right, refused (also where most frames are), noted or wrong.
 
-Noted is a track that is right frame by frame and within its sigma, but beyond the limit by times
-of which it says in a note that they may be so wrong.
+Noted is a track that is within its sigma, but beyond the limit by what it says in a note: by times
+that may be wrong, and right frame by frame, or by a tilt of the camera that pictures do not show.
 """
 
 from __future__ import annotations
@@ -78,6 +78,11 @@ def _method(found: Track) -> str:
     return "composite" if any("one model" in note for note in found.notes) else "refine"
 
 
+def _said(found: Track, words: str) -> bool:
+    """Whether a note of a track says so."""
+    return any(words in note for note in found.notes)
+
+
 def _away_px(found: Track, seen: Array, truth: WildTruth) -> float:
     """How far a track's pivot is from that of a part, in the frame in which they are nearest.
 
@@ -125,8 +130,9 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
     score = away / sigma_deg
     sure = score <= MOST_SIGMAS
     good = truth.part.turns and np.mean((away <= LARGEST_DEG) & sure) >= _WITHIN
-    said = any("all times may be off" in note for note in found.notes)
-    noted = said and truth.part.turns and np.mean((framed <= LARGEST_DEG) & sure) >= _WITHIN
+    framewise = _said(found, "all times may be off") & (framed <= LARGEST_DEG)
+    told = (framewise | _said(found, "all angles may be off by a tilt")) & sure
+    noted = truth.part.turns and np.mean(told) >= _WITHIN
     beyond = "noted" if noted else "wrong"
     return Outcome(
         number=number,

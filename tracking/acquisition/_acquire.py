@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Image, InputError, Mask, Single
-from servosight.tracking.acquisition._hints import POINT, check_pivot
+from servosight.tracking.acquisition._hints import POINT
 from servosight.tracking.acquisition._rigid import centre_of, motions_of
 from servosight.tracking.appearance.surface import (
     Surface,
@@ -67,8 +67,8 @@ def acquire(
         angles = np.full(len(images), np.nan)
         for motion in motions:
             angles[motion.frame] = motion.angle_rad
-        pivot = np.array(pivot_px) if pivot_px is not None else centre_of(video, motions)
-        check_pivot(video, (float(pivot[0]), float(pivot[1])), images[0].shape)
+        shape = images[0].shape
+        pivot = np.array(pivot_px) if pivot_px is not None else centre_of(video, motions, shape)
         points = np.vstack([motion.points_px for motion in motions])
         hull = _hull_mask(points, images[reference].shape, template)
         grid = _coarse(pivot, hull)

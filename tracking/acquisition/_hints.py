@@ -23,7 +23,7 @@ def check_hints(video: Path, options: TrackOptions, shape: tuple[int, ...]) -> N
     if options.template is not None:
         _check_box(video, options.template, shape)
     if options.pivot is not None:
-        check_pivot(video, options.pivot, shape)
+        _check_pivot(video, options.pivot, shape)
     if options.tip is not None:
         x, y = options.tip
         if not (0 <= x < shape[1] and 0 <= y < shape[0]):
@@ -50,15 +50,20 @@ def pointed_box(options: TrackOptions, shape: tuple[int, ...]) -> Box | None:
     return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
 
 
-def check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
+def _check_pivot(video: Path, pivot_px: tuple[float, float], shape: tuple[int, ...]) -> None:
     """Reject a pivot so far away that the rotation is a shift; the lattice grows with distance."""
-    away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
-    if not np.hypot(*away) < _FARTHEST * max(shape):
+    if is_far(pivot_px, shape):
         raise InputError(
             f"{video}: the pivot {_text(pivot_px)} is too far from the {shape[1]} x {shape[0]} px "
             f"picture; expected it within {_FARTHEST:g} times the longer side from the middle, "
             "give it with --pivot X,Y or show it in the picture."
         )
+
+
+def is_far(pivot_px: tuple[float, float], shape: tuple[int, ...]) -> bool:
+    """Whether a pivot is so far from pictures of this shape (height, width)."""
+    away = np.array(pivot_px) - 0.5 * np.array(shape[1::-1])
+    return not np.hypot(*away) < _FARTHEST * max(shape)
 
 
 def _check_box(video: Path, box: Box, shape: tuple[int, ...]) -> None:

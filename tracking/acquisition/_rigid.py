@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.acquisition._hints import POINT
+from servosight.tracking.acquisition._hints import POINT, is_far
 from servosight.tracking.core import Box, Features, Index, most_agree_on
 
 _MOVED_PX = 1.5
@@ -103,8 +103,9 @@ def _rigid(frame: int, before: Array, after: Array) -> Rigid | None:
     return Rigid(frame, angle, matrix, before[same])
 
 
-def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:
-    """The fixed point of all motions, by least squares; small turns have little weight."""
+def centre_of(video: Path, motions: Sequence[Rigid], shape: tuple[int, ...]) -> Array:
+    """The fixed point of all motions in pictures of this shape (height, width), by least squares;
+    small turns have little weight. InputError where it is not near them."""
     rows, values = [], []
     for motion in motions[1:]:
         scale = np.hypot(motion.matrix[0, 0], motion.matrix[1, 0])
@@ -119,7 +120,8 @@ def centre_of(video: Path, motions: Sequence[Rigid]) -> Array:
         centre, *_rest = np.linalg.lstsq(stacked[use], target[use], rcond=None)
         error = np.abs(stacked @ centre - target)
         use = error < 3.0 * 1.4826 * np.median(error) + 0.2
-    if np.linalg.svd(stacked, compute_uv=False)[-1] < 0.02:
+    far = is_far((float(centre[0]), float(centre[1])), shape)
+    if far or np.linalg.svd(stacked, compute_uv=False)[-1] < 0.02:
         raise InputError(
             f"{video}: what moves slides instead of turning, so it has no pivot near the picture; "
             "expected "

@@ -4,6 +4,7 @@ from servosight.tracking.composite._exposure import find_exposure as find_exposu
 from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter
 from servosight.tracking.composite._measure import outline_of as outline_of
+from servosight.tracking.composite._rigid_check import sides_apart_rad as sides_apart_rad
 from servosight.tracking.composite._settled import settled_part as settled_part
 from servosight.tracking.composite._stabilised import StabilisedSample as StabilisedSample
 from servosight.tracking.composite._stabilised import evenly as evenly

@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._contours import contour, contours
+from servosight.tracking.composite._refit import Refit, refitted
 from servosight.tracking.composite._rigid_check import shifting_rad
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.composite._trust import TRUST
@@ -19,18 +20,16 @@ from servosight.tracking.composite.model import (
     PoseFit,
     cover_in,
     covers_in,
-    pivot_step,
 )
 from servosight.tracking.composite.oblique import SampledPart
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.composite.search import FoundPart
-from servosight.tracking.core import known_median, threaded
+from servosight.tracking.core import known_median
 from servosight.tracking.verification import Gains, PolarView, small
 from servosight.tracking.video import Frame
 
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
-_UNKNOWN_PX = 3.0
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
 _HOLE = 0.02
@@ -62,7 +61,7 @@ class PartMeter:
         rough_scale = found.scale
         pivot = np.array(found.pivot_px)
         pictures = stabilised.pictures
-        angles = np.array(threaded(lambda p: _searched(rough, rough_scale, p)[0], list(pictures)))
+        angles = followed(rough, rough_scale, pictures, stabilised.index)
         good = np.ones(len(angles), bool)
         first, rough_shape = _finer(rough, rough_scale, pivot)
         # At angle zero the part lies where it lies, whatever its pivot is.
@@ -78,7 +77,7 @@ class PartMeter:
             model = CompositeModel.of(
                 pictures[good], angles[good], place, shape, view, usual, stabilised.channel.grain
             )
-            fit = _refitted(model, pictures, angles)
+            fit = refitted(model, pictures, angles)
             angles, good = fit.angle_rad, fit.good
             # The corrections may lead away where the part hardly shows its own direction.
             most = max(most, int(good.sum()))
@@ -123,9 +122,9 @@ class PartMeter:
         """Of the part's farthest cell."""
         return float(self.model.radius_px.max())
 
-    @property
-    def sampled(self) -> SampledPart:
-        """What the plane of motion is found from."""
+    def sampled(self, shape: tuple[int, ...]) -> SampledPart:
+        """What the plane of motion is found from, of a video with pictures of a ``shape`` (height,
+        width)."""
         still = self._cover(0.0).astype(np.float32)
         reach = self.view.rows * self.view.step_px
         stabilised, grain = self.stabilised, self.model.grain
@@ -137,6 +136,8 @@ class PartMeter:
             reach,
             self.radius_px,
             grain,
+            stabilised.of_video(0.5 * (np.array(shape[1::-1]) - 1.0)),
+            max(shape) * stabilised.scale,
         )
 
     def apart_rad(self, fits: Sequence[PoseFit | None]) -> float:
@@ -247,37 +248,16 @@ def _searched(
     return near[0] + float(apart[best]), bool(gain[best] > 0.0)
 
 
+def followed(part: TurningPart, scale: float, pictures: Single, index: Array) -> Array:
+    """The angles [rad] of sampled pictures (n, height, width), frames number ``index`` (n,), each
+    near the one before where it may be: of a wheel, spokes are not to be taken for each other."""
+    angles = [_searched(part, scale, pictures[0])[0]]
+    for picture, since in zip(pictures[1:], np.diff(index).tolist(), strict=True):
+        near = (angles[-1], _farthest(part, since))
+        angles.append(_searched(part, scale, picture, near)[0])
+    return np.array(angles)
+
+
 def _farthest(part: TurningPart, frames: int) -> float:
     """How far the part may turn in some frames [rad]."""
     return float(min((_NEAR_PX / part.view.rows + _NEAR_RAD) * np.sqrt(frames), np.pi))
-
-
-@dataclass(frozen=True)
-class Refit:
-    """Better angles [rad] of pictures (n,), which of them show the part, by how much the pivot is
-    off (2,) [px], and the sigma of that."""
-
-    angle_rad: Array
-    good: Mask
-    step_px: Array
-    doubt_px: float
-
-
-def _refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
-    """The pictures fitted by turn and shift, from angles (n,)."""
-    fits = model.fits(pictures, angles)
-    good = np.array([fit is not None and fit.shown for fit in fits])
-    refined, shifts = angles.copy(), np.zeros((len(fits), 2))
-    for number, fit in enumerate(fits):
-        if fit is not None and good[number]:
-            refined[number], shifts[number] = fit.angle_rad, fit.shift_px
-    if good.sum() < 6:
-        return Refit(angles, np.ones(len(fits), bool), np.zeros(2), _UNKNOWN_PX)
-    middle = np.median(shifts[good], axis=0)
-    spread = 5.0 * float(np.median(np.abs(shifts[good] - middle))) + 0.3
-    near = good & (np.abs(shifts - middle) < spread).all(1)
-    known = np.stack([np.zeros((2, 2)) if fit is None else fit.covariance[1:, 1:] for fit in fits])
-    step, doubt = pivot_step(refined[near], shifts[near], known[near])
-    # The angle was fitted beside the shift: about the better pivot it is fitted alone.
-    step *= min(1.0, 6.0 / max(float(np.hypot(*step)), 1e-9))
-    return Refit(refined, good, step, float(np.sqrt(np.trace(doubt))))

@@ -9,14 +9,16 @@ class TrackRefused(InputError):
     """A video in which no angle could be measured that the frames confirm.
 
     ``picture`` (height, width, 3), blue-green-red, shows what was found, with coordinates.
-    ``measured``: a part was found and measured, and is not trusted; ``uncertain``: it would be,
-    were the sigma of its angles smaller.
+    ``found``: it names the place of a part that may turn; ``measured``: that part was measured, and
+    is not trusted; ``uncertain``: it would be, were the sigma of its angles smaller.
     """
 
     def __init__(
-        self, sentence: str, picture: Image, measured: bool = False, uncertain: bool = False
-    ) -> None:
+        self, sentence: str, picture: Image, measured: bool = False, uncertain: bool = False,
+        found: bool = False,
+    ) -> None:  # fmt: skip
         super().__init__(sentence)
         self.picture = picture
+        self.found = found or measured
         self.measured = measured
         self.uncertain = uncertain

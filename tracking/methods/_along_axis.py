@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.tracking.composite import ObliqueView, SampledPart, evenly, oblique_view
-from servosight.tracking.core import Track, known_median
+from servosight.tracking.composite import TRUST, ObliqueView, SampledPart, evenly, oblique_view
+from servosight.tracking.core import Track, known_median, principal
 from servosight.tracking.verification import FrameSample, at_scale
 
 _BESIDE_PX = 4.0
@@ -22,18 +22,25 @@ _SUBPIXELS = 4  # bits
 
 def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Array) -> Track:
     """The track corrected for a tilt that is found, about the pivot (2,) that belongs to it; with
-    the tilt's sigma in any case.
+    the tilt's sigma in any case, and among the errors that frames share.
 
     ``angle_rad`` (frames,) are the angles as ``view`` counts them, NaN where there is none.
     """
-    sigma_deg = float(np.rad2deg(view.sigma_rad))
-    sigma = np.where(track.found, np.hypot(track.sigma_deg, sigma_deg), track.sigma_deg)
-    if not view.found:
-        return replace(track, sigma_deg=sigma, notes=(*track.notes, _unknown(sigma_deg)))
-    change_deg = np.rad2deg(view.correction_rad(angle_rad))
-    known = np.flatnonzero(np.isfinite(change_deg))
+    known = np.flatnonzero(np.isfinite(angle_rad))
     frames = np.arange(track.frames)
-    last = known[np.clip(np.searchsorted(known, frames, "right") - 1, 0, None)]
+    seen_rad = angle_rad[known[np.clip(np.searchsorted(known, frames, "right") - 1, 0, None)]]
+    sigma_deg = float(np.rad2deg(view.sigma_rad))
+    doubt_deg = np.rad2deg(view.doubt_rad(seen_rad))
+    others = [] if track.shared_deg is None else [track.shared_deg]
+    track = replace(
+        track,
+        sigma_deg=np.where(track.found, np.hypot(track.sigma_deg, sigma_deg), track.sigma_deg),
+        shared_deg=principal(np.hstack([*others, doubt_deg - doubt_deg[known].mean(0)])),
+    )
+    if not view.found:
+        told = (_unknown(sigma_deg),) if sigma_deg > TRUST.largest_sigma_deg else ()
+        return replace(track, notes=(*track.notes, *told))
+    change_deg = np.rad2deg(view.correction_rad(seen_rad))
     note = (
         f"camera {np.rad2deg(view.tilt_rad):.2g} deg off the axis of rotation, found from how the "
         "part's picture changes as it turns, and corrected: without that angles would be wrong by "
@@ -42,8 +49,7 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
     )
     return replace(
         track,
-        angle_deg=track.angle_deg + change_deg[last] - change_deg[known[0]],
-        sigma_deg=sigma,
+        angle_deg=track.angle_deg + change_deg - change_deg[known[0]],
         pivot_px=(float(pivot_px[0]), float(pivot_px[1])),
         notes=(note, *track.notes),
     )
@@ -67,6 +73,7 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
     part = SampledPart(
         np.stack([evenly(picture, usual) for picture in pictures]), usual,
         still.astype(np.float32), place, farthest + _BESIDE_PX, farthest, grain=1,
+        middle_px=0.5 * (np.array(usual.shape[::-1]) - 1.0), longer_px=float(max(usual.shape)),
     )  # fmt: skip
     angle_rad = np.deg2rad(track.angle_deg)
     view = oblique_view(part, angle_rad[index])
@@ -78,7 +85,8 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
 
 def _unknown(sigma_deg: float) -> str:
     return (
-        "the part's pictures do not show how far the camera is off the axis of rotation, which may "
-        f"change angles by {sigma_deg:.2g} deg (one sigma); sigma includes it; `servosight "
-        "calibrate` measures it"
+        "all angles may be off by a tilt of the camera: the part's pictures do not show how far it "
+        "looks from off the axis of rotation, which as people film changes angles by "
+        f"{sigma_deg:.2g} deg (one sigma); sigma includes it; film along the axis, or `servosight "
+        "calibrate` measures it, where that is too much"
     )

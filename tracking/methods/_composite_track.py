@@ -9,7 +9,14 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.acquisition import POINT
-from servosight.tracking.composite import TRUST, PartMeter, PoseFit, find_exposure
+from servosight.tracking.composite import (
+    TRUST,
+    ObliqueView,
+    PartMeter,
+    PoseFit,
+    find_exposure,
+    sides_apart_rad,
+)
 from servosight.tracking.core import (
     PICTURE,
     Box,
@@ -30,7 +37,6 @@ _PIVOT_SIGMAS = 2.0  # the pivot's sigma counts twice: its errors were up to tha
 _ARM = 0.7  # of the largest radius: the mean distance of what determines the angle
 _COVERED = 0.75
 _BESIDE = 2  # frames
-_FAR_OFF = 5.0  # times the median: a hand before one side
 
 
 def track_of(
@@ -49,13 +55,7 @@ def track_of(
         )
     angle = np.full(len(fits), np.nan)
     angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
-    # Pictures of colour are coded so coarsely that errors are common to all of a part's edge: they
-    # are not seen in its residuals, and up to five times as large as these say.
-    least_rad = 0.0 if meter.model.grain == 1 else even_scatter(angle[found])
-    sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
-    sigma = np.hypot(sigma, _apart([fit.sides_rad for fit in fits if fit is not None]))
-    sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
-    sigma = np.hypot(sigma, [unexplained_rad(fit) if fit is not None else np.nan for fit in fits])
+    sigma = _sigmas(meter, fits, sides_apart_rad(fits))
     spread = max(float(np.ptp(angle[found])) / np.sqrt(12.0), np.deg2rad(1.0))
     last = known[np.clip(np.searchsorted(known, np.arange(len(fits)), "right") - 1, 0, None)]
     time_s = film.times(stamps_s.tolist(), 0.0)
@@ -78,6 +78,21 @@ def track_of(
         notes=film.notes(stamps_s.tolist(), missing),
         channel=meter.stabilised.channel,
     )
+
+
+def in_plane(
+    track: Track, meter: PartMeter, fits: Sequence[PoseFit | None], view: ObliqueView | None
+) -> tuple[Track, float]:
+    """The track with the sigma that it has where the part is seen along its axis, if ``view`` says
+    how; and the rms [deg] by which its angles change where the part may also shift.
+
+    A tilt turns the part's halves against each other, as a shadow does.
+    """
+    if view is None or not view.found:
+        return track, float(np.rad2deg(meter.apart_rad(fits)))
+    sigma_deg = np.rad2deg(_sigmas(meter, fits, view.sides_rad))
+    sigma_deg = np.where(track.found, sigma_deg, track.sigma_deg)
+    return replace(track, sigma_deg=sigma_deg), float(np.rad2deg(view.apart_rad))
 
 
 def at_mid_exposure(
@@ -122,6 +137,20 @@ def first_rad(fits: Sequence[PoseFit | None]) -> float:
     return next((fit.angle_rad for fit in fits if fit is not None), 0.0)
 
 
+def _sigmas(meter: PartMeter, fits: Sequence[PoseFit | None], sides_rad: float) -> Array:
+    """Sigma of the angles [rad] (frames,), NaN where the part is not found; its halves give angles
+    that are apart by ``sides_rad``."""
+    # Pictures of colour are coded so coarsely that errors are common to all of a part's edge: they
+    # are not seen in its residuals, and up to five times as large as these say.
+    angle = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
+    least_rad = 0.0 if meter.model.grain == 1 else even_scatter(angle)
+    sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
+    sigma = np.hypot(sigma, sides_rad)
+    sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
+    left = [unexplained_rad(fit) if fit is not None else np.nan for fit in fits]
+    return np.asarray(np.hypot(sigma, left))
+
+
 def _sigma(fit: PoseFit, meter: PartMeter, least_rad: float) -> float:
     """Sigma of an angle [rad]: of its residuals, at least ``least_rad``, and of what the camera's
     motion leaves."""
@@ -144,18 +173,6 @@ def excess_noise(noise: Sequence[float]) -> Array:
 def unexplained_rad(fit: PoseFit) -> float:
     """The turn that would leave as much as is left beyond what a part in full view leaves."""
     return fit.per_left_rad * float(np.sqrt(max(TRUST.least_explained - fit.explained, 0.0)))
-
-
-def _apart(sides_rad: Sequence[float]) -> float:
-    """Error of an angle [rad] that differs from angle to angle, as of a shadow beside the part.
-
-    It shifts one side of the part, so that both sides give angles whose difference varies; the
-    error of the angle is half of that, and more where the part's picture was learnt with it: on
-    composed clips with shadows one to two and a half times as much. So the whole difference counts.
-    """
-    away = np.abs(np.array(sides_rad) - np.median(sides_rad))
-    limited = np.minimum(away, _FAR_OFF * np.median(away))
-    return float(np.sqrt(np.mean(limited**2)))
 
 
 def _box(outline: Array, shape: tuple[int, ...]) -> Box:

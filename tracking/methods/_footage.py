@@ -38,6 +38,7 @@ from servosight.tracking.methods._along_axis import along_axis
 from servosight.tracking.methods._composite_track import (
     at_mid_exposure,
     first_rad,
+    in_plane,
     track_of,
 )
 from servosight.tracking.methods._delayed import with_delay
@@ -167,6 +168,7 @@ class Footage:
                 f"{seen.pivot_px[1]:.0f} explains only {share:.0%} of what changes; expected "
                 f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
                 self._drawn([seen]),
+                found=True,
             )
         first, last = self.stabilised.near
         if last == self.sample.index[-1]:  # the frames after it are not sampled
@@ -203,9 +205,8 @@ class Footage:
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-        view = oblique_view(meter.sampled, meter.in_sampled(angle_rad))
-        apart_rad = view.apart_rad if view and view.found else meter.apart_rad(fits)
-        apart_deg = float(np.rad2deg(apart_rad))
+        view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
+        track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)

@@ -43,9 +43,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         try:
             return composite(film, options, progress)
         except TrackRefused as again:
-            if again.measured:
-                raise
-            raise TrackRefused(str(refused), again.picture) from again
+            raise _farther(refused, again) from again
     track = part.track
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is not None and _may_be_composite(options):
@@ -74,6 +72,14 @@ def _surer(
             f"more light, {POINT}."
         )
         raise TrackRefused(sentence, again.picture, measured=True) from again
+
+
+def _farther(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
+    """What to say where ``refine`` and then ``composite`` refused: the sentence that names a part,
+    as where to point is what helps; that of ``composite`` if both do, which its picture shows."""
+    if again.found:
+        return again
+    return refused if refused.found else TrackRefused(str(refused), again.picture)
 
 
 def _better_timed(

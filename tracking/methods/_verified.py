@@ -79,6 +79,7 @@ def verify(
         f"{film.path}: the frames do not confirm the motion found about the pivot "
         f"{x:.0f},{y:.0f}: {why}; expected a part that turns in full view, {POINT}.",
         draw() if draw is not None else refusal_picture(film.images, [seen]),
+        found=True,
     )
 
 

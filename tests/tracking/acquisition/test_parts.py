@@ -213,7 +213,9 @@ def test_a_plain_part_beside_the_first_is_found(
 ) -> None:
     """A bar without texture, on a bench nearly as light: by the second way.
 
-    Bound: sigma, most of which is an exposure that its motion does not determine.
+    Bound: sigma, of 0.5 deg at most of an exposure that its motion does not determine, and of 0.75
+    deg at most of a tilt, since none of those to expect explains how its picture changes: as many
+    turn the bar by that, one sigma, over 13 deg to either side.
     """
     pictures = pictures_of(drawn("fin_beside_horn", scene(FIN_DEG)))
     with_horn(pictures, contrast=0.0)
@@ -221,5 +223,5 @@ def test_a_plain_part_beside_the_first_is_found(
     horn = track(place, TrackOptions(beside=replace(fin, video=place)))
     assert any("as one model" in note for note in horn.notes)
     assert np.hypot(*(np.array(horn.pivot_px) - PIVOT_PX)) < 1.0
-    assert error_deg(horn, HORN_DEG) < np.median(horn.sigma_deg) < 0.5
+    assert error_deg(horn, HORN_DEG) < np.median(horn.sigma_deg) < np.hypot(0.5, 0.75)
     np.testing.assert_allclose(horn.time_s, fin.time_s, atol=1e-9)

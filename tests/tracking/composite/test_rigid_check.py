@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from servosight.tracking.composite._rigid_check import pattern_of
+from servosight.tracking.composite._rigid_check import pattern_of, sides_apart_rad
+from servosight.tracking.composite.model import PoseFit
 
 
 def test_a_scale_of_the_angle_shows_and_chance_does_not() -> None:
@@ -20,3 +23,13 @@ def test_a_scale_of_the_angle_shows_and_chance_does_not() -> None:
     assert pattern_of(angle[:9], wrong[:9], sure[:9]) == 0.0
     # A part that does not show its own direction says nothing.
     assert pattern_of(angle, wrong + 0.1 * noise, 4.0 * sure) == 0.0
+
+
+def test_halves_are_apart_by_what_varies_and_a_hand_counts_as_five_times_the_usual() -> None:
+    """Truth: differences of 0.3 rad, which all share, and of 0.02 rad to either side, which not."""
+    usual = PoseFit(0.0, np.zeros(2), np.eye(3), 1.0, 1.0, 1.0, 0.3, 0.01, 0.1)
+    fits = [replace(usual, sides_rad=0.3 + 0.02 * sign) for sign in (-1, 1) * 20]
+    assert sides_apart_rad([*fits, None]) == pytest.approx(0.02)
+    hidden = [replace(usual, sides_rad=9.0)]
+    expected = np.sqrt((40 * 0.02**2 + (5 * 0.02) ** 2) / 41)
+    assert sides_apart_rad([*fits[:20], usual, *fits[20:-1], *hidden]) < 1.2 * expected

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
+from servosight.tracking.composite._measure import followed
 from servosight.tracking.composite.model._model import CompositeModel
+from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import (
@@ -100,6 +102,30 @@ def test_a_shift_turns_a_wheel_less_than_an_arm() -> None:
     assert arm is not None
     assert arm.per_px_rad > 1.0 / 70.0
     assert wheel.per_px_rad < 0.35 * arm.per_px_rad
+
+
+def test_sampled_angles_of_equal_spokes_follow_each_other() -> None:
+    """Truth: the drawn angles, by the raster's step of less than 1 deg. By itself each picture's
+    angle may be any of those that look alike: 72 deg further, in noise, half of the time."""
+    angle_deg = ANGLE_DEG[16:40:2]
+    rng = np.random.default_rng(4)
+    view = PolarView.around(PIVOT, RADIUS_PX)
+    phi = np.arange(view.columns) * view.step_rad
+    near = np.abs((np.rad2deg(phi) + 36.0) % 72.0 - 36.0) < 6.0
+    part = np.where(near, 200.0, 100.0) * np.ones((view.rows, 1))
+    wheel = TurningPart(
+        view, np.zeros(1), np.full(part.shape, 100.0, np.float32), part.astype(np.float32),
+        near * np.ones(part.shape, np.float32), 1.0,
+    )  # fmt: skip
+    x, y = np.meshgrid(np.arange(240.0) - PIVOT[0], np.arange(180.0) - PIVOT[1])
+    seen = np.rad2deg(np.arctan2(-y, x))
+    pictures = np.stack(
+        [np.where(np.abs((seen - a + 36.0) % 72.0 - 36.0) < 6.0, 200.0, 100.0) for a in angle_deg]
+    )
+    pictures = (pictures + rng.normal(0.0, 4.0, pictures.shape)).astype(np.float32)
+    found = np.rad2deg(followed(wheel, 1.0, pictures, np.arange(0, 24, 2)))
+    away = found - angle_deg
+    assert np.abs(away - np.median(away)).max() < np.rad2deg(view.step_rad) < 1.0
 
 
 @pytest.mark.parametrize(("claim", "confirmed"), [(1.0, True), (0.0, False), (-1.0, False)])

@@ -22,8 +22,10 @@ FOUND = ObliqueView(
     found=True,
     tilt_rad=np.deg2rad(15.0),
     terms=np.array([0.1, 0.0, 0.0, 0.0, 0.01]),
+    doubts=np.deg2rad(SIGMA_DEG) * np.array([[0.3], [0.0], [0.0], [0.0], [np.sqrt(2.0)]]),
     sigma_rad=np.deg2rad(SIGMA_DEG),
     apart_rad=0.0,
+    sides_rad=0.0,
     pivot_px=np.zeros(2),
 )
 
@@ -50,13 +52,28 @@ def test_a_frame_without_the_part_keeps_the_last_angle_and_its_sigma() -> None:
     np.testing.assert_array_equal(seen.sigma_deg[10:13], track.sigma_deg[10:13])
 
 
+def test_what_is_left_of_a_tilt_is_shared_by_all_frames() -> None:
+    """The doubt's constant does not count: angles have an offset in any case."""
+    own_rad = np.deg2rad(ANGLE_DEG + 20.0)
+    seen = along_axis(TRACK, FOUND, own_rad, np.zeros(2))
+    expected = np.sqrt(2.0) * SIGMA_DEG * np.sin(2 * own_rad)
+    assert seen.shared_deg is not None
+    shared = seen.shared_deg[:, 0] * np.sign(seen.shared_deg[0, 0] * expected[0])
+    np.testing.assert_allclose(shared, expected - expected.mean(), atol=1e-9)
+
+
 def test_an_unknown_tilt_is_sigma_alone() -> None:
     unknown = replace(FOUND, found=False, sigma_rad=np.deg2rad(0.3))
     seen = along_axis(TRACK, unknown, np.deg2rad(ANGLE_DEG), np.zeros(2))
     np.testing.assert_array_equal(seen.angle_deg, ANGLE_DEG)
     assert seen.pivot_px == TRACK.pivot_px
     assert seen.sigma_deg == pytest.approx(np.hypot(TRACK.sigma_deg, 0.3))
-    assert "may change angles by 0.3 deg (one sigma)" in seen.notes[-1]
+    assert "changes angles by 0.3 deg (one sigma)" in seen.notes[-1]
+
+
+def test_an_unknown_tilt_that_changes_less_than_an_angle_may_be_off_is_not_spoken_of() -> None:
+    unknown = replace(FOUND, found=False, sigma_rad=np.deg2rad(0.2))
+    assert along_axis(TRACK, unknown, np.deg2rad(ANGLE_DEG), np.zeros(2)).notes == TRACK.notes
 
 
 def test_a_part_that_no_sampled_frame_shows_is_left_as_it_is() -> None:

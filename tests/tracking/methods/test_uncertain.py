@@ -34,16 +34,21 @@ SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
 
 
-def refined(monkeypatch: pytest.MonkeyPatch, first: Track, second: Found, **given: Any) -> Track:
-    """What ``refine`` returns where both ways return these."""
+def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **given: Any) -> Track:
+    """What ``refine`` returns where both ways return these, or refuse so."""
 
     def composite(*_: object) -> Track:
         if isinstance(second, TrackRefused):
             raise second
         return second
 
-    part = TrackedPart(first, FrameSample(lambda image: image), first.outline_px, np.zeros(2), True)
-    monkeypatch.setattr(_refine, "tracked_part", lambda *_: part)
+    def tracked_part(*_: object) -> TrackedPart:
+        if isinstance(first, TrackRefused):
+            raise first
+        sample = FrameSample(lambda image: image)
+        return TrackedPart(first, sample, first.outline_px, np.zeros(2), True)
+
+    monkeypatch.setattr(_refine, "tracked_part", tracked_part)
     monkeypatch.setattr(_refine, "composite", composite)
     film: Any = type("Film", (), {"path": Path("fin.mp4")})()
     return _refine.refine(film, TrackOptions(**given))
@@ -66,6 +71,28 @@ def test_a_rough_track_is_returned_only_of_a_part_pointed_at(
     assert refined(monkeypatch, ROUGH, REFUSED, tip=(20.0, 20.0)) is ROUGH
     with pytest.raises(TrackRefused, match=r"50,40 is measured with a sigma of 0\.37\d* deg"):
         refined(monkeypatch, ROUGH, REFUSED)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "shown"),
+    [
+        ({}, {"found": True}, "second"),
+        ({}, {"measured": True}, "second"),
+        ({"found": True}, {}, "first"),
+        ({"found": True}, {"found": True}, "second"),
+        ({}, {}, "first"),
+    ],
+)
+def test_where_both_ways_refuse_the_sentence_that_names_a_part_is_shown(
+    monkeypatch: pytest.MonkeyPatch, first: dict[str, bool], second: dict[str, bool], shown: str
+) -> None:
+    """With the picture of the same way; of the second one, in which more is seen, if none does."""
+    one, other = (np.full((4, 4, 3), grey, np.uint8) for grey in (0, 1))
+    refusals = TrackRefused("first", one, **first), TrackRefused("second", other, **second)
+    with pytest.raises(TrackRefused, match=shown) as raised:
+        refined(monkeypatch, *refusals)
+    named = one if first and not second else other
+    np.testing.assert_array_equal(raised.value.picture, named)
 
 
 def timed(track: Track, doubt_s: float) -> Track:

@@ -13,23 +13,24 @@ from itertools import pairwise
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite._rigid_check import shifting_rad
+from servosight.tracking.composite._rigid_check import shifting_rad, sides_apart_rad
 from servosight.tracking.composite.model import CompositeModel, PoseFit
-from servosight.tracking.composite.oblique._estimate import TiltEstimate, estimated_tilt
+from servosight.tracking.composite.oblique._estimate import TiltEstimate, estimated_tilt, filled
 from servosight.tracking.composite.oblique._plane import ExpectedTilts, in_plane, plane_matrix
 from servosight.tracking.composite.oblique._poses import pose_sensitivity
-from servosight.tracking.core import mapped, threaded
+from servosight.tracking.core import mapped, one_sigma, threaded
 from servosight.tracking.verification import PolarView
 
 _ROUNDS, _ENOUGH_RAD = 9, np.deg2rad(0.005)
+_SETTLING = 5  # rounds: at first the part's picture is of another plane than its angles
 _LEAST_PICTURES = 12
 _SLOWEST = 0.95  # of a round's change, the next one
 # By how many sigma of the mean the logarithm of the residuals' square must be smaller in the plane,
 # and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
 _SURE, _LEAST_SMALLER = 3.0, 0.04
-# A tilt is told from a shadow by how both change with the angle: of a part that rests at two angles
-# hardly. As many equally filled sixths of the range are enough, unless sigma is this small a share.
-_SIXTHS, _LEAST_SIXTHS, _SHARP, _KNOWN = 6, 3.5, 0.2, 0.6
+# Sigma is to be as small a share of what the tilt changes; the first of a part that rests at few
+# angles, which hardly tell a tilt from a shadow.
+_SHARP, _KNOWN = 0.2, 0.6
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class SampledPart:
 
     ``still`` (height, width) is 1 where it lies at angle zero. It turns about ``pivot_px`` (2,) and
     reaches ``farthest_px`` from there, its raster ``reach_px``. ``grain`` is how many pixels along
-    a side share one sample.
+    a side share one sample. The video's own pictures, of which these may be a piece, have their
+    middle at ``middle_px`` (2,), and a longer side of ``longer_px``.
     """
 
     pictures: Single
@@ -48,6 +50,8 @@ class SampledPart:
     reach_px: float
     farthest_px: float
     grain: int
+    middle_px: Array
+    longer_px: float
 
 
 @dataclass(frozen=True)
@@ -56,20 +60,28 @@ class ObliqueView:
 
     ``found`` says that the pictures show the tilt, and determine it. Corrections are ``terms`` (5,)
     [rad] of a constant, cosine and sine of the angle and of twice the angle, zero if it is not.
-    ``sigma_rad`` is that of the tilt's part in the angles, ``apart_rad`` the rms by which angles in
-    the plane change where the part may also shift; ``pivot_px`` (2,) lies in the picture.
+    ``doubts`` (5, 4) [rad] are the same terms of one sigma of each error of the shape,
+    ``sigma_rad`` the rms that they make of the angles, ``apart_rad`` the rms by which angles in the
+    plane change where the part may also shift, ``sides_rad`` that between its halves there;
+    ``pivot_px`` (2,) lies in the picture.
     """
 
     found: bool
     tilt_rad: float
     terms: Array
+    doubts: Array
     sigma_rad: float
     apart_rad: float
+    sides_rad: float
     pivot_px: Array
 
     def correction_rad(self, angle_rad: Array) -> Array:
         """What is added to angles (n,)."""
         return np.asarray(_harmonics(angle_rad) @ self.terms)
+
+    def doubt_rad(self, angle_rad: Array) -> Array:
+        """Change of angles (n,) with one sigma of each error, (n, 4)."""
+        return np.asarray(_harmonics(angle_rad) @ self.doubts)
 
 
 @dataclass(frozen=True)
@@ -98,7 +110,7 @@ def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
     if known.sum() < _LEAST_PICTURES:
         return None
     pictures, angle_rad = part.pictures[known], angle_rad[known]
-    expected = ExpectedTilts.of(part.farthest_px, float(max(part.still.shape)))
+    expected = ExpectedTilts.of(part.farthest_px, part.longer_px, part.pivot_px - part.middle_px)
     rounds: list[_Round] = []
     now, shape, pivot = angle_rad, np.zeros(4), part.pivot_px
     for _ in range(_ROUNDS):
@@ -108,7 +120,7 @@ def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
         rounds.append(one)
         after = np.where(np.isfinite(one.angle_rad), one.angle_rad, now)
         settled = len(rounds) > 2 and _spread(after - now) < _ENOUGH_RAD
-        if settled or (len(rounds) > 2 and _gain(rounds[0], one) < 0.0):
+        if settled or (len(rounds) > _SETTLING and _gain(rounds[0], one) < 0.0):
             break
         now, shape, pivot = after, one.estimate.shape_px, pivot + one.estimate.pivot_step_px
     return _view(part, angle_rad, rounds) if len(rounds) > 1 else None
@@ -145,22 +157,37 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     best = max(rounds[1:], key=lambda one: _smaller_by(rounds[0], one))
     shown = np.isfinite(best.angle_rad)
     change = best.angle_rad[shown] - angle_rad[shown]
-    sigma = float(np.sqrt(np.mean(best.estimate.sigma_rad**2)))
-    sigma = float(np.hypot(sigma, ahead_rad([one.angle_rad for one in rounds])))
+    usual, ahead = best.estimate.sigma_rad, ahead_rad([one.angle_rad for one in rounds])
+    sigma = float(np.hypot(usual, ahead))
     share = sigma / max(_spread(change), 1e-12)
     found = _gain(rounds[0], best) > _SURE and _smaller_by(rounds[0], best) > _LEAST_SMALLER
-    found &= share < (_KNOWN if _filled(angle_rad) > _LEAST_SIXTHS else _SHARP)
+    found &= share < (_KNOWN if filled(angle_rad) else _SHARP)
     if not found:
-        pivot, doubt = part.pivot_px, float(np.hypot(sigma, _spread(change)))
-        return ObliqueView(False, 0.0, np.zeros(5), doubt, np.nan, pivot)
-    terms = _harmonics(angle_rad[shown])
-    held = 1e-6 * shown.sum() * np.diag([0.0, 1.0, 1.0, 1.0, 1.0])
-    solved = np.linalg.solve(terms.T @ terms + held, terms.T @ change)
+        doubt = max(rounds[0].estimate.doubt_rad, _spread(change))
+        doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
+        return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, np.nan, part.pivot_px)
     matrix = plane_matrix(best.shape_px, part.pivot_px, part.farthest_px)
     return ObliqueView(
-        True, best.estimate.tilt_rad, solved, sigma,
-        shifting_rad(best.model, best.pictures, best.fits), mapped(matrix, best.pivot_px[None])[0],
+        True, best.estimate.tilt_rad, _terms(angle_rad[shown], change),
+        _doubts(best, best.estimate.covariance, sigma), sigma,
+        shifting_rad(best.model, best.pictures, best.fits), sides_apart_rad(best.fits),
+        mapped(matrix, best.pivot_px[None])[0],
     )  # fmt: skip
+
+
+def _doubts(one: _Round, square: Array, sigma_rad: float) -> Array:
+    """The terms (5, 4) of what shapes with a mean square (4, 4) change, ``sigma_rad`` rms."""
+    changes = one.estimate.by_shape @ one_sigma(square)
+    shown = one.angle_rad[np.isfinite(one.angle_rad)]
+    rms = float(np.sqrt(np.mean(np.sum(changes**2, axis=1))))
+    return _terms(shown, changes) * (sigma_rad / max(rms, 1e-12))
+
+
+def _terms(angle_rad: Array, change: Array) -> Array:
+    """The terms (5, ...) of changes (n, ...) at angles (n,)."""
+    rows = _harmonics(angle_rad)
+    held = 1e-6 * angle_rad.size * np.diag([0.0, 1.0, 1.0, 1.0, 1.0])
+    return np.asarray(np.linalg.solve(rows.T @ rows + held, rows.T @ change))
 
 
 def ahead_rad(angles_rad: Sequence[Array]) -> float:
@@ -198,12 +225,6 @@ def _smaller(before: _Round, after: _Round) -> Array:
 def _smaller_by(before: _Round, after: _Round) -> float:
     """The mean of that."""
     return float(np.nanmean(_smaller(before, after)))
-
-
-def _filled(angle_rad: Array) -> float:
-    """How many of equal parts of the range the angles (n,) fill."""
-    share = np.histogram(angle_rad, _SIXTHS)[0] / angle_rad.size
-    return float(1.0 / np.sum(share**2))
 
 
 def _spread(values: Array) -> float:

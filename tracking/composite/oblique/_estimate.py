@@ -16,17 +16,39 @@ _USUAL_PX = np.repeat([30.0, 0.2], _POSE)  # of the poses, and of the learnt pic
 # What shadow, light and codec do to the pose of a part is the same at nearly equal angles: on
 # composed clips without tilt some hundredths of a pixel.
 _SYSTEMATIC_PX, _ALIKE_RAD = 0.05, np.deg2rad(15.0)
+# A tilt is told from a shadow by how both change with the angle: of a part that rests at two angles
+# hardly, and on composed clips with shadows it is 0.1 px to 1 px there. As many equally filled
+# sixths of the range are enough.
+_RESTING_PX = 0.2
+_SIXTHS, _LEAST_SIXTHS = 6, 3.5
 
 
 @dataclass(frozen=True)
 class TiltEstimate:
-    """The plane's shape (4,) [px], the tilt [rad], by how much the pivot is off (2,) [px], and one
-    sigma of the angles due to the shape [rad], (n,)."""
+    """The plane's shape (4,) [px], the tilt [rad], by how much the pivot is off (2,) [px].
+
+    Angles respond to the shape by ``by_shape`` (n, 4) [rad/px]. ``covariance`` (4, 4) is that of
+    the shape as poses tell it. ``doubt`` (4, 4) is the mean square of what the shape may be as far
+    as they can be believed: not where no tilt explains them, since a shadow then changes them, nor
+    those of a part that rests at few angles.
+    """
 
     shape_px: Array
     tilt_rad: float
     pivot_step_px: Array
-    sigma_rad: Array
+    by_shape: Array
+    covariance: Array
+    doubt: Array
+
+    @property
+    def sigma_rad(self) -> float:
+        """One sigma of the angles due to the shape, rms."""
+        return changed_rad(self.by_shape, self.covariance)
+
+    @property
+    def doubt_rad(self) -> float:
+        """The rms of what a tilt may do to angles that are not corrected for it."""
+        return changed_rad(self.by_shape, self.doubt)
 
 
 @dataclass(frozen=True)
@@ -52,17 +74,47 @@ def estimated_tilt(
     away = expected.shape_px - (shape_px + seen.error_px[2:])
     misfit = np.einsum("ni,ij,nj->n", away, own, away)
     least = float(misfit.min())
-    weight = expected.weight * np.exp(-0.5 * (misfit - least) / max(1.0, least))
-    weight /= weight.sum()
+    more, scale = misfit - least, max(1.0, least)
+    weight = _weighed(expected.weight, more / scale)
     mean = weight @ expected.shape_px
-    apart = expected.shape_px - mean
-    covariance = (apart * weight[:, None]).T @ apart
+    believed = 1.0 / scale**2 if filled(angle_rad) else 0.0
+    doubted = _weighed(expected.weight, believed * more)
     turn = np.array([pose.turn for pose in poses])
-    by_shape = np.einsum("na,nab->nb", turn, _relative(angle_rad))
-    by_shape = by_shape[:, 2:] - by_shape[:, 2:].mean(0)
-    sigma = np.sqrt(np.maximum(np.einsum("na,ab,nb->n", by_shape, covariance, by_shape), 0.0))
+    by_shape = np.einsum("na,nab->nb", turn, _relative(angle_rad))[:, 2:]
     pivot = seen.error_px[:2] - by_pivot @ (weight @ away)
-    return TiltEstimate(mean, float(weight @ expected.tilt_rad), pivot, sigma)
+    return TiltEstimate(
+        mean, float(weight @ expected.tilt_rad), pivot, by_shape - by_shape.mean(0),
+        _square(expected.shape_px - mean, weight), _square(expected.shape_px, doubted),
+    )  # fmt: skip
+
+
+def filled(angle_rad: Array) -> bool:
+    """Whether angles (n,) fill their range well enough to tell a tilt.
+
+    >>> filled(np.linspace(0.0, 1.0, 30)), filled(np.repeat([0.0, 1.0], 15))
+    (True, False)
+    """
+    share = np.histogram(angle_rad, _SIXTHS)[0] / angle_rad.size
+    return bool(1.0 / np.sum(share**2) > _LEAST_SIXTHS)
+
+
+def changed_rad(by_shape: Array, square: Array) -> float:
+    """The rms change of angles that respond by ``by_shape`` (n, 4) to a shape of which the mean
+    square is ``square`` (4, 4)."""
+    return float(
+        np.sqrt(max(np.einsum("na,ab,nb->", by_shape, square, by_shape), 0.0) / len(by_shape))
+    )
+
+
+def _weighed(weight: Array, misfit: Array) -> Array:
+    """The weights (n,) of what explains poses with a misfit (n,)."""
+    weight = weight * np.exp(-0.5 * misfit)
+    return np.asarray(weight / weight.sum())
+
+
+def _square(shape_px: Array, weight: Array) -> Array:
+    """The mean square (4, 4) of shapes (n, 4) with weights (n,)."""
+    return np.asarray((shape_px * weight[:, None]).T @ shape_px)
 
 
 def _pose_errors(angle_rad: Array, poses: Sequence[PoseSensitivity]) -> _PoseErrors:
@@ -78,9 +130,10 @@ def _pose_errors(angle_rad: Array, poses: Sequence[PoseSensitivity]) -> _PoseErr
     found = inverse @ np.einsum("nai,na->i", rows, right)
     left = right - np.einsum("nab,nbi,i->na", weight, rows, found)
     scores = np.einsum("nai,na->ni", rows, left)
+    common_px = _SYSTEMATIC_PX if filled(angle_rad) else _RESTING_PX
     place = np.unique(np.floor(angle_rad / _ALIKE_RAD), return_inverse=True)[1]
     shared = np.stack([pull[place == one].sum(0) for one in range(int(place.max()) + 1)])
-    spread = scores.T @ scores + _SYSTEMATIC_PX**2 * np.einsum("gia,gja->ij", shared, shared)
+    spread = scores.T @ scores + common_px**2 * np.einsum("gia,gja->ij", shared, shared)
     covariance = inverse + inverse @ spread @ inverse
     return _PoseErrors(found[:_POSE], covariance[:_POSE, :_POSE])
 

@@ -1,8 +1,9 @@
 """The plane of motion seen from off the axis: its map to the picture, and the tilts to expect.
 
 Seen at an angle, a plane is stretched across the direction in which it leans, and what is nearer is
-larger. Both are written as displacements at the part's farthest point, in pixels: stretch along x
-and along the diagonal, perspective along x and against y, as in ``tracking.fit``.
+larger; beside the middle of the picture, what is nearer is displaced as well, which stretches it.
+Both are written as displacements at the part's farthest point, in pixels: stretch along x and along
+the diagonal, perspective along x and against y, as in ``tracking.fit``.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ class ExpectedTilts:
     weight: Array
 
     @classmethod
-    def of(cls, farthest_px: float, longer_px: float) -> ExpectedTilts:
-        """For a part that reaches so far, in pictures of which the longer side is so long.
+    def of(cls, farthest_px: float, longer_px: float, pivot_px: Array) -> ExpectedTilts:
+        """For a part that reaches so far, in pictures of which the longer side is so long, about a
+        pivot (2,) that is as far from the picture's middle.
 
         A distant plane that leans by t towards a direction is shorter by cos(t) along it; through a
         lens of focal length f, points there are farther away by sin(t) of their distance (Hartley
@@ -39,15 +41,36 @@ class ExpectedTilts:
         """
         grid = np.meshgrid(_TILTS, _LEANS, np.array(_PER_FOCAL) / longer_px, indexing="ij")
         tilt, lean, per_focal = (axis.ravel() for axis in grid)
-        stretch = -0.5 * farthest_px * np.log(np.cos(tilt))
-        nearer = farthest_px**2 * per_focal * np.sin(tilt)
-        shape = np.stack(
-            [stretch * np.cos(2 * lean), stretch * np.sin(2 * lean),
-             nearer * np.cos(lean), nearer * np.sin(lean)], axis=1,
-        )  # fmt: skip
+        along = np.stack([np.cos(lean), -np.sin(lean)], axis=1)
+        flat = np.eye(2) - (1.0 - np.cos(tilt))[:, None, None] * _product(along, along)
+        farther = (per_focal * np.sin(tilt))[:, None] * along
+        shape = farthest_px * _about(flat, farther, pivot_px) * (1.0, 1.0, *(2 * (farthest_px,)))
         weight = tilt * np.exp(-0.5 * (tilt / _USUAL_RAD) ** 2)
         weight[tilt == 0.0] = _FLAT_SHARE * weight.max()
-        return cls(tilt, -shape, weight / weight.sum())
+        return cls(tilt, shape, weight / weight.sum())
+
+
+def _about(flat: Array, farther: Array, pivot_px: Array) -> Array:
+    """Stretch and perspective (n, 4), the latter per pixel, about a point (2,) of the picture.
+
+    A point x of the plane is seen at F x / (1 + g x), with F ``flat`` (n, 2, 2) and g ``farther``
+    (n, 2). About the place x0 seen at p that is p + J d / (1 + g d / w), w = 1 + g x0, with J =
+    (F - p g) / w, of which a turn and a size are no shape.
+    """
+    by_place = flat - _product(np.broadcast_to(pivot_px, farther.shape), farther)
+    place = np.linalg.solve(by_place, np.broadcast_to(pivot_px, farther.shape)[..., None])[..., 0]
+    near = 1.0 + np.einsum("ni,ni->n", farther, place)
+    left, size, right = np.linalg.svd(by_place / near[:, None, None])
+    half = 0.5 * np.log(size[:, 0] / size[:, 1])
+    stretch = np.einsum("nij,nj,nkj->nik", left, np.stack([half, -half], 1), left)
+    turned = np.einsum("nij,njk,nk->ni", left, right, farther / near[:, None])
+    own = turned / np.sqrt(size[:, :1] * size[:, 1:])
+    return np.stack([stretch[:, 0, 0], -stretch[:, 0, 1], -own[:, 0], own[:, 1]], axis=1)
+
+
+def _product(left: Array, right: Array) -> Array:
+    """Of vectors (n, 2), as matrices (n, 2, 2)."""
+    return np.asarray(left[:, :, None] * right[:, None, :])
 
 
 def plane_matrix(shape_px: Array, pivot_px: Array, farthest_px: float) -> Array:

@@ -9,7 +9,7 @@ import pytest
 from servosight.models.core import Array
 from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
 from servosight.tracking.composite.oblique._correction import ahead_rad
-from servosight.tracking.composite.oblique._plane import ExpectedTilts, plane_matrix
+from servosight.tracking.composite.oblique._plane import _PER_FOCAL, ExpectedTilts, plane_matrix
 from servosight.tracking.core import mapped
 
 SIZE = (240, 180)
@@ -20,7 +20,8 @@ SWING_RAD = np.deg2rad(38.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6
 
 
 def seen(points: Array, tilt_deg: float, lean_deg: float) -> Array:
-    """Points (n, 2) of a plane about its pivot, y up, through a pinhole that is off the axis."""
+    """Points (n, 2) of a plane about its pivot, y up, through a pinhole that is off the axis and
+    looks at the pivot."""
     tilt, lean = np.deg2rad([tilt_deg, lean_deg])
     along = np.array([np.cos(lean), np.sin(lean)])
     far = points @ along
@@ -42,23 +43,34 @@ def filled(corners: Array, grey: float, onto: Array) -> Array:
 
 
 def filmed(
-    tilt_deg: float, swing_rad: Array = SWING_RAD, lean_deg: float = 40.0
+    tilt_deg: float, swing_rad: Array = SWING_RAD, lean_deg: float = 40.0, shadow: float = 0.0
 ) -> tuple[ObliqueView | None, Array, Array]:
     """The view, and by how much directions of the bar's tip in the picture are off (n,) [deg]
-    without and with its correction."""
+    without and with its correction. A ``shadow`` beside the bar takes so much of the light."""
     rng = np.random.default_rng(3)
     bench = 110.0 + 12.0 * cv2.GaussianBlur(rng.standard_normal(SIZE[::-1]), (0, 0), 2.0)
-    drawn = [filled(seen(turned_bar(one), tilt_deg, lean_deg), 215.0, bench) for one in swing_rad]
+    bars = [seen(turned_bar(one), tilt_deg, lean_deg) for one in swing_rad]
+    lit = [bench * (1.0 - shadow * shade(one)) for one in bars]
+    drawn = [filled(one, 215.0, under) for one, under in zip(bars, lit, strict=True)]
     noisy = np.stack(drawn) + rng.normal(0.0, 1.5, (len(drawn), *bench.shape))
     pictures = np.stack([cv2.GaussianBlur(one, (0, 0), 1.0) for one in noisy]).astype(np.float32)
     tips = seen(76.0 * np.column_stack([np.cos(swing_rad), np.sin(swing_rad)]), tilt_deg, lean_deg)
     direction = np.arctan2(PIVOT[1] - tips[:, 1], tips[:, 0] - PIVOT[0])
     still = filled(PIVOT + BAR * (1.0, -1.0), 1.0, np.zeros(SIZE[::-1])) > 0.5
     behind = cv2.GaussianBlur(bench, (0, 0), 1.0).astype(np.float32)
-    part = SampledPart(pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1)
+    part = SampledPart(
+        pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1, middle_px=PIVOT,
+        longer_px=240.0,
+    )  # fmt: skip
     view = oblique_view(part, direction)
     after = direction if view is None else direction + view.correction_rad(direction)
     return view, relative_deg(direction - swing_rad), relative_deg(after - swing_rad)
+
+
+def shade(bar: Array) -> Array:
+    """The share of a shadow where one falls 8 px beside the bar (4, 2), with a soft edge."""
+    hard = filled(bar + np.array([5.0, 6.0]), 1.0, np.zeros(SIZE[::-1]))
+    return np.asarray(cv2.GaussianBlur(hard, (0, 0), 2.0))
 
 
 def relative_deg(error_rad: Array) -> Array:
@@ -87,14 +99,34 @@ def test_a_camera_on_the_axis_changes_nothing() -> None:
     np.testing.assert_array_equal(after, before)
 
 
-def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_it() -> None:
+@pytest.mark.parametrize("shadow", [0.3, 0.5])
+def test_a_shadow_beside_the_part_is_not_taken_for_a_tilt(shadow: float) -> None:
+    """Bounds: a quarter of the error without a correction, and three sigma; on the axis nothing is
+    found."""
+    level = filmed(0.0, shadow=shadow)[0]
+    view, before, after = filmed(18.0, shadow=shadow)
+    assert level is not None
+    assert not level.found
+    assert view is not None
+    assert view.found
+    assert rms(after) < min(0.25 * rms(before), 3.0 * np.rad2deg(view.sigma_rad))
+
+
+def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_what_usual_ones_do() -> None:
     """Here they lie on both sides of the direction towards which the camera leans, so that lengths
-    do not differ: what a usual tilt does is sigma's."""
+    do not differ. A tilt t turns directions phi from there by log(1 / cos t) / 2 times sin(2 phi):
+    the rms over tilts (Rayleigh, 12 deg) and leans, within 10 % for the bar's width."""
     steps = 0.6 + np.deg2rad(38.0) * np.sign(np.sin(np.linspace(0.0, 9.0, 48) + 0.01))
     view, before, _ = filmed(12.0, steps)
+    tilt, usual = np.deg2rad(np.arange(0.25, 46.0, 0.5)), np.deg2rad(12.0)
+    weight = tilt * np.exp(-0.5 * (tilt / usual) ** 2)
+    turn = np.sqrt(np.average((0.5 * np.log(np.cos(tilt))) ** 2, weights=weight))
+    expected = turn * np.sin(2.0 * np.deg2rad(38.0)) / np.sqrt(2.0)
     assert view is not None
     assert not view.found
+    assert view.sigma_rad == pytest.approx(expected, rel=0.1)
     assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
+    np.testing.assert_allclose(np.ptp(view.doubt_rad(steps), axis=0).max(), 2 * expected, rtol=0.2)
 
 
 def test_a_few_pictures_tell_nothing() -> None:
@@ -102,24 +134,25 @@ def test_a_few_pictures_tell_nothing() -> None:
 
 
 @pytest.mark.parametrize("lean_deg", [0.0, 75.0, 200.0])
-def test_expected_shapes_are_those_of_a_pinhole(lean_deg: float) -> None:
-    """Directions from the pivot as a pinhole shows them, to a fortieth of what the tilt changes:
-    the shape is of first order in the stretch, which is 3 % at 20 deg."""
-    expected = ExpectedTilts.of(78.0, 240.0)
-    per_focal = 78.0**2 * np.sin(np.deg2rad(20.0)) / FOCAL_PX
-    lean = np.deg2rad(lean_deg)
+@pytest.mark.parametrize("middle", [(0.0, 0.0), (31.0, -18.0)])
+def test_expected_shapes_are_those_of_a_pinhole(
+    lean_deg: float, middle: tuple[float, float]
+) -> None:
+    """A circle about the pivot, seen by a pinhole that looks at another point of the plane, is one
+    again in the plane of the expected shape, but for a turn and a size."""
+    looks_at = seen(np.array([middle]), 20.0, lean_deg)[0]
+    longer_px = FOCAL_PX  # the lens of which one over the focal length is one of those expected
+    expected = ExpectedTilts.of(78.0, longer_px, looks_at - PIVOT)
     own = np.isclose(expected.tilt_rad, np.deg2rad(20.0))
-    nearer = -per_focal * np.array([np.cos(lean), np.sin(lean)])
-    shapes = expected.shape_px[own]
-    shape = shapes[np.argmin(np.hypot(*(shapes[:, 2:] - nearer).T))].copy()
-    shape[2:] = nearer
+    by_focal = expected.shape_px[own].reshape(72, -1, 4)
+    shape = by_focal[round(lean_deg / 5.0), _PER_FOCAL.index(1.0)]
     around = np.linspace(0.0, 2.0 * np.pi, 37)
     circle = 78.0 * np.column_stack([np.cos(around), np.sin(around)])
-    shown = mapped(plane_matrix(shape, PIVOT, 78.0), PIVOT + circle * (1.0, -1.0)) - PIVOT
-    true = seen(circle, 20.0, lean_deg) - PIVOT
-    angle, right = (np.arctan2(-y, x) for x, y in (shown.T, true.T))
-    away, wrong = (np.angle(np.exp(1j * one)) for one in (angle - right, right - around))
-    assert rms(away) < rms(wrong) / 40.0
+    shown = seen(circle + middle, 20.0, lean_deg) - looks_at + PIVOT
+    back = mapped(np.linalg.inv(plane_matrix(shape, PIVOT, 78.0)), shown) - PIVOT
+    as_numbers = back[:, 0] - 1j * back[:, 1]
+    turned = np.exp(1j * around) * np.mean(as_numbers * np.exp(-1j * around))
+    np.testing.assert_allclose(as_numbers, turned, atol=1e-9)
 
 
 def test_rounds_that_have_not_settled_are_as_uncertain_as_what_is_ahead() -> None:
