@@ -28,9 +28,8 @@ _SLOWEST = 0.95  # of a round's change, the next one
 # By how many sigma of the mean the logarithm of the residuals' square must be smaller in the plane,
 # and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
 _SURE, _LEAST_SMALLER = 3.0, 0.04
-# Sigma is to be as small a share of what the tilt changes; the first of a part that rests at few
-# angles, which hardly tell a tilt from a shadow.
-_SHARP, _KNOWN = 0.2, 0.6
+_MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
+_KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
 
 
 @dataclass(frozen=True)
@@ -160,8 +159,9 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     usual, ahead = best.estimate.sigma_rad, ahead_rad([one.angle_rad for one in rounds])
     sigma = float(np.hypot(usual, ahead))
     share = sigma / max(_spread(change), 1e-12)
-    found = _gain(rounds[0], best) > _SURE and _smaller_by(rounds[0], best) > _LEAST_SMALLER
-    found &= share < (_KNOWN if filled(angle_rad) else _SHARP)
+    least = _LEAST_SMALLER if filled(angle_rad) else _MOST
+    found = _smaller_by(rounds[0], best) > least and _gain(rounds[0], best) > _SURE
+    found &= share < _KNOWN
     if not found:
         doubt = max(rounds[0].estimate.doubt_rad, _spread(change))
         doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
