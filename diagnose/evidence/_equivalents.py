@@ -2,10 +2,9 @@
 
 Above the floor no model is right, and it is not noise that decides between two of them but where
 the misfit of each happens to fall. Another run of the same servo then decides otherwise. Whether
-one model is better is seen block by block, from the ratio of the two errors: its mean logarithm
-against its scatter (Vuong, Econometrica 57 (1989) 307, each block with an error variance of its
-own; a set of models that no such comparison tells apart: Hansen, Lunde and Nason, Econometrica 79
-(2011) 453). Of a difference of squares the worst second alone would decide.
+one model is better is seen block by block, from the ratio of the two errors
+(``selection/_blocks.py``); a set of models that no such comparison tells apart: Hansen, Lunde and
+Nason, Econometrica 79 (2011) 453.
 """
 
 from __future__ import annotations
@@ -13,21 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import stdtrit
 
-from servosight.diagnose.residuals import TEST, Judged
-from servosight.diagnose.selection import BLOCK_S, AcceptanceCriterion, ModelSelection, Step, Trial
-from servosight.models.core import Array
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.effects import covered
 
-SURE = 0.95
-"""A model is dearer where the mean difference is beyond this quantile of Student's t."""
 MOST_ERROR = 2.0
 """A model with an error so many times as large is no other answer, however much that scatters."""
-LEAST_SHARE = 0.5
-"""Blocks with a smaller share of the samples of the fullest one are not compared."""
-FEWEST_BLOCKS = 3
-"""Fewer blocks have no scatter to compare with: then no models are said to be alike."""
 
 
 def equivalents(
@@ -53,7 +43,8 @@ def equivalents(
             continue
         price = criterion.overall_price(trial.score)
         able = price <= most and criterion.within_bounds(trial.score, first)
-        if trial.effects != last.effects and able and not _is_dearer(trial, last, criterion):
+        able = able and not criterion.is_dearer(trial.score, last.score)
+        if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
     least = [one for one in near if not any(set(o) <= whole[one] for o in near if o != one)]
@@ -104,29 +95,3 @@ def _instead(effects: Sequence[str], other: Sequence[str]) -> list[str]:
     """What ``other`` has in the place of ``effects`` that it lacks; none where that is less."""
     more = [name for name in other if name not in effects]
     return more if len(other) >= len(effects) else []
-
-
-def _is_dearer(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
-    """True where the price of ``trial`` is higher, beyond its scatter from block to block.
-
-    Blocks in which both are at the floor, as at a standstill, tell nothing.
-    """
-    pairs = zip(trial.judged, last.judged, strict=True)
-    own = np.hstack([(_blocks(one), _blocks(other)) for one, other in pairs])
-    told = own[:, np.any(own > criterion.enough_deg**2, axis=0)]
-    if told.shape[1] < FEWEST_BLOCKS:
-        return True
-    change = 0.5 * np.diff(np.log(told[::-1] + criterion.floor_deg**2), axis=0)[0]
-    more = change.mean() + criterion.burden(trial.score) - criterion.burden(last.score)
-    scatter = change.std(ddof=1) / np.sqrt(change.size)
-    return bool(more > stdtrit(change.size - 1, SURE) * scatter)
-
-
-def _blocks(judged: Judged) -> Array:
-    """Mean squared error of each block of one second [deg^2], NaN where it is for the test."""
-    time_s = judged.recording.time_s
-    number = np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.int64)
-    seen = judged.uses != TEST
-    count = np.bincount(number, seen)
-    squares = np.bincount(number, np.where(seen, judged.error_deg, 0.0) ** 2)
-    return np.where(count >= LEAST_SHARE * count.max(), squares / np.maximum(count, 1.0), np.nan)

@@ -13,8 +13,10 @@ from typing import TypeVar
 import numpy as np
 from scipy.special import chdtri
 
+from servosight.diagnose.selection._blocks import FEWEST_BLOCKS, is_above, log_ratios
 from servosight.diagnose.selection._policy import SelectionPolicy
 from servosight.diagnose.selection._score import Score
+from servosight.models.core import Array
 
 T = TypeVar("T")
 
@@ -105,23 +107,56 @@ class AcceptanceCriterion:
         A real servo differs from every model a little everywhere, and with thousands of samples
         any effect gains significantly: so it must also account for a fair share of what is left.
         Where the validation samples show nothing, all samples are compared, and the validation
-        error must stay at the floor. ``tried``: among how many it was the best.
+        error must stay at the floor. What the fitted samples show may count as well (``_shows``).
+        ``tried``: among how many it was the best.
         """
-        after, before = score.validation_rmse_deg, base.validation_rmse_deg
-        if self.explained(base):
-            if not self.explained(score):
-                return False
-            after, before = score.mean_square_deg2**0.5, base.mean_square_deg2**0.5
-        gone = before**2 - after**2
         needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
+        learnt = self.learnt(score, base) and self.within_bounds(score, base)
+        if not learnt or self.evidence(score, base) < needed:
+            return False
+        if self.explained(base):
+            lower = self._removes(score.mean_square_deg2**0.5, base.mean_square_deg2**0.5)
+            return lower and self.explained(score)
+        lower = self._removes(score.validation_rmse_deg, base.validation_rmse_deg)
+        return lower or self._shows(score, base)
+
+    def _removes(self, after_deg: float, before_deg: float) -> bool:
+        """True where an rms error falls by enough, also of what is above the floor."""
+        gone = before_deg**2 - after_deg**2
         return (
-            self.learnt(score, base)
-            and self.within_bounds(score, base)
-            and after <= (1.0 - self.policy.min_gain) * before
-            and gone >= self.policy.min_share * (before**2 - self.floor_deg**2)
+            after_deg <= (1.0 - self.policy.min_gain) * before_deg
+            and gone >= self.policy.min_share * (before_deg**2 - self.floor_deg**2)
             and gone >= (self.policy.min_removed * self.floor_deg) ** 2
-            and self.evidence(score, base) >= needed
         )
+
+    def _shows(self, score: Score, base: Score) -> bool:
+        """True where the fitted samples show a gain that the validation samples do not deny.
+
+        These may hardly move what is new, beside an error of their own: they deny it where they
+        rise beyond their scatter from second to second. In all samples together the gain must be
+        worth its price beyond that.
+        """
+        if not self._removes(score.train_rmse_deg, base.train_rmse_deg):
+            return False
+        rise = self._log_ratios(score.blocks_deg2[1], base.blocks_deg2[1])
+        if rise.size < FEWEST_BLOCKS:
+            denied = score.validation_rmse_deg > base.validation_rmse_deg
+        else:
+            denied = is_above(rise)
+        told = self._log_ratios(base.blocks_deg2, score.blocks_deg2).size >= FEWEST_BLOCKS
+        return told and not denied and self.is_dearer(base, score)
+
+    def is_dearer(self, score: Score, than: Score) -> bool:
+        """True where the price of ``score`` is higher, beyond its scatter from block to block.
+
+        With too few blocks for a scatter it is: then no models are said to be alike.
+        """
+        more = self._log_ratios(score.blocks_deg2, than.blocks_deg2)
+        less = self.burden(than) - self.burden(score)
+        return more.size < FEWEST_BLOCKS or is_above(more, less)
+
+    def _log_ratios(self, squares: Array, than: Array) -> Array:
+        return log_ratios(squares, than, self.enough_deg, self.floor_deg)
 
     def frees(self, score: Score, held: Score) -> bool:
         """True where data ask for a parameter to be fitted that ``held`` has at a likely value.

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servosight.models.core import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -13,7 +17,9 @@ class Score:
     ``validation_samples`` that decide; ``mean_square_deg2`` over all ``samples`` of both;
     ``parameters`` counts the physical ones, ``gain_fitted`` says whether k is one of them.
     ``at_bounds`` are effects with a parameter that rests on a bound of its range, and
-    ``core_at_bounds`` those of k, T and xi that rest on one.
+    ``core_at_bounds`` those of k, T and xi that rest on one. ``blocks_deg2`` are the mean squared
+    errors of the fitted and of the validation samples of each block of one second, (2, blocks), NaN
+    where a block has none.
     """
 
     effects: tuple[str, ...]
@@ -26,3 +32,4 @@ class Score:
     gain_fitted: bool
     at_bounds: tuple[str, ...] = ()
     core_at_bounds: tuple[str, ...] = ()
+    blocks_deg2: Array = field(default_factory=lambda: np.empty((2, 0)), compare=False, repr=False)

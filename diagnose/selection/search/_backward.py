@@ -29,12 +29,14 @@ class BackwardSearch:
         """Visit the rich model that extends ``base``, and what is left of it effect by effect.
 
         Not where a smaller model errs less than all these effects: what it has lacks here, and with
-        fewer of them the error is larger still.
+        fewer of them the error is larger still. Nor where what they gain is chance.
         """
         criterion, begun = self.visited.criterion, self.together(base)
         if not criterion.done(begun.score):
+            if self.visited.is_chance(begun):
+                return
             rich = self.models.finished(self.rich(begun, self._ordinary))
-            if self.visited.is_outdone(rich):
+            if self.visited.is_outdone(rich) or self.visited.is_chance(rich):
                 return
             if rich.key != begun.key:
                 begun = self._varied(rich, criterion.enough_deg)

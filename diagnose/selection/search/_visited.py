@@ -52,6 +52,12 @@ class Visited:
         ``trial`` on the fitted ones alone: neither it nor what is left of it can be the best."""
         return trial.score.train_rmse_deg > reached_deg(self.models.trials, trial.effects)
 
+    def is_chance(self, trial: Trial) -> bool:
+        """True where ``trial`` errs more on the validation data than the first model does: what its
+        effects gain on the fitted data does not come again."""
+        first = self.models.first().score
+        return trial.score.validation_rmse_deg > first.validation_rmse_deg
+
     def best(self) -> Trial:
         """The model of the lowest price, fitted to the end, each of whose effects is accepted.
 

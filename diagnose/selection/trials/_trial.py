@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
+from servosight.diagnose.selection._blocks import squares_by_block
 from servosight.diagnose.selection._score import Score
 from servosight.identify.fit import Solution
 from servosight.identify.problem import Coordinate, Problem
@@ -63,6 +64,7 @@ class Trial:
             at_bounds=_at_bounds(self.fit),
             gain_fitted="k" not in self.fit.problem.held,
             core_at_bounds=_core_at_bounds(self.fit),
+            blocks_deg2=squares_by_block(self.judged),
         )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from support.invented_models import CRITERION, InventedModels, steps_of, visited
 
-from servosight.diagnose.selection import SearchEffort
+from servosight.diagnose.selection import PriorKnowledge, SearchEffort, StepwiseSelector
 from servosight.diagnose.selection.search import with_further
 
 ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9, "e": 9.0}
@@ -78,3 +78,28 @@ def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
     models = InventedModels({"": 9.0, "ab": 1.0, "ac": 0.3, "c": 9.0}, contains={"c": "b"})
     assert answers(models, effort=generous(100.0))[1] == []
+
+
+def test_what_the_user_rules_out_is_never_fitted() -> None:
+    """Neither as a further effect nor as the special case of one; d does less than c."""
+    errors = {"": 9.0, "a": 4.0, "ab": 1.0, "abc": 0.3, "abd": 0.5}
+    known = PriorKnowledge(without_effects=("c",))
+    models = InventedModels(errors, known=known, contains={"d": "c"}, promised={"c": 50.0})
+    selector = StepwiseSelector(models, CRITERION, effort=generous(100.0))  # type: ignore[arg-type]
+    found = selector.select()
+    assert found.cut_short
+    assert found.steps[-1].trial.effects == ("a", "b", "d")
+    assert any(one.startswith("sketch ab") for one in models.done)
+    assert not any("c" in one.removeprefix("sketch") for one in models.done if "sketch" in one)
+    assert not any("c" in effects for effects, _ in models.trials)
+
+
+@pytest.mark.parametrize("contained", ["", "a"])
+def test_what_the_user_requires_stays(contained: str) -> None:
+    """c would take the place of a where it contains it, and then leaves its own to d."""
+    errors = {"": 9.0, "a": 9.0, "ab": 1.0, "bc": 0.3, "abd": 0.5}
+    known = PriorKnowledge(with_effects=("a",))
+    models = InventedModels(errors, known=known, contains={"c": contained})
+    _, added = answers(models, effort=generous(100.0))
+    assert added == (["d"] if contained else ["c"])
+    assert all("a" in effects for effects, _ in models.trials)

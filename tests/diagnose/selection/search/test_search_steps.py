@@ -80,6 +80,22 @@ def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
     assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, cost=1.0)) == []
 
 
+@pytest.mark.parametrize(("effects", "validation_deg", "done"), [
+    ("", 0.0, ["fit", "reduce"]), ("ab", 0.99, ["fit", "reduce"]), ("ab", 1.01, []),
+    ("abc", 1.01, ["fit"]),
+])  # fmt: skip
+def test_a_rich_model_is_left_where_it_validates_worse_than_none(
+    effects: str, validation_deg: float, done: list[str]
+) -> None:
+    """The first model errs by 1 deg on validation data, these effects or all of them by more."""
+    models = InventedModels(
+        {"": 1.0, "ab": 0.3, "abc": 0.2}, validation_deg={effects: validation_deg or 1.0}
+    )
+    backward(models, together=2, ordinary=("a", "b", "c")).search(models.fitted((), "first"))  # type: ignore[arg-type]
+    kinds = [kind for kind in ("fit", "reduce") if any(one.startswith(kind) for one in models.done)]
+    assert kinds == done
+
+
 @pytest.mark.parametrize(("single_deg", "at_bounds", "goes_on"), [
     (0.19, "", False), (0.21, "", True), (0.19, "z", True),
 ])  # fmt: skip
