@@ -17,6 +17,14 @@ from servosight.tracking.uncertainty import by_delay
 _MOST = 0.95  # of the frames
 
 
+def late_deg(track: Track) -> float:
+    """The rms error of angles [deg], one sigma, that the wrong time of a camera whose exposure is
+    not given makes."""
+    if track.shutters is None or not track.found.any():
+        return 0.0
+    return float(np.sqrt(np.mean(_delay(track, track.shutters)[track.found] ** 2)))
+
+
 def with_delay(track: Track) -> Track:
     """The track with that error in its sigma, and beside the others that its frames share."""
     if track.shutters is None or track.shutters.middle_doubt_s == 0.0:
