@@ -109,20 +109,20 @@ def local_motion(time_s, angle_rad, at):  # type: ignore[no-untyped-def]
     """
     if np.isnan(angle_rad[at]):
         return 0.0, 0.0
-    time, share = np.empty(angle_rad.size), np.empty(angle_rad.size)
+    time, slope = np.empty(angle_rad.size), np.empty(angle_rad.size)
     count = 0
     for i in range(angle_rad.size):
         if np.isfinite(angle_rad[i]):
-            time[count], share[count] = time_s[i] - time_s[at], angle_rad[i] - angle_rad[at]
+            time[count], slope[count] = time_s[i] - time_s[at], angle_rad[i] - angle_rad[at]
             count += 1
     # Newton's divided differences, and Horner's scheme for both derivatives.
     for order in range(1, count):
         for i in range(count - 1, order - 1, -1):
-            share[i] = (share[i] - share[i - 1]) / (time[i] - time[i - order])
-    value = share[count - 1]
+            slope[i] = (slope[i] - slope[i - 1]) / (time[i] - time[i - order])
+    value = slope[count - 1]
     speed = acceleration = 0.0
     for i in range(count - 2, -1, -1):
         acceleration = 2.0 * speed - time[i] * acceleration
         speed = value - time[i] * speed
-        value = share[i] - time[i] * value
+        value = slope[i] - time[i] * value
     return speed, acceleration

@@ -26,14 +26,13 @@ class StartCheck:
     """Fits of some of ``count`` frames again, from starts on either side of their angles.
 
     The starts are a pixel at the part's tip, ``radius_px`` from the pivot, before and after the
-    angle. ``apart_rad`` collects by how much the angles that these fits lead to differ from it, and
-    what that makes of the start that it was fitted from.
+    angle. ``error_rad`` collects what the angle's own start makes of it, by each of these fits.
     """
 
     estimator: AngleEstimator
     radius_px: float
     count: int
-    apart_rad: list[float] = field(default_factory=list)
+    error_rad: list[float] = field(default_factory=list)
 
     def watch(self, seen: Iterable[TrackedFrame]) -> Iterator[TrackedFrame]:
         """The same frames in the same order; some of them are fitted again."""
@@ -49,14 +48,14 @@ class StartCheck:
     @property
     def sigma_rad(self) -> float:
         """Sigma [rad] of an angle by the start of its fit, of the frames that have passed."""
-        return _of_start(np.array(self.apart_rad))
+        return _of_start(np.array(self.error_rad))
 
     def _fit_again(self, one: TrackedFrame, missed_rad: float) -> None:
         for away_rad in (-_AWAY_PX / self.radius_px, _AWAY_PX / self.radius_px):
             start_rad = one.angle_rad + away_rad
             fit = self.estimator.fit_near(one.frame.image, start_rad, one.exposure, one.copied)
             if fit is not None:
-                self.apart_rad.append(by_start(fit.angle_rad - one.angle_rad, away_rad, missed_rad))
+                self.error_rad.append(by_start(fit.angle_rad - one.angle_rad, away_rad, missed_rad))
 
 
 def by_start(apart_rad: float, away_rad: float, missed_rad: float) -> float:
@@ -76,13 +75,13 @@ def by_start(apart_rad: float, away_rad: float, missed_rad: float) -> float:
     return min(share * abs(missed_rad) / (1.0 - share), abs(apart_rad))
 
 
-def _of_start(apart_rad: Array) -> float:
-    """The rms of differences (n,) between fits of the same picture; a few that are far off, as of a
+def _of_start(error_rad: Array) -> float:
+    """The rms of errors (n,) by the starts of fits; a few that are far off, as of a
     frame in which a hand hides the part, count as five times the upper quartile.
 
     Not the median: where the gate hides the part's edges, fits of some pictures have one optimum
     and those of others many."""
-    if apart_rad.size == 0:
+    if error_rad.size == 0:
         return 0.0
-    away = np.abs(apart_rad)
+    away = np.abs(error_rad)
     return float(np.sqrt(np.mean(np.minimum(away, _FAR_OFF * np.quantile(away, _USUAL)) ** 2)))

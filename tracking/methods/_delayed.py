@@ -17,7 +17,7 @@ from servosight.tracking.uncertainty import by_delay
 _MOST = 0.95  # of the frames
 
 
-def late_deg(track: Track) -> float:
+def late_rms_deg(track: Track) -> float:
     """The rms error of angles [deg], one sigma, that the wrong time of a camera whose exposure is
     not given makes."""
     if track.shutters is None or not track.found.any():

@@ -13,7 +13,7 @@ from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import TRUST, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import composite
-from servosight.tracking.methods._delayed import late_deg, with_delay
+from servosight.tracking.methods._delayed import late_rms_deg, with_delay
 from servosight.tracking.methods._frames import (
     MovingPart,
     TrackedPart,
@@ -50,7 +50,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         return _surer(part, why, film, options, progress)
     measured = with_delay(part.along_axis())
     enough_deg = TRUST.most_deg(float(np.ptp(measured.angle_deg[measured.found])))
-    if late_deg(measured) <= enough_deg or not _may_be_composite(options):
+    if late_rms_deg(measured) <= enough_deg or not _may_be_composite(options):
         return measured
     return _better_timed(measured, film, options, progress)
 

@@ -60,7 +60,7 @@ def sigma_rad(estimator: Optima, hidden: int | None = None) -> tuple[float, int]
     check = StartCheck(estimator, RADIUS_PX, FRAMES)
     passed = list(check.watch(tracked(estimator, hidden)))
     assert [one.frame.index for one in passed] == list(range(FRAMES))
-    return check.sigma_rad, len(check.apart_rad)
+    return check.sigma_rad, len(check.error_rad)
 
 
 def test_a_single_optimum_adds_nothing() -> None:
