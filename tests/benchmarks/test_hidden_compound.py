@@ -122,6 +122,12 @@ def test_parameters_are_held_to_what_other_runs_give() -> None:
     assert score.strays(line([])) == []
 
 
+def test_a_parameter_that_other_runs_leave_without_limit_is_off_by_any_sigma() -> None:
+    known = {"rate_limit.rate": [300.0, 310.0, 5.0]}
+    found = line([], parameters=known, elsewhere={"rate_limit.rate": None})
+    assert score.strays(found) == [np.inf]
+
+
 def test_other_runs_of_a_servo_give_its_own_parameters() -> None:
     """T within 2 % and xi within 5 %, as in one run; what is held stays."""
     setup = ideal(propose(0, 0))

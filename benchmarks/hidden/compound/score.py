@@ -98,10 +98,11 @@ def deviations(pair: tuple[Line, Line]) -> list[float]:
 
 
 def strays(line: Line) -> list[float]:
-    """Distances of the parameters from what other runs of the servo give, in sigma."""
+    """Distances of the parameters from what other runs of the servo give, in sigma; infinite where
+    no finite value is best there."""
     elsewhere = line.get("elsewhere", {})
     return [
-        abs(value - elsewhere[name]) / sigma
+        math.inf if elsewhere[name] is None else abs(value - elsewhere[name]) / sigma
         for name, (_, value, sigma) in line["parameters"].items()
         if sigma and name in elsewhere
     ]

@@ -74,13 +74,15 @@ def run_compound(row_name: str, seed: int, facts: Facts | None = None) -> dict[s
     }
 
 
-def _elsewhere(found: Diagnosis, setup: CompoundSetup) -> dict[str, float]:
-    """What the last model's parameters are in other runs."""
+def _elsewhere(found: Diagnosis, setup: CompoundSetup) -> dict[str, float | None]:
+    """What the last model's parameters are in other runs; None where no finite value is best, as of
+    a limit that these do not reach."""
     last = found.ladder[-1]
     known = {name: one for name, one in last.parameters.items() if isinstance(one, Estimate)}
     values = {name: one.value for name, one in known.items()}
     held = [name for name, one in known.items() if one.sigma == 0.0]
-    return elsewhere(setup, last.effects, values, held)
+    fitted = elsewhere(setup, last.effects, values, held)
+    return {name: value if np.isfinite(value) else None for name, value in fitted.items()}
 
 
 def _errors(recording: Any, predicted: Any, log: Log) -> Any:
