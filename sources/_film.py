@@ -164,7 +164,8 @@ def measured(
     """
     from servosight.tracking.core import TrackOptions, TrackRefused
     from servosight.tracking.linkage import find_linkage, linked
-    from servosight.tracking.track import track
+    from servosight.tracking.track import track_film
+    from servosight.tracking.video import open_film
 
     surface, second = how.parts.surface, how.parts.second
     options = TrackOptions(
@@ -180,13 +181,14 @@ def measured(
     if how.marker is not None:
         family, number = how.marker
         options = replace(options, method="marker", marker_family=family, marker_id=number)
-    first = track(video, options, progress=_paced(progress, ""))
+    film = open_film(video, options)
+    first = track_film(film, options, _paced(progress, ""))
     yield [first]
     if how.marker is not None:
         return
     second_part = _paced(progress, "second part, ")
     if second is None:
-        found = find_linkage(first, options, second_part) if how.parts.linkage else None
+        found = find_linkage(first, film, options, second_part) if how.parts.linkage else None
         if found is not None:
             yield list(found)
         return
@@ -195,12 +197,12 @@ def measured(
         beside=first,
     )  # fmt: skip
     try:
-        other = track(video, beside, progress=second_part)
+        other = track_film(film, beside, second_part)
     except TrackRefused as refused:
         sentence = f"{str(refused).rstrip('.')}; this is of the second part, the first is measured."
         raise TrackRefused(sentence, refused.picture, refused.measured) from refused
     pointed = second.pivot is not None or second.template is not None
-    yield list(linked(first, other, options, given=pointed))
+    yield list(linked(first, other, film, given=pointed))
 
 
 def _write_tracks(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from servosight.models.core import FrameProgress
 from servosight.tracking.core import Track, TrackOptions
 from servosight.tracking.methods import method_of
-from servosight.tracking.video import open_film
+from servosight.tracking.video import Film, open_film
 
 
 def track(
@@ -31,5 +32,14 @@ def track(
     >>> found.save("angle.csv")  # doctest: +SKIP
     """
     options = options if options is not None else TrackOptions()
-    method = method_of(options.method)
-    return method(open_film(Path(video), options), options, progress)
+    return track_film(open_film(Path(video), options), options, progress)
+
+
+def track_film(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
+    """As :func:`track`, of a video that is open: several parts of it are tracked one by one.
+
+    Exposure and readout that are not given are those of the part tracked before, ``beside``.
+    """
+    if options.beside is not None and film.shutters is None:
+        film = replace(film, shutters=options.beside.shutters)
+    return method_of(options.method)(film, options, progress)

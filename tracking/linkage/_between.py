@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.core import Track, outline_at, turning
@@ -62,29 +63,49 @@ class BetweenParts:
 
         A sample of a strip explains what it does not change by itself from frame to frame.
         """
-        along, across = strip
-        away = second - first
-        length = np.hypot(away[..., 0], away[..., 1])[..., None]
-        normal = np.stack([-away[..., 1], away[..., 0]], -1) / np.maximum(length, 1e-9)
-        place = (
-            first[:, :, None, None]
-            + away[:, :, None, None] * along[:, None, None]
-            + normal[:, :, None, None] * across[:, None]
+        totals = np.zeros((2, len(first), strip[1].size))
+        _sum_explained(
+            (self.pictures, self.bare, self.change),
+            (np.asarray(first, float), np.asarray(second, float)),
+            strip,
+            max(len(self.pictures) // 2, _FEWEST),
+            totals,
         )
-        frames, height, width = self.pictures.shape
-        last = np.array([width, height]) - 1
-        x, y = np.moveaxis(np.clip(np.round(place).astype(np.intp), 0, last), -1, 0)
-        frame = np.arange(frames)[:, None, None]
-        bare = self.bare[frame, y, x]
-        seen, change = self.pictures[frame, y, x], self.change[y, x]
-        count = bare.sum(1)
-        enough = count >= max(frames // 2, _FEWEST)
-        mean = np.where(bare, seen, 0.0).sum(1) / np.maximum(count, 1)
-        left = np.where(bare, (seen - mean[:, None]) ** 2, 0.0).sum(1)
-        whole = np.where(bare, change, 0.0).sum(1)
-        totals = (np.where(enough, one, 0.0).sum(1) / frames for one in (whole - left, whole))
-        gain, passed = totals
-        return np.asarray(gain, np.float64), np.asarray(passed, np.float64)
+        gain, passed = totals / len(self.pictures)
+        return gain, passed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sum_explained(scene, ends, strip, enough, totals):  # type: ignore[no-untyped-def]
+    """Adds up what strips explain, ``totals[0]`` (n, lines), and the change there, ``totals[1]``,
+    of samples that are bare in ``enough`` frames."""
+    pictures, bare, change = scene
+    first, second = ends
+    along, across = strip
+    frames, height, width = pictures.shape
+    for i in range(first.shape[0]):
+        for m in range(along.size):
+            for j in range(across.size):
+                count, mean, square, whole = 0, 0.0, 0.0, 0.0
+                for k in range(frames):
+                    dx = second[i, k, 0] - first[i, k, 0]
+                    dy = second[i, k, 1] - first[i, k, 1]
+                    aside = across[j] / max(np.hypot(dx, dy), 1e-9)
+                    x = np.rint(first[i, k, 0] + along[m] * dx - aside * dy)
+                    y = np.rint(first[i, k, 1] + along[m] * dy + aside * dx)
+                    u = int(min(max(x, 0.0), width - 1.0))
+                    v = int(min(max(y, 0.0), height - 1.0))
+                    if not bare[k, v, u]:
+                        continue
+                    # Mean and sum of squares about it, value by value (Welford 1962).
+                    count += 1
+                    away = pictures[k, v, u] - mean
+                    mean += away / count
+                    square += away * (pictures[k, v, u] - mean)
+                    whole += change[v, u]
+                if count >= enough:
+                    totals[0, i, j] += whole - square
+                    totals[1, i, j] += whole
 
 
 def _bare(shape: tuple[int, ...], parts: Sequence[Track], frame: int) -> Mask:

@@ -14,8 +14,8 @@ from servosight.tracking.composite import uncertain
 from servosight.tracking.core import Linkage, ToldBy, Track, TrackOptions
 from servosight.tracking.linkage._order import drives, move_as_one
 from servosight.tracking.linkage._rod import find_rod
-from servosight.tracking.methods import method_of
-from servosight.tracking.video import Film, open_film
+from servosight.tracking.track import track_film
+from servosight.tracking.video import Film
 
 _SMALLER = 2
 _BEYOND_NOISE = 4.0
@@ -25,19 +25,18 @@ _LEAST_SHARE = 2e-4
 
 
 def find_linkage(
-    first: Track, options: TrackOptions, progress: FrameProgress | None = None
+    first: Track, film: Film, options: TrackOptions, progress: FrameProgress | None = None
 ) -> tuple[Track, Track] | None:
     """Surface and horn, where a second textured part turns with the first; else None.
 
-    ``options`` are those of the first part. The surface's ``linkage`` says how the two were told
-    apart, and where the rod is.
+    ``film`` is the video of both, ``options`` those of the first part. The surface's ``linkage``
+    says how the two were told apart, and where the rod is.
     """
     beside = replace(options, beside=first, textured=True)
-    film = open_film(first.video, beside)
     if not moves_beside(film.images, first):
         return None
     try:
-        second = method_of(options.method)(film, beside, progress)
+        second = track_film(film, beside, progress)
     except InputError:
         return None
     if uncertain(second.angle_deg[second.found], second.sigma_deg[second.found]) is not None:
@@ -48,13 +47,13 @@ def find_linkage(
     return _linked(*_named(first, second), film)
 
 
-def linked(first: Track, second: Track, options: TrackOptions, given: bool) -> tuple[Track, Track]:
+def linked(first: Track, second: Track, film: Film, given: bool) -> tuple[Track, Track]:
     """Surface and horn of two parts that were tracked, as ``find_linkage`` gives them.
 
     ``given``: the user says which part is which, the surface first.
     """
     named: tuple[Track, Track, ToldBy] = (first, second, "given")
-    return _linked(*(named if given else _named(first, second)), open_film(first.video, options))
+    return _linked(*(named if given else _named(first, second)), film)
 
 
 def _linked(surface: Track, horn: Track, told_by: ToldBy, film: Film) -> tuple[Track, Track]:

@@ -16,7 +16,7 @@ _LONGEST_S = 10.0
 def given_shutters(
     video: Path, options: TrackOptions, exposures_s: Array | None, tag_deg: int
 ) -> Shutters | None:
-    """The given shutters, else those of a part tracked before; None where nothing is given.
+    """The given shutters; None where nothing is given.
 
     ``exposures_s`` (frames,) are a frames.csv's. The readout is that of the sensor's rows, which a
     tag may turn: upside down it runs upwards, sideways it is no model of the picture's rows.
@@ -29,7 +29,7 @@ def given_shutters(
                 f"camera.{name} in recording.toml to such a value."
             )
     if exposures_s is None and exposure_s is None and readout_s is None:
-        return options.beside.shutters if options.beside is not None else None
+        return None
     every_s = exposures_s if exposures_s is not None else np.array([exposure_s or 0.0])
     if tag_deg % 180:
         return Shutters(every_s, 0.0, readout_s or 0.0)
