@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
 from typing import TypeVar
 
 import numba
@@ -29,8 +31,34 @@ def threaded(function: Callable[[S], T], items: Sequence[S]) -> list[T]:
     threads = min(allowed, len(items))
     if threads < 2:
         return [function(item) for item in items]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(function, items))
+    waiting = deque(enumerate(items))
+    results: dict[int, T] = {}
+
+    def work() -> None:
+        while waiting:
+            try:
+                place, item = waiting.popleft()
+            except IndexError:  # another thread took the last one
+                return
+            results[place] = function(item)
+
+    helping = [_pool(allowed).submit(work) for _ in range(threads - 1)]
+    try:
+        work()
+    finally:
+        waiting.clear()
+        # One that has not begun never needs to: so a function may itself work in threads.
+        begun = [one for one in helping if not one.cancel()]
+        wait(begun)
+    for one in begun:
+        one.result()
+    return [results[place] for place in range(len(items))]
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads that stay: to start them anew takes as long as a small item."""
+    return ThreadPoolExecutor(threads)
 
 
 def chunks(count: int) -> list[range]:

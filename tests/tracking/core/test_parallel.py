@@ -24,3 +24,12 @@ def test_chunks_hold_each_number_once(count: int) -> None:
 def test_an_error_is_raised() -> None:
     with pytest.raises(ZeroDivisionError):
         threaded(lambda number: 1 // number, [1, 0])
+
+
+def test_a_function_may_itself_work_in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
+
+    def sums(number: int) -> int:
+        return sum(threaded(lambda other: number + other, range(8)))
+
+    assert threaded(sums, range(8)) == [8 * number + 28 for number in range(8)]
