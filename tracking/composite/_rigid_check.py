@@ -8,12 +8,13 @@ import numpy as np
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite.model import CompositeModel, PoseFit
+from servosight.tracking.core import limited_rms
 
 _LEAST_FRAMES = 10
 _TELLING_RAD = np.deg2rad(0.5)  # the difference that the check is made for
 _ROUNDS, _GATE = 3, 3.0
 _SURE = 4.0  # times what chance gives, mean square
-_FAR_OFF = 5.0  # times the median: a hand before one side
+_FAR_OFF = 5.0  # times the median
 
 
 def shifting_rad(model: CompositeModel, pictures: Single, fits: Sequence[PoseFit | None]) -> float:
@@ -59,6 +60,4 @@ def sides_apart_rad(fits: Sequence[PoseFit | None]) -> float:
     composed clips with shadows one to two and a half times as much. So the whole difference counts.
     """
     sides = np.array([fit.sides_rad for fit in fits if fit is not None])
-    away = np.abs(sides - np.median(sides))
-    limited = np.minimum(away, _FAR_OFF * np.median(away))
-    return float(np.sqrt(np.mean(limited**2)))
+    return limited_rms(sides - np.median(sides), 0.5, _FAR_OFF)

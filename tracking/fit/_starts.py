@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.tracking.core import limited_rms
 from servosight.tracking.fit._follow import PAST, AngleEstimator, TrackedFrame, extrapolated
 
 _FRAMES = 12
 _AWAY_PX = 1.0  # at the part's tip
 _OTHER = 0.5  # of the distance of its start
-_FAR_OFF, _USUAL = 5.0, 0.75  # times that quantile: a hand before the part
+_FAR_OFF, _USUAL = 5.0, 0.75  # times that quantile
 
 
 @dataclass
@@ -47,8 +47,12 @@ class StartCheck:
 
     @property
     def sigma_rad(self) -> float:
-        """Sigma [rad] of an angle by the start of its fit, of the frames that have passed."""
-        return _of_start(np.array(self.error_rad))
+        """Sigma [rad] of an angle by the start of its fit, of the frames that have passed.
+
+        Not by the median: where the gate hides the part's edges, fits of some pictures have one
+        optimum and those of others many.
+        """
+        return limited_rms(np.array(self.error_rad), _USUAL, _FAR_OFF)
 
     def _fit_again(self, one: TrackedFrame, missed_rad: float) -> None:
         for away_rad in (-_AWAY_PX / self.radius_px, _AWAY_PX / self.radius_px):
@@ -73,15 +77,3 @@ def by_start(apart_rad: float, away_rad: float, missed_rad: float) -> float:
     if share > _OTHER:
         return abs(apart_rad)
     return min(share * abs(missed_rad) / (1.0 - share), abs(apart_rad))
-
-
-def _of_start(error_rad: Array) -> float:
-    """The rms of errors (n,) by the starts of fits; a few that are far off, as of a
-    frame in which a hand hides the part, count as five times the upper quartile.
-
-    Not the median: where the gate hides the part's edges, fits of some pictures have one optimum
-    and those of others many."""
-    if error_rad.size == 0:
-        return 0.0
-    away = np.abs(error_rad)
-    return float(np.sqrt(np.mean(np.minimum(away, _FAR_OFF * np.quantile(away, _USUAL)) ** 2)))

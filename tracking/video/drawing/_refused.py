@@ -19,6 +19,8 @@ _LEAST_CHANGE = 12.0  # grey levels
 _STEPS_PX = (25, 50, 100, 200, 500, 1000)
 _LINES = 8
 _LEAST_AREA_PX = 144
+_EVERY, _ROUNDS, _FAR = 8, 4, 3.0
+"""The light of a picture: rows and columns looked at, fits, and medians that belong to it."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +93,27 @@ def _standing_out(images: Sequence[Image]) -> Box | None:
 
 
 def _change(images: Sequence[Image]) -> Array:
-    """By how much the grey level of each pixel varies over the frames; (height, width)."""
-    smooth = [cv2.GaussianBlur(image, (0, 0), 1.5) for image in images]
+    """By how much the grey level of each pixel varies over the frames beyond the light of the whole
+    picture; (height, width)."""
+    smooth = [cv2.GaussianBlur(_in_light_of(images[0], one), (0, 0), 1.5) for one in images]
     high, low = smooth[0].copy(), smooth[0].copy()
     for image in smooth[1:]:
         np.maximum(high, image, out=high)
         np.minimum(low, image, out=low)
     return np.asarray(high, np.float64) - low
+
+
+def _in_light_of(first: Image, image: Image) -> Image:
+    """A picture with gain and offset by which most of it is as the first one."""
+    wanted, given = (one[::_EVERY, ::_EVERY].astype(np.float64).ravel() for one in (first, image))
+    line, use = np.array([1.0, np.median(wanted - given)]), np.ones(given.size, bool)
+    for _ in range(_ROUNDS):
+        if np.ptp(given[use]) < _LEAST_CHANGE:  # no contrast that tells a gain
+            break
+        line = np.polyfit(given[use], wanted[use], 1)
+        away = np.abs(wanted - np.polyval(line, given))
+        use = away <= _FAR * float(np.median(away)) + 1.0
+    return np.asarray(np.clip(np.polyval(line, image), 0.0, 255.0), np.uint8)
 
 
 def _rule(canvas: Image) -> None:
