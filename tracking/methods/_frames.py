@@ -108,7 +108,7 @@ def tracked_part(
         _check_camera(film)
         part = find_moving_part(film, options)
         setup = prepare(film, part)
-        sample = FrameSample(part.rectified)
+        sample = FrameSample.of_video(part.rectified, film.header.count)
         measured = measure(film, part, setup, sample, progress)
     time_s = film.times(measured.stamps_s, setup.shutters.middle_s)
     angles = evaluate(

@@ -35,6 +35,15 @@ class FrameSample:
     stride: int = 1
     only: frozenset[int] | None = None
 
+    @classmethod
+    def of_video(cls, prepare: Callable[[Image], Image], count: int) -> FrameSample:
+        """Of a video of ``count`` frames, if that is right: no more of them are prepared than are
+        kept at the end."""
+        stride = 1
+        while -(-count // stride) >= 2 * _COUNT:
+            stride *= 2
+        return cls(prepare, stride=stride)
+
     def watch(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The same frames in the same order; some of them are kept."""
         for frame in frames:
