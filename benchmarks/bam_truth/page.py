@@ -27,11 +27,12 @@ one chooses, one tests.
 
 An effect is *material* where leaving it out, all else fitted anew without noise, adds
 {material:g} noises to the misfit, or more; what adds less than half a noise must not be named; in
-between either is right. Of directional friction and load-dependent Stribeck friction, each of
-which takes the place of the other when that is left out, the two together are weighed as well:
-where only both are material, one must be named, and where only both are not absent, either may
-be. A test error is judged against the floor of noise and of the true effects' own misfit. *Within
-reach* of the catalogue are servos that the true effects fit within {own:g} noises.
+between either is right. Some take the place of one another when one is left out: directional
+friction and load-dependent Stribeck friction, torque saturation and a current limit. The two
+together are weighed as well: where only both are material, one must be named, and where only both
+are not absent, either may be. A test error is judged against the floor of noise and of the true
+effects' own misfit. *Within reach* of the catalogue are servos that the true effects fit within
+{own:g} noises.
 
 {table}
 

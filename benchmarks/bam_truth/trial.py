@@ -23,8 +23,12 @@ STAND_INS: Mapping[str, tuple[str, ...]] = {
     "current_limit": ("torque_saturation", "speed_limit"),
 }
 """Effects that could pass for another one: accepted in its place where that adds nothing."""
-ALIKE = (("directional_friction", "load_dependent_stribeck"),)
-"""Both make friction grow with the load: without one of them the other is fitted in its place."""
+ALIKE = (
+    ("directional_friction", "load_dependent_stribeck"),
+    ("torque_saturation", "current_limit"),
+)
+"""Both of a pair make friction grow with the load, or limit the torque: without one of them the
+other is fitted in its place."""
 FRICTION = {
     "coulomb_friction",
     "stribeck_friction",
