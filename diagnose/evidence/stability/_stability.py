@@ -138,7 +138,7 @@ def stable_steps(
     def is_cheap(trial: Trial, more: float = 0.0) -> bool:
         return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score) + more
 
-    swap = _swap(models, steps[-1].trial, found)
+    swap = _swap(models, criterion, steps[-1].trial, found)
     if swap is not None and is_cheap(swap.trial):
         steps.append(swap)
     for name in found.uncertain:
@@ -151,10 +151,13 @@ def stable_steps(
     return replace(selected, steps=tuple(steps))
 
 
-def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
+def _swap(
+    models: ModelSelection, criterion: AcceptanceCriterion, last: Trial, found: Stability
+) -> Step | None:
     """The step to the model that most resamples name; None where that is ``last``, or far from it.
 
-    A step adds one effect and removes one at most.
+    A step adds one effect and removes one at most. One that contains the other must be worth its
+    parameters on all data: what parts of them ask for beyond a special case is else their own.
     """
     if not found.models:
         return None
@@ -165,7 +168,11 @@ def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
         return None
     tried = {frozenset(one.effects): one for one in models.alike(last)}
     (name,) = added
-    return Step(models.finished(tried[best]), name, next(iter(removed), None))
+    trial = models.finished(tried[best])
+    richer = not removed.isdisjoint(models.catalogue[name].contains)
+    if richer and not criterion.worth_its_parameters(trial.score, last.score):
+        return None
+    return Step(trial, name, next(iter(removed), None))
 
 
 def _special_case(models: ModelSelection, trial: Trial, name: str, found: Stability) -> Step | None:
