@@ -39,7 +39,8 @@ class Stability:
     A resample that names an effect which contains a chosen one counts for the chosen one as well.
     ``models`` has the share of each set of effects. ``undetermined`` are effects that the fit to
     all data leaves without one parameter that differs from its neutral value, ``unmeasured`` those
-    without one whose sigma is known, which are named nevertheless. ``equivalents`` are
+    without one whose sigma is known, which are named nevertheless; ``motionless`` are those that
+    need a motion to show where T is not known. ``equivalents`` are
     sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
     with what they have in its place.
     """
@@ -49,15 +50,17 @@ class Stability:
     models: Mapping[EffectSet, float] = field(default_factory=dict)
     undetermined: tuple[str, ...] = ()
     unmeasured: tuple[str, ...] = ()
+    motionless: tuple[str, ...] = ()
     equivalents: tuple[EffectNames, ...] = ()
     one_of: Mapping[str, EffectNames] = field(default_factory=dict)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """The effects that less than half of the resamples name, those not determined, and those
-        that models which do as well have not."""
+        """The effects that less than half of the resamples name, those not determined or without a
+        motion, and those that models which do as well have not."""
         rare = [name for name, share in self.shares.items() if share < LEAST]
-        return tuple(dict.fromkeys((*rare, *self.undetermined, *self.one_of)))
+        open_ = (*rare, *self.undetermined, *self.motionless, *self.one_of)
+        return tuple(dict.fromkeys(open_))
 
 
 def firm(
