@@ -9,7 +9,7 @@ order in which no data take part.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
@@ -53,10 +53,9 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
     """The steps, or those to a model with a weight in the place of another k.
 
     In small motion the two stand in for one another, and a loop with its sensor on the output has a
-    weight. So where the last model fits k, k is held at 1 and a weight tried beside its effects,
-    and where it explains the data in the place of one of them as well, which may have made up for
-    what such a k is not. That costs little beside the search, and is done though all of that is
-    spent.
+    weight. So where the last model fits k, k is held at 1 and a weight tried, beside its effects
+    and in the place of one of them, which may have made up for what such a k is not. That costs
+    little beside the search, and is done though all of that is spent.
     """
     models, criterion, last = visited.models, visited.criterion, steps[-1].trial
     linear = models.unloaded()
@@ -75,20 +74,36 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
 def _weight_beside(
     visited: Visited, last: Trial, linear: Trial, weights: Sequence[str], effort: SearchEffort
 ) -> Trial | None:
-    """``last`` with k held and a weight, and a further effect that such a k may have hidden as
-    well, if that is cheaper and each effect is accepted."""
+    """``last`` with k held and a weight if that is cheaper and each effect is accepted.
+
+    Such a k may have hidden a further effect as well, and another may have made up for what it is
+    not: that one which ``last`` can best do without.
+    """
     models, criterion = visited.models, visited.criterion
-    held = _extended(visited, models.refitted(last, linear.fit.problem.held), weights)
-    if _takes_over(visited, held, last):
-        return held
-    if held.score.train_rmse_deg > criterion.policy.worse * last.score.train_rmse_deg:
-        return None  # no weight is in the place of this k
-    further = models.screen(held).best(effort.partners)
-    if further:
-        held = _extended(visited, held, further)
+    for base in _itself_and_less(visited, last):
+        held = _extended(visited, models.refitted(base, linear.fit.problem.held), weights)
         if _takes_over(visited, held, last):
             return held
+        if base is last and _is_worse(held, last, criterion):
+            continue  # no weight is in the place of this k alone
+        further = models.screen(held).best(effort.partners)
+        if further:
+            held = _extended(visited, held, further)
+            if _takes_over(visited, held, last):
+                return held
     return None
+
+
+def _itself_and_less(visited: Visited, last: Trial) -> Iterator[Trial]:
+    yield last
+    names = visited.removable(last)
+    if names:
+        yield min((visited.without(last, name) for name in names), key=visited.price)
+
+
+def _is_worse(trial: Trial, than: Trial, criterion: AcceptanceCriterion) -> bool:
+    """Whether a model fits worse than another, by more than that does which contains it."""
+    return trial.score.train_rmse_deg > criterion.policy.worse * than.score.train_rmse_deg
 
 
 def _weight_explaining(
@@ -105,7 +120,7 @@ def _weight_explaining(
         tried = itertools.product(held, weights)
         return [(models.sketched(base, weight), base, weight) for base, weight in tried]
 
-    names = models.known.removable(last.effects)
+    names = visited.removable(last)
     for bases in ([visited.without(last, name) for name in names], [last]):
         led = sorted(sketches(bases), key=lambda one: one[0].fit.outcome.cost)
         for sketch, base, weight in led[:1]:

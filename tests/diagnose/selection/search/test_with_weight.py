@@ -55,6 +55,13 @@ def test_nothing_is_tried_beside_a_weight_that_fits_worse_than_the_k() -> None:
         assert ("fit adw" in models.done) is tried
 
 
+def test_a_weight_and_what_such_a_k_has_hidden_take_the_place_of_what_made_up_for_it() -> None:
+    """``a`` is no part of the servo; of two effects the one goes which the error needs least."""
+    found, models = last_of({"aw": 0.5, "w": 1.0, "dw": 0.12, "aew": 0.5, "adw": 0.12})
+    assert found == "dw"
+    assert "fit adw" not in models.done
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -74,7 +81,7 @@ def test_a_catalogue_without_further_effects_ends_at_the_weight() -> None:
     known = PriorKnowledge(without_effects=("d", "e"))
     found, models = last_of({"aw": 0.41, "w": 1.4}, known=known)
     assert found == "a"
-    assert [one for one in models.done if one.startswith("fit")] == ["fit aw"]
+    assert [one for one in models.done if one.startswith("fit")] == ["fit aw", "fit w", "fit aw"]
 
 
 def explained(held: dict[str, float], **changes: Any) -> tuple[str, list[str]]:
