@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from servosight.diagnose.evidence.stability import is_special
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.effects import covered
 
@@ -58,7 +59,8 @@ def special_case(
 
     It has nothing that ``last`` lacks: a run that needs no more would name it, and one that does
     has it in the effect that contains it. As at a step to what most parts of the data name, its
-    price may be higher by less than an effect's.
+    price may be higher by less than an effect's, and by more where what the effect has beyond it is
+    not measured either.
     """
     known = models.known
     most = criterion.overall_price(last.score) + criterion.policy.effect_price
@@ -67,9 +69,15 @@ def special_case(
         for simple in models.catalogue[name].contains:
             if frozenset(last.effects) - {name} | {simple} in others:
                 trial = models.swapped(last, name, simple)
-                if criterion.overall_price(trial.score) <= most:
+                cheap = criterion.overall_price(trial.score) <= most
+                if cheap or _is_special(models, last, name, simple):
                     return Step(trial, simple, name)
     return None
+
+
+def _is_special(models: ModelSelection, last: Trial, name: str, simple: str) -> bool:
+    table, _ = last.fit.uncertainty.shared_estimates(False)
+    return is_special(table, models.catalogue[name], models.catalogue[simple])
 
 
 def interchangeable(

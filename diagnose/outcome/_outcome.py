@@ -9,6 +9,7 @@ from servosight.diagnose.evidence import (
     equivalents,
     firm,
     interchangeable,
+    motionless,
     special_case,
     stability,
     undetermined,
@@ -112,7 +113,7 @@ def select(
 
 def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
     """The steps as they are shown, and the outcome that knows which names are open: by the sigmas
-    of their parameters, and by other models that do as well."""
+    of their parameters or of T, and by other models that do as well."""
     ladder = ladder_steps(outcome.models, outcome.criterion, outcome.selected.steps)
     last = ladder[-1]
     open_ = outcome.models.known.removable(last.effects) if outcome.auto else ()
@@ -122,6 +123,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
         outcome.stability,
         undetermined=unknown,
         unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
+        motionless=motionless(last.parameters, open_, outcome.models.catalogue),
         equivalents=others,
         one_of=interchangeable(last.effects, others),
     )

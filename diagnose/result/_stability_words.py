@@ -44,6 +44,21 @@ def undetermined_words(effects: Sequence[str]) -> str:
     )
 
 
+def motionless_words(effects: Sequence[str]) -> str:
+    """Why effects of a model whose T is not known are not called missing.
+
+    >>> motionless_words(["torque_saturation"])[:42]
+    'T is known to no better than its own size,'
+    """
+    if not effects:
+        return ""
+    return (
+        f"T is known to no better than its own size, so the data show no motion of the servo's own "
+        f"by which {listed(effects)} could be told from what else is left of the torque: record "
+        f"faster motion as well."
+    )
+
+
 def unmeasured_words(effects: Sequence[str]) -> str:
     """Why effects are called missing of which no sigma is known.
 

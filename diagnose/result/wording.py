@@ -17,6 +17,7 @@ from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.diagnose.result._stability_words import (
     equivalent_words,
+    motionless_words,
     stability_words,
     uncertain_words,
     undetermined_words,
@@ -99,6 +100,7 @@ def headline_and_summary(
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
         undetermined_words(stable.undetermined),
+        motionless_words(stable.motionless),
         unmeasured_words([name for name in stable.unmeasured if name in certain]),
         equivalent_words(ladder[-1].effects, stable.equivalents, stable.one_of),
     ]

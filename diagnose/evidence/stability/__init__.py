@@ -1,5 +1,7 @@
 """Whether the names hold: without parts of the data, and against their parameters' uncertainty."""
 
+from servosight.diagnose.evidence.stability._determined import is_special as is_special
+from servosight.diagnose.evidence.stability._determined import motionless as motionless
 from servosight.diagnose.evidence.stability._determined import undetermined as undetermined
 from servosight.diagnose.evidence.stability._determined import unmeasured as unmeasured
 from servosight.diagnose.evidence.stability._resamples import resamples as resamples

@@ -12,6 +12,8 @@ from servosight.models.effects import Effect
 
 FEWEST_SIGMAS = 1.0
 """A parameter less than so many sigmas from its neutral value has not been measured."""
+APART = 2.0
+"""Nearer than so many sigmas two values may be the same: those of two runs, or a limit."""
 
 Parameters = Mapping[str, Estimate | tuple[Estimate, ...]]
 
@@ -34,6 +36,42 @@ def undetermined(
     return tuple(
         name for name in effects if _open(name, parameters, catalogue[name].parameters, correlation)
     )
+
+
+def motionless(
+    parameters: Parameters, effects: Sequence[str], catalogue: Mapping[str, Effect]
+) -> tuple[str, ...]:
+    """Those of ``effects`` that need a motion to show, where none of the servo's own is known.
+
+    That is where T is less than its sigma. A weight and a friction, which every servo has, show in
+    where the arm comes to rest as well. What else such a model has stands for what is left of the
+    torque behind these two: another run, or the other kind of friction, gives it another size.
+
+    >>> from servosight.models.effects import catalogue
+    >>> names = ["gravity_load", "torque_saturation"]
+    >>> motionless({"T": Estimate(0.09, 0.14, "s")}, names, catalogue())
+    ('torque_saturation',)
+    >>> motionless({"T": Estimate(0.09, 0.01, "s")}, names, catalogue())
+    ()
+    """
+    own = parameters.get("T")
+    if not isinstance(own, Estimate) or own.value >= FEWEST_SIGMAS * (own.sigma or 0.0):
+        return ()
+    return tuple(name for name in effects if catalogue[name].usual is None)
+
+
+def is_special(parameters: Parameters, effect: Effect, special: Effect) -> bool:
+    """True where the data do not tell an effect from its special case.
+
+    All that the effect has beyond that are then near their neutral values. A special case's
+    parameters come first in the effect that contains it.
+    """
+    beyond = []
+    for parameter in effect.parameters[len(special.parameters) :]:
+        one = parameters.get(f"{effect.id}.{parameter.name}")
+        if isinstance(one, Estimate) and one.sigma and parameter.neutral is not None:
+            beyond.append(abs(sigmas(one.value, one.sigma, parameter)))
+    return bool(beyond) and max(beyond) < APART
 
 
 def unmeasured(

@@ -39,7 +39,8 @@ class Stability:
     A resample that names an effect which contains a chosen one counts for the chosen one as well.
     ``models`` has the share of each set of effects. ``undetermined`` are effects that the fit to
     all data leaves without one parameter that differs from its neutral value, ``unmeasured`` those
-    without one whose sigma is known, which are named nevertheless. ``equivalents`` are
+    without one whose sigma is known, which are named nevertheless; ``motionless`` are those that
+    need a motion to show where T is not known. ``equivalents`` are
     sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
     with what they have in its place.
     """
@@ -49,15 +50,17 @@ class Stability:
     models: Mapping[EffectSet, float] = field(default_factory=dict)
     undetermined: tuple[str, ...] = ()
     unmeasured: tuple[str, ...] = ()
+    motionless: tuple[str, ...] = ()
     equivalents: tuple[EffectNames, ...] = ()
     one_of: Mapping[str, EffectNames] = field(default_factory=dict)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """The effects that less than half of the resamples name, those not determined, and those
-        that models which do as well have not."""
+        """The effects that less than half of the resamples name, those not determined or without a
+        motion, and those that models which do as well have not."""
         rare = [name for name, share in self.shares.items() if share < LEAST]
-        return tuple(dict.fromkeys((*rare, *self.undetermined, *self.one_of)))
+        open_ = (*rare, *self.undetermined, *self.motionless, *self.one_of)
+        return tuple(dict.fromkeys(open_))
 
 
 def firm(
@@ -138,7 +141,7 @@ def stable_steps(
     def is_cheap(trial: Trial, more: float = 0.0) -> bool:
         return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score) + more
 
-    swap = _swap(models, steps[-1].trial, found)
+    swap = _swap(models, criterion, steps[-1].trial, found)
     if swap is not None and is_cheap(swap.trial):
         steps.append(swap)
     for name in found.uncertain:
@@ -151,10 +154,13 @@ def stable_steps(
     return replace(selected, steps=tuple(steps))
 
 
-def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
+def _swap(
+    models: ModelSelection, criterion: AcceptanceCriterion, last: Trial, found: Stability
+) -> Step | None:
     """The step to the model that most resamples name; None where that is ``last``, or far from it.
 
-    A step adds one effect and removes one at most.
+    A step adds one effect and removes one at most. One that contains the other must be worth its
+    parameters on all data: what parts of them ask for beyond a special case is else their own.
     """
     if not found.models:
         return None
@@ -165,7 +171,11 @@ def _swap(models: ModelSelection, last: Trial, found: Stability) -> Step | None:
         return None
     tried = {frozenset(one.effects): one for one in models.alike(last)}
     (name,) = added
-    return Step(models.finished(tried[best]), name, next(iter(removed), None))
+    trial = models.finished(tried[best])
+    richer = not removed.isdisjoint(models.catalogue[name].contains)
+    if richer and not criterion.worth_its_parameters(trial.score, last.score):
+        return None
+    return Step(trial, name, next(iter(removed), None))
 
 
 def _special_case(models: ModelSelection, trial: Trial, name: str, found: Stability) -> Step | None:

@@ -1,13 +1,15 @@
-"""One effect more at a time behind the answer of a search that was cut short.
+"""A lower minimum, and one effect more at a time, behind the answer of a search that was cut short.
 
 What a search may cost can end before the last effect is there that its answer needs: the errors are
-still far above the floor then, and each further effect takes off most of them. That costs little
-beside the search.
+still far above the floor then, and each further effect takes off most of them. Or it ends before
+its answer is varied, in a minimum behind which other effects promise most than those that are
+missing. Both cost little beside the search.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
 from servosight.diagnose.selection.search._visited import Visited
@@ -20,7 +22,8 @@ def with_further(
     effort: SearchEffort,
     settled: Callable[[Trial], Iterable[Step]],
 ) -> list[Step]:
-    """The steps, and further ones as long as an effect more is accepted and lowers the price.
+    """The steps, the last one varied, and further ones as long as an effect more is accepted and
+    lowers the price.
 
     None where the search came to its end, or where the last model explains the data. They may cost
     the share ``further_share`` of what a search may. ``settled`` are steps to a model's special
@@ -32,6 +35,7 @@ def with_further(
     found = [*steps, *settled(steps[-1].trial)]
     most = models.work.cost + effort.further_share * effort.most(models)
     while models.work.cost < most and _wants_more(found[-1].trial, visited):
+        found[-1] = _varied(found[-1], visited)
         base = found[-1].trial
         best = min(_larger(base, visited, effort), key=visited.price, default=base)
         cheaper = visited.price(best) < visited.price(base)
@@ -46,6 +50,13 @@ def _wants_more(trial: Trial, visited: Visited) -> bool:
     criterion = visited.criterion
     able = 0 < len(trial.effects) < criterion.policy.max_steps and not criterion.done(trial.score)
     return able and not visited.models.explained_whole(trial, criterion)
+
+
+def _varied(step: Step, visited: Visited) -> Step:
+    """The step to its model, or to a better fit of the same effects if these are all accepted."""
+    varied = visited.models.varied(step.trial, visited.criterion.enough_deg)
+    lower = visited.price(varied) < visited.price(step.trial)
+    return replace(step, trial=varied) if lower and visited.is_accepted(varied) else step
 
 
 def _larger(base: Trial, visited: Visited, effort: SearchEffort) -> list[Trial]:

@@ -9,7 +9,7 @@ order in which no data take part.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
@@ -29,7 +29,8 @@ def with_own_gain(steps: Sequence[Step], visited: Visited) -> list[Step]:
     """The steps, or those to a model with k fitted in the place of one of the last one's effects.
 
     A k other than 1 belongs to the linear model. Where the last model explains the data with k held
-    at 1, and one with k fitted and an effect less does so too, that effect stands for the k.
+    at 1, and one with k fitted and an effect less does so too, that effect stands for the k, unless
+    the noise tells that it does not.
     """
     models, criterion = visited.models, visited.criterion
     last = steps[-1].trial
@@ -37,7 +38,12 @@ def with_own_gain(steps: Sequence[Step], visited: Visited) -> list[Step]:
         return list(steps)
     own = [name for name in last.effects if name not in models.known.first]
     smaller = [models.finished(models.refitted(visited.without(last, name))) for name in own]
-    able = [one for one in smaller if criterion.explained(one.score)]
+    able = [
+        one
+        for one in smaller
+        if criterion.explained(one.score)
+        and criterion.tied(criterion.evidence(last.score, one.score))
+    ]
     if not able:
         return list(steps)
     return steps_to(steps, visited, min(able, key=lambda one: criterion.price(one.score)))
@@ -47,30 +53,82 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
     """The steps, or those to a model with a weight in the place of another k.
 
     In small motion the two stand in for one another, and a loop with its sensor on the output has a
-    weight. So where the last model fits k and does not explain the data, its effects are fitted
-    with a weight and k held at 1, alone and with a further effect that such a k may have hidden as
-    well, and taken at a lower price if each of them is accepted. That costs little beside the
-    search, and is done though all of that is spent.
+    weight. So where the last model fits k, k is held at 1 and a weight tried, beside its effects
+    and in the place of one of them, which may have made up for what such a k is not. That costs
+    little beside the search, and is done though all of that is spent.
     """
     models, criterion, last = visited.models, visited.criterion, steps[-1].trial
     linear = models.unloaded()
-    if linear is None or not last.score.gain_fitted or criterion.explained(last.score):
+    if linear is None or not last.score.gain_fitted or not last.effects:
         return list(steps)
-    able = set(usual(models.catalogue, Usual.WEIGHT)) & set(models.candidates(last))
-    if not last.effects or not able or models.explained_whole(last, criterion):
+    weights = sorted(set(usual(models.catalogue, Usual.WEIGHT)) & set(models.candidates(last)))
+    if not weights:
         return list(steps)
-    held = models.refitted(last, linear.fit.problem.held)
-    held = _extended(visited, held, able)
-    if _takes_over(visited, held, last):
-        return steps_to(steps, visited, held)
-    if held.score.train_rmse_deg > criterion.policy.worse * last.score.train_rmse_deg:
-        return list(steps)  # no weight is in the place of this k
-    further = models.screen(held).best(effort.partners)
-    if further:
-        held = _extended(visited, held, further)
+    if criterion.explained(last.score) or models.explained_whole(last, criterion):
+        found = _weight_explaining(visited, last, linear, weights)
+    else:
+        found = _weight_beside(visited, last, linear, weights, effort)
+    return list(steps) if found is None else steps_to(steps, visited, found)
+
+
+def _weight_beside(
+    visited: Visited, last: Trial, linear: Trial, weights: Sequence[str], effort: SearchEffort
+) -> Trial | None:
+    """``last`` with k held and a weight if that is cheaper and each effect is accepted.
+
+    Such a k may have hidden a further effect as well, and another may have made up for what it is
+    not: that one which ``last`` can best do without.
+    """
+    models, criterion = visited.models, visited.criterion
+    for base in _itself_and_less(visited, last):
+        held = _extended(visited, models.refitted(base, linear.fit.problem.held), weights)
         if _takes_over(visited, held, last):
-            return steps_to(steps, visited, held)
-    return list(steps)
+            return held
+        if base is last and _is_worse(held, last, criterion):
+            continue  # no weight is in the place of this k alone
+        further = models.screen(held).best(effort.partners)
+        if further:
+            held = _extended(visited, held, further)
+            if _takes_over(visited, held, last):
+                return held
+    return None
+
+
+def _itself_and_less(visited: Visited, last: Trial) -> Iterator[Trial]:
+    yield last
+    names = visited.removable(last)
+    if names:
+        yield min((visited.without(last, name) for name in names), key=visited.price)
+
+
+def _is_worse(trial: Trial, than: Trial, criterion: AcceptanceCriterion) -> bool:
+    """Whether a model fits worse than another, by more than that does which contains it."""
+    return trial.score.train_rmse_deg > criterion.policy.worse * than.score.train_rmse_deg
+
+
+def _weight_explaining(
+    visited: Visited, last: Trial, linear: Trial, weights: Sequence[str]
+) -> Trial | None:
+    """``last`` with k held and a weight, in the place of one of its effects or beside them all.
+
+    Both explain the data: so the noise must tell them apart.
+    """
+    models, criterion = visited.models, visited.criterion
+
+    def sketches(bases: Iterable[Trial]) -> list[tuple[Trial, Trial, str]]:
+        held = [models.refitted(base, linear.fit.problem.held) for base in bases]
+        tried = itertools.product(held, weights)
+        return [(models.sketched(base, weight), base, weight) for base, weight in tried]
+
+    names = visited.removable(last)
+    for bases in ([visited.without(last, name) for name in names], [last]):
+        led = sorted(sketches(bases), key=lambda one: one[0].fit.outcome.cost)
+        for sketch, base, weight in led[:1]:
+            found = models.finished(models.extended(base, weight, sketch))
+            told = not criterion.tied(criterion.evidence(found.score, last.score))
+            if told and criterion.explained(found.score) and visited.is_accepted(found):
+                return found
+    return None
 
 
 def _takes_over(visited: Visited, trial: Trial, last: Trial) -> bool:

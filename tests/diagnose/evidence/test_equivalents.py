@@ -11,7 +11,8 @@ from servosight.diagnose.evidence import Stability, equivalents, interchangeable
 from servosight.diagnose.residuals import TEST, Judged
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
-from servosight.models.core import Array, Recording
+from servosight.identify.uncertainty import Uncertainty
+from servosight.models.core import Array, Estimate, Recording
 from servosight.models.effects import catalogue
 
 FLOOR_DEG = 0.05
@@ -89,12 +90,16 @@ def test_seconds_at_the_floor_tell_nothing() -> None:
     assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
 
 
-@pytest.mark.parametrize("worse", [1.0, 1.12])
+@pytest.mark.parametrize(
+    ("worse", "excess_sigmas", "taken"),
+    [(1.0, 3.0, True), (1.12, 3.0, False), (1.12, 2.1, False), (1.12, 1.9, True)],
+)
 def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
-    worse: float, monkeypatch: pytest.MonkeyPatch
+    worse: float, excess_sigmas: float, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where its price is higher by less than 0.1: by log(1.04) less 0.02 for two parameters, not
-    by log(1.17). The errors scatter by more from second to second than either."""
+    by log(1.17), unless the excess is less than 2 sigma. The errors scatter by more from second to
+    second than either."""
     models, found = selection(
         {
             ("stribeck_friction",): 0.4 * MISFIT,
@@ -103,8 +108,10 @@ def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
         }
     )
     monkeypatch.setattr(ModelSelection, "swapped", lambda *_: found[1])
+    excess = {"stribeck_friction.excess": Estimate(excess_sigmas, 1.0, "deg")}
+    monkeypatch.setattr(Uncertainty, "shared_estimates", lambda *_: (excess, []))
     step = special_case(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01))
-    if worse == 1.0:
+    if taken:
         assert step is not None
         assert (step.trial, step.added, step.removed) == (
             found[1],

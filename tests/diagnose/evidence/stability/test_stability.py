@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -204,6 +205,29 @@ def test_no_step_leads_to_a_model_of_a_higher_price(models: ModelSelection) -> N
     assert stable_steps(models, CRITERION, selected, rare) == selected
     swap = Stability({"backlash": 0.1, "cogging": 0.9}, 10, {frozenset({"cogging"}): 0.9})
     assert stable_steps(models, CRITERION, selected, swap) == selected
+
+
+@pytest.mark.parametrize(("gain_deg", "taken"), [(0.0, False), (0.01, True)])
+def test_what_contains_the_chosen_effect_must_be_worth_its_parameters_on_all_data(
+    gain_deg: float, taken: bool
+) -> None:
+    """Though most parts name it: a gain of 10 % is 90 of log-likelihood, and 3 are asked for."""
+    plain, rich = (
+        SimpleNamespace(effects=(name,), score=score(name, error_deg=error, parameters=count))
+        for name, error, count in (
+            ("coulomb_friction", 0.1, 1),
+            ("stribeck_friction", 0.1 - gain_deg, 3),
+        )
+    )
+    table: Any = SimpleNamespace(
+        alike=lambda last: [plain, rich], finished=lambda trial: trial, catalogue=catalogue()
+    )
+    free = SelectionPolicy(parameter_price=0.0)
+    selected: Any = Selected((Step(plain, "coulomb_friction"),), ())  # type: ignore[arg-type]
+    most = {frozenset({"stribeck_friction"}): 0.6}
+    named = Stability({"coulomb_friction": 1.0, "stribeck_friction": 0.6}, 10, most)
+    found = stable_steps(table, replace(CRITERION, policy=free), selected, named)
+    assert ("stribeck_friction" in found.steps[-1].trial.effects) is taken
 
 
 def test_a_special_case_that_more_parts_name_takes_the_place_of_the_whole(twin: Any) -> None:

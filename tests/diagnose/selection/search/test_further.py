@@ -64,6 +64,24 @@ def test_a_model_that_explains_the_data_with_the_validation_samples_stays() -> N
     assert answers(models, effort=generous(100.0))[1] == []
 
 
+def test_the_answer_is_varied_before_an_effect_is_added() -> None:
+    """From its lower minimum an effect is accepted that was not before: 0.85 of 1.0 deg."""
+    errors = {"": 9.0, "a": 9.0, "b": 9.0, "ab": 1.0, "abc": 0.85, "d": 9.0}
+    models = InventedModels(errors, varied_deg={"ab": 2.0}, finished_deg={"ab": 2.0})
+    found, added = answers(models, effort=generous(100.0))
+    assert (found[1].trial.score.train_rmse_deg, added) == (1.0, [])
+    models = InventedModels({**errors, "abc": 0.2}, varied_deg={"ab": 0.5})
+    found, added = answers(models, effort=generous(100.0))
+    assert (found[1].trial.score.train_rmse_deg, added) == (0.5, ["c"])
+
+
+def test_a_lower_minimum_that_does_not_need_all_its_effects_is_not_taken() -> None:
+    errors = {"": 9.0, "a": 0.51, "b": 9.0, "ab": 1.0, "d": 9.0}
+    models = InventedModels(errors, varied_deg={"ab": 0.5})
+    found, _ = answers(models, effort=generous(100.0))
+    assert found[1].trial.score.train_rmse_deg > 0.5
+
+
 def test_an_effect_is_added_only_if_it_is_accepted() -> None:
     # 0.85 of 1.0 deg is cheaper, and 28 % of the squared error above the floor; 35 % are asked for.
     models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.85, "d": 9.0})
