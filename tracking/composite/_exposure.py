@@ -22,7 +22,7 @@ from servosight.tracking.calibration.shutter import (
     further_px,
     further_speed,
     least_residual,
-    own_least,
+    steady_shear,
     unknown_shutters,
     usual_speed,
 )
@@ -33,8 +33,6 @@ from servosight.tracking.core import Shutter, Shutters, threaded
 _SLOWER = 0.5  # of the pictures
 _LEAST_SLOW, _SLOWEST, _MOST_FAST = 12, 12, 16
 _TURNS = np.linspace(0.0, 1.0, 9)  # of that of the fast pictures in the longest exposure
-_ROLLS = np.linspace(-1.0, 1.0, 17)  # of a frame time
-_ALIKE = 0.5  # speeds of one sign: what is steady is not told from a readout
 _CELLS = 3000  # are enough
 _LEAST_SQUARE = 1.0  # grey levels squared
 _GAMMA, _WHITE = 2.2, 255.0  # of cameras as people film with
@@ -132,27 +130,6 @@ class FastPictures:
         area = self.at(0.0, 0.0).radius_px ** 3
         return np.asarray(area / (np.median(least) + least + _LEAST_SQUARE))
 
-    def steadied(self, weight: Array, frame_s: float) -> tuple[FastPictures, float]:
-        """With the shear that does not change its sign with the speed, as of a shadow, and how much
-        that is like a readout: from 0, where parts turn to both sides alike, to 1.
-
-        Cells count by ``weight`` (cells,). Each picture's shear is a line over its speed.
-        """
-        opens = [weighted_mean(self.squares(Shutter(s)), weight) for s in frame_s * _TURNS]
-        opens_s, _ = least_residual(frame_s * _TURNS, opens)
-        rolls_s = frame_s * _ROLLS
-        left = [weighted_mean(self.squares(Shutter(opens_s, s)), weight) for s in rolls_s.tolist()]
-        rolled_s, sharpness = own_least(rolls_s, left)
-        rate = self.speed * self.rows_share
-        weight = sharpness / np.maximum(rate**2, 1e-12)
-        rows = np.stack([rate, np.ones(rate.size)], axis=1)
-        normal = (rows * weight[:, None]).T @ rows
-        alike = normal[0, 1] ** 2 / max(normal[0, 0] * normal[1, 1], 1e-300)
-        if not alike < _ALIKE:
-            return self, 1.0
-        steady_rad = np.linalg.solve(normal, (rows * weight[:, None]).T @ (rate * rolled_s))[1]
-        return replace(self, steady_rad=float(steady_rad)), float(np.sqrt(alike))
-
 
 def _usual(squares: Array) -> Array:
     """The mean over pictures (n, cells) that show a cell; (cells,), 0 where none does."""
@@ -207,10 +184,12 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     share = meter.stabilised.rows_share
     seen = FastPictures(at, pictures[fast], angle_rad[fast], speed[fast], share)
     weight = seen.weights(frame_s)
-    seen, alike = seen.steadied(weight, frame_s)
 
     def left(shutter: Shutter) -> Array:
         return weighted_mean(seen.squares(shutter), weight)
+
+    steady_rad, alike = steady_shear(left, share * speed[fast], frame_s)
+    seen = replace(seen, steady_rad=steady_rad)
 
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
     return found_shutters(left, left, frame_s, pace_px, applied=False, alike=alike)

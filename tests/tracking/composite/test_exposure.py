@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
-from servosight.tracking.calibration.shutter import least_residual
+from servosight.tracking.calibration.shutter import least_residual, steady_shear
 from servosight.tracking.composite import PartMeter, PoseFit
 from servosight.tracking.composite._exposure import BlurModel, FastPictures, weighted_mean
 from servosight.tracking.composite.model._model import CompositeModel
@@ -299,24 +299,35 @@ def test_cells_that_disagree_on_the_exposure_count_alike() -> None:
     assert 0.5 < ratio < 2.0
 
 
-@pytest.mark.parametrize(("speed", "told"), [([1.0, -1.0], True), ([1.0, 1.0], False)])
-def test_a_shear_at_any_speed_is_no_readout(speed: list[float], told: bool) -> None:
-    """Truth: 0.15 rad from the first to the last row, whatever the speed, and no readout. Told from
-    one by speeds of both signs: noise leaves 0.01 rad."""
+@pytest.mark.parametrize("fewer", [1.0, 0.4])
+def test_a_shear_at_any_speed_is_no_readout(fewer: float) -> None:
+    """Truth: 0.15 rad from the first to the last row, whatever the speed, and no readout; parts
+    turn to one side as fast as to the other, or at 0.4 of that. Shears are tried in steps of 0.03
+    rad: bound one of them, and as much of a readout."""
     sector, angles = Sector(4.0), np.linspace(-1.0, 1.0, 16)
     stack = sector.pictures(angles, np.zeros(16), np.full(16, 0.15))
 
     def at(speed: float, exposure_s: float) -> CompositeModel:
         return CompositeModel.on(sector.raster.blurred(speed * exposure_s), 0.0, 3000)
 
-    seen = FastPictures(at, stack, angles, np.tile(speed, 8))
-    steadied, alike = seen.steadied(seen.weights(0.5), 0.5)
-    assert steadied.steady_rad == pytest.approx(0.15 if told else 0.0, abs=0.03)
-    assert alike == pytest.approx(0.0 if told else 1.0, abs=0.2)
-    rolls = np.linspace(-0.06, 0.24, 16)
-    weight = np.ones(at(0.0, 0.0).radius_px.size)
-    left = [weighted_mean(steadied.squares(Shutter(0.0, s)), weight) for s in rolls.tolist()]
-    assert least_residual(rolls, left)[0] == pytest.approx(0.0 if told else 0.15, abs=0.03)
+    weight, speed = np.ones(at(0.0, 0.0).radius_px.size), np.tile([1.0, -fewer], 8)
+    seen = FastPictures(at, stack, angles, speed)
+
+    def left(shutter: Shutter, steady_rad: float = 0.0) -> Array:
+        sheared = replace(seen, steady_rad=steady_rad)
+        return weighted_mean(sheared.squares(shutter), weight)
+
+    steady_rad, alike = steady_shear(left, speed, 0.25)
+    assert steady_rad == pytest.approx(0.15, abs=0.031)
+    assert alike == pytest.approx((1.0 - fewer) / np.sqrt(2.0 * (1.0 + fewer**2)), abs=1e-9)
+    rolls = np.linspace(-0.15, 0.15, 16)
+    readout_s, _ = least_residual(rolls, [left(Shutter(0.0, s), steady_rad) for s in rolls])
+    assert readout_s == pytest.approx(0.0, abs=0.03)
+
+
+def test_speeds_of_one_sign_do_not_tell_a_steady_shear() -> None:
+    """It is left to the readout, and alike to one."""
+    assert steady_shear(lambda shutter: np.ones(16), np.linspace(1.0, 2.0, 16), 0.5) == (0.0, 1.0)
 
 
 def test_a_piece_of_the_pictures_takes_its_share_of_the_readout() -> None:

@@ -203,30 +203,10 @@ def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:
     if count < LEAST:
         return 0.0, float(at_s[-1] - at_s[0])
     total = table.sum(1)
-    whole = _vertex(at_s, total)
-    parts = np.array([_vertex(at_s, total - column) for column in table.T])
+    whole = vertex(at_s, total)
+    parts = np.array([vertex(at_s, total - column) for column in table.T])
     scatter = (count - 1) / count * float(((parts - parts.mean()) ** 2).sum())
     return whole, float(np.sqrt(scatter))
-
-
-def own_least(at_s: Array, left: Sequence[Array]) -> tuple[Array, Array]:
-    """The value with the least of each frame's own residuals ``left`` (frames,) at each of
-    ``at_s``, and how sharp that least is: the share by which they grow with the square of a step
-    from there; (frames,) each. Without sharpness where a frame has none.
-
-    >>> at_s = np.arange(5.0)
-    >>> own_least(at_s, list(((at_s - 1.5) ** 2 + 4.0)[:, None]))[0].round(3).tolist()
-    [1.5]
-    """
-    table = np.array(left)
-    known = np.isfinite(table).all(0)
-    value, sharpness = np.zeros(known.size), np.zeros(known.size)
-    for n in np.flatnonzero(known).tolist():
-        own = table[:, n] / table[:, n].min()
-        near = _near(own)
-        value[n] = _vertex(at_s, own)
-        sharpness[n] = max(np.polyfit(at_s[near] / (at_s[1] - at_s[0]), own[near], 2)[0], 0.0)
-    return value, sharpness
 
 
 def _relative(left: Sequence[Array]) -> Array:
@@ -260,7 +240,7 @@ def _near(total: Array) -> slice:
     return slice(n - _AROUND, n + _AROUND + 1)
 
 
-def _vertex(at_s: Array, total: Array) -> float:
+def vertex(at_s: Array, total: Array) -> float:
     """The minimum of a parabola about the smallest of ``total``, within the values tried."""
     near = _near(total)
     middle, unit = at_s[near][_AROUND], at_s[1] - at_s[0]
