@@ -1,4 +1,4 @@
-"""The shear that pictures of a moving part show whatever its speed, as of a shadow or a tilt.
+"""The shear that pictures of a part show at any speed, as with a tilt or a pivot that is off.
 
 A rolling shutter shears a part by its speed. A part that turns to one side faster than to the other
 would have a readout by what shears it at any speed.
