@@ -22,6 +22,7 @@ from servosight.tracking.calibration.shutter import (
     further_px,
     further_speed,
     least_residual,
+    steady_shear,
     unknown_shutters,
     usual_speed,
 )
@@ -33,7 +34,6 @@ _SLOWER = 0.5  # of the pictures
 _LEAST_SLOW, _SLOWEST, _MOST_FAST = 12, 12, 16
 _TURNS = np.linspace(0.0, 1.0, 9)  # of that of the fast pictures in the longest exposure
 _CELLS = 3000  # are enough
-_WEIGHED = 3  # times
 _LEAST_SQUARE = 1.0  # grey levels squared
 _GAMMA, _WHITE = 2.2, 255.0  # of cameras as people film with
 
@@ -94,7 +94,7 @@ class FastPictures:
     """Pictures (n, height, width) of a part that turns fast, at known angles and speeds (n,).
 
     ``at`` is the part at a speed [rad/s] during an exposure [s]. They have a share ``rows_share``
-    of the rows that a readout takes.
+    of the rows that a readout takes. All show the part sheared by ``steady_rad``, at any speed.
     """
 
     at: Callable[[float, float], CompositeModel]
@@ -102,6 +102,7 @@ class FastPictures:
     angle_rad: Array
     speed: Array
     rows_share: float = 1.0
+    steady_rad: float = 0.0
 
     def squares(self, shutter: Shutter) -> Array:
         """The squared residuals of each picture's cells with a shutter, (n, cells); NaN in those
@@ -110,7 +111,7 @@ class FastPictures:
         def squares(n: int) -> Array:
             angle, speed = float(self.angle_rad[n]), float(self.speed[n])
             seen = self.at(speed, shutter.exposure_s)
-            turn_rad = speed * shutter.readout_s * self.rows_share
+            turn_rad = speed * shutter.readout_s * self.rows_share + self.steady_rad
             return seen.sheared(angle, turn_rad).squares(self.pictures[n], angle)
 
         return np.array(threaded(squares, range(len(self.pictures))))
@@ -119,17 +120,21 @@ class FastPictures:
         """How much each cell counts, (cells,): less where the pictures are explained badly with
         any exposure, as a cable at the part's hub is: a blur that smears such an error would be
         taken for an exposure. And by the square of the radius: of what blurs a part as much at its
-        tip as at its hub, an exposure of that blur at the tip is the smaller."""
-        tried = [self.squares(Shutter(share * longest_s)) for share in _TURNS.tolist()]
+        tip as at its hub, an exposure of that blur at the tip is the smaller.
+
+        Each cell by the exposure that suits it: by one of all cells, those that agree with it would
+        count most, and the exposure that is found be drawn towards it.
+        """
+        tried = [_usual(self.squares(Shutter(share * longest_s))) for share in _TURNS.tolist()]
+        least = np.min(tried, axis=0)
         area = self.at(0.0, 0.0).radius_px ** 3
-        weight = area
-        for _ in range(_WEIGHED):
-            left = np.array([weighted_mean(squares, weight) for squares in tried])
-            best = tried[int(np.argmin(np.nansum(left / np.nanmin(left, axis=0), axis=1)))]
-            known = np.isfinite(best)
-            usual = np.where(known, best, 0.0).sum(0) / np.maximum(known.sum(0), 1)
-            weight = area / (np.median(usual) + usual + _LEAST_SQUARE)
-        return weight
+        return np.asarray(area / (np.median(least) + least + _LEAST_SQUARE))
+
+
+def _usual(squares: Array) -> Array:
+    """The mean over pictures (n, cells) that show a cell; (cells,), 0 where none does."""
+    known = np.isfinite(squares)
+    return np.asarray(np.where(known, squares, 0.0).sum(0) / np.maximum(known.sum(0), 1))
 
 
 def weighted_mean(squares: Array, weight: Array) -> Array:
@@ -183,5 +188,8 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     def left(shutter: Shutter) -> Array:
         return weighted_mean(seen.squares(shutter), weight)
 
+    steady_rad, alike = steady_shear(left, share * speed[fast], frame_s)
+    seen = replace(seen, steady_rad=steady_rad)
+
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
-    return found_shutters(left, left, frame_s, pace_px, applied=False)
+    return found_shutters(left, left, frame_s, pace_px, applied=False, alike=alike)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
+from servosight.tracking.calibration.shutter import least_residual, steady_shear
 from servosight.tracking.composite import PartMeter, PoseFit
 from servosight.tracking.composite._exposure import BlurModel, FastPictures, weighted_mean
 from servosight.tracking.composite.model._model import CompositeModel
@@ -179,16 +180,23 @@ class Sector:
         bare = PartRaster(view, shape, 220.0 * shape, shape > 0.5, behind)
         return replace(bare.blurred(self.soft_px / 44.0), near=bare.near)
 
-    def pictures(self, angles: Array, turns: Array) -> Single:
-        """At angles (n,), each the mean over a turn (n,) [rad], with noise of a grey level."""
+    def pictures(self, angles: Array, turns: Array, shears: Array | None = None) -> Single:
+        """At angles (n,), each the mean over a turn (n,) [rad], with noise of a grey level.
+
+        The last row shows the part turned by ``shears`` (n,) [rad] against the first.
+        """
+        shears = np.zeros(angles.size) if shears is None else shears
         rng = np.random.default_rng(6)
         view, behind = self.raster.view, self.raster.behind
         y, x = np.indices(behind.shape) - 64.0
         row, column = np.hypot(x, y) - 0.5, np.arctan2(-y, x) / view.step_rad
         seen = []
-        for angle, turn in zip(angles.tolist(), turns.tolist(), strict=True):
+        for angle, turn, shear in zip(
+            angles.tolist(), turns.tolist(), shears.tolist(), strict=True
+        ):
             cover = self.raster.blurred(turn).cover
-            place = np.mod(column - angle / view.step_rad, view.columns)
+            turned_rad = angle + shear * (y / (behind.shape[0] - 1) + 64.0 / 129.0 - 0.5)
+            place = np.mod(column - turned_rad / view.step_rad, view.columns)
             shown = cv2.remap(
                 np.hstack([cover, cover[:, :1]]), place.astype(np.float32),
                 row.astype(np.float32), cv2.INTER_LINEAR,
@@ -196,6 +204,18 @@ class Sector:
             noise = rng.normal(0.0, 1.0, shown.shape)
             seen.append(behind + shown * (220.0 - behind) + noise)
         return np.array(seen, np.float32)
+
+
+class UnevenSector(Sector):
+    """With one edge blurred over 6 columns of the raster, and the other over 12."""
+
+    @cached_property
+    def raster(self) -> PartRaster:
+        sharp = super().raster
+        less, more = (sharp.blurred(columns * sharp.view.step_rad) for columns in (6.0, 12.0))
+        first = np.arange(sharp.view.columns) < 32
+        cover = np.where(first, less.cover, more.cover)
+        return replace(sharp, cover=cover, level=220.0 * cover)
 
 
 def learnt_at_rest(sector: Sector) -> BlurModel:
@@ -255,6 +275,59 @@ def test_what_is_wrong_beside_a_part_in_any_case_is_not_taken_for_blur() -> None
     assert tried[int(np.argmin(left))] == 6.0
     counts = weight / area**3
     assert counts[area < 18.0].min() < 0.05 * np.median(counts)
+
+
+def test_cells_that_disagree_on_the_exposure_count_alike() -> None:
+    """One edge is blurred over 6 columns of the raster and the other over 12.
+    While the exposure that suits all cells best decided, one edge counted 27 times the other."""
+    sector = Sector(4.0)
+    step = sector.raster.view.step_rad
+    angles = np.linspace(-1.0, 1.0, 16)
+    stack = UnevenSector(4.0).pictures(angles, np.zeros(16))
+
+    def at(speed: float, exposure_s: float) -> CompositeModel:
+        blurred = sector.raster.blurred(speed * exposure_s)
+        return CompositeModel.on(blurred, 12.0 * step, 3000)
+
+    seen = FastPictures(at, stack, angles, np.ones(16))
+    model = at(0.0, 0.0)
+    counts = seen.weights(48.0 * step) / model.radius_px**3
+    away = np.abs((model.phi_rad / step - 32.0 + 160.0) % 320.0 - 160.0)
+    edge = (away > 20.0) & (model.radius_px > 20.0)
+    leading = edge & (model.phi_rad / step < 32.0)
+    ratio = counts[leading].mean() / counts[edge & ~leading].mean()
+    assert 0.5 < ratio < 2.0
+
+
+@pytest.mark.parametrize("fewer", [1.0, 0.4])
+def test_a_shear_at_any_speed_is_no_readout(fewer: float) -> None:
+    """Truth: 0.15 rad from the first to the last row, whatever the speed, and no readout; parts
+    turn to one side as fast as to the other, or at 0.4 of that. Shears are tried in steps of 0.03
+    rad: bound one of them, and as much of a readout."""
+    sector, angles = Sector(4.0), np.linspace(-1.0, 1.0, 16)
+    stack = sector.pictures(angles, np.zeros(16), np.full(16, 0.15))
+
+    def at(speed: float, exposure_s: float) -> CompositeModel:
+        return CompositeModel.on(sector.raster.blurred(speed * exposure_s), 0.0, 3000)
+
+    weight, speed = np.ones(at(0.0, 0.0).radius_px.size), np.tile([1.0, -fewer], 8)
+    seen = FastPictures(at, stack, angles, speed)
+
+    def left(shutter: Shutter, steady_rad: float = 0.0) -> Array:
+        sheared = replace(seen, steady_rad=steady_rad)
+        return weighted_mean(sheared.squares(shutter), weight)
+
+    steady_rad, alike = steady_shear(left, speed, 0.25)
+    assert steady_rad == pytest.approx(0.15, abs=0.031)
+    assert alike == pytest.approx((1.0 - fewer) / np.sqrt(2.0 * (1.0 + fewer**2)), abs=1e-9)
+    rolls = np.linspace(-0.15, 0.15, 16)
+    readout_s, _ = least_residual(rolls, [left(Shutter(0.0, s), steady_rad) for s in rolls])
+    assert readout_s == pytest.approx(0.0, abs=0.03)
+
+
+def test_speeds_of_one_sign_do_not_tell_a_steady_shear() -> None:
+    """It is left to the readout, and alike to one."""
+    assert steady_shear(lambda shutter: np.ones(16), np.linspace(1.0, 2.0, 16), 0.5) == (0.0, 1.0)
 
 
 def test_a_piece_of_the_pictures_takes_its_share_of_the_readout() -> None:

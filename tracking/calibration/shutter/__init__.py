@@ -10,3 +10,4 @@ from servosight.tracking.calibration.shutter._estimate import unknown_shutters a
 from servosight.tracking.calibration.shutter._estimate import usual_speed as usual_speed
 from servosight.tracking.calibration.shutter._find import find_shutter as find_shutter
 from servosight.tracking.calibration.shutter._first_pass import first_pass as first_pass
+from servosight.tracking.calibration.shutter._steady import steady_shear as steady_shear

@@ -23,6 +23,7 @@ from servosight.tracking.calibration.shutter._estimate import (
     unknown_shutters,
     usual_speed,
 )
+from servosight.tracking.calibration.shutter._steady import steady_shear
 from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion, threaded
 from servosight.tracking.fit import TrackedFrame
 
@@ -76,13 +77,16 @@ def find_shutter(
     fast = [fast[n] for n in faster(np.array([one.speed for one in fast]), learnt)]
     rough = still.thinned(_THINNED)
 
-    def left(by: SurfaceEstimator, shutter: Shutter) -> Array:
+    def left(by: SurfaceEstimator, steady_rad: float, shutter: Shutter) -> Array:
         # Rows of the picture that are no rows of the sensor have no time of their own.
         seen = replace(shutter, readout_s=0.0) if sideways else shutter
-        return _left(by, fast, learnt, seen)
+        return _left(by, fast, learnt, seen, steady_rad)
 
-    pace_px = further_px(np.array([one.speed for one in fast]), learnt, frame_s, radius)
-    return found_shutters(partial(left, still), partial(left, rough), frame_s, pace_px)
+    speed = np.array([one.speed for one in fast])
+    steady_rad, _ = steady_shear(partial(left, rough, 0.0), speed, frame_s)
+    pace_px = further_px(speed, learnt, frame_s, radius)
+    fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
+    return found_shutters(fine, coarse, frame_s, pace_px)
 
 
 def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:
@@ -105,15 +109,18 @@ def _fastest(moving: Sequence[_Moving], per_speed: float) -> list[_Moving]:
 
 
 def _left(
-    refine: SurfaceEstimator, moving: Sequence[_Moving], learnt: float, shutter: Shutter
-) -> Array:
+    refine: SurfaceEstimator, moving: Sequence[_Moving], learnt: float, shutter: Shutter,
+    steady_rad: float,
+) -> Array:  # fmt: skip
     """Squared residual of each frame (frames,), in [grey levels^2], with the blur that it has
-    beyond that of a speed ``learnt`` [rad/s]; NaN where it does not fit."""
+    beyond that of a speed ``learnt`` [rad/s], and a shear by ``steady_rad`` that it has at any
+    speed; NaN where it does not fit."""
 
     def left(one: _Moving) -> float:
         share = further_speed(one.speed, learnt) / abs(one.speed)
         blurred = replace(shutter, exposure_s=share * shutter.exposure_s)
         motion = Exposure.of(one.speed, one.acceleration, blurred)
+        motion = replace(motion, per_delay_rad=motion.per_delay_rad + steady_rad)
         fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.copied)
         return fit.noise**2 / max(fit.kept, 1e-3) if fit is not None else np.nan
 
