@@ -83,10 +83,17 @@ def find_shutter(
         return _left(by, fast, learnt, seen, steady_rad)
 
     speed = np.array([one.speed for one in fast])
-    steady_rad, _ = steady_shear(partial(left, rough, 0.0), speed, frame_s)
     pace_px = further_px(speed, learnt, frame_s, radius)
-    fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
-    return found_shutters(fine, coarse, frame_s, pace_px)
+
+    def found(steady_rad: float) -> Shutters:
+        fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
+        return found_shutters(fine, coarse, frame_s, pace_px)
+
+    shutters = found(0.0)
+    if not shutters.readout_s:
+        return shutters
+    steady_rad, _ = steady_shear(partial(left, rough, 0.0), speed, frame_s)
+    return found(steady_rad) if steady_rad else shutters
 
 
 def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:

@@ -31,11 +31,13 @@ def steady_shear(left: Left, speed: Array, frame_s: float) -> tuple[float, float
     readout with the least total is taken, by what each frame leaves with a readout of its own.
     """
     alike = float(np.abs(speed.mean()) / max(np.sqrt(np.mean(speed**2)), 1e-12))
+    if alike > _ALIKE:
+        return 0.0, 1.0
     opens_s, rolls_s = frame_s * _OPENS, frame_s * _BOTH
     opened_s, _ = least_residual(opens_s, [left(Shutter(s)) for s in opens_s.tolist()])
     table = np.array([left(Shutter(opened_s, s)) for s in rolls_s.tolist()])
     known = np.isfinite(table).all(0) & (np.abs(speed) > 0.0)
-    if known.sum() < LEAST or alike > _ALIKE:
+    if known.sum() < LEAST:
         return 0.0, 1.0
     readouts_s, shears = frame_s * _READOUTS, frame_s * float(np.abs(speed).max()) * _STEADY
     total = np.zeros((shears.size, readouts_s.size))
