@@ -39,15 +39,15 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """A tracker that sees the settled sines in any video; gives what it was asked."""
     kept: dict[str, Any] = {}
 
-    def track(video: Path, options: TrackOptions, *, progress: FrameProgress) -> Track:
-        kept.update(vars(options), video=video)
+    def track_film(film: Any, options: TrackOptions, progress: FrameProgress) -> Track:
+        kept.update(vars(options), video=film.path)
         told = options.exposure_s is not None
         progress(300, 300)
         time_s = 0.01 * np.arange(300)
         angle = np.array([10 * response(t, 3) + 5 * response(t, 11) for t in time_s])
         measured = ~np.isin(np.arange(300), (150, 151))
         return Track(
-            video=video,
+            video=film.path,
             method="refine",
             time_s=time_s,
             angle_deg=angle,
@@ -61,8 +61,14 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         )
 
     monkeypatch.setattr("servosight.tracking.acquisition.find_light", lambda *known, **more: None)
-    monkeypatch.setattr("servosight.tracking.track.track", track)
+    monkeypatch.setattr("servosight.tracking.video.open_film", opened)
+    monkeypatch.setattr("servosight.tracking.track.track_film", track_film)
     return kept
+
+
+def opened(video: Path, options: TrackOptions) -> SimpleNamespace:
+    """A film of which nothing but the path is known."""
+    return SimpleNamespace(path=video)
 
 
 def filmed(place: Path, settings: str = "") -> Path:

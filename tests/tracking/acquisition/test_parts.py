@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -18,7 +19,6 @@ from servosight.models.excitation import Excitation
 from servosight.models.io import load_recording
 from servosight.sim.bench import Trajectory
 from servosight.sim.film import render_video
-from servosight.tracking import track as track_module
 from servosight.tracking.acquisition import swept, without
 from servosight.tracking.core import Flag, Track, TrackOptions, TrackRefused
 from servosight.tracking.track import track
@@ -213,12 +213,14 @@ def test_a_second_part_that_is_not_found_leaves_the_first(
 ) -> None:
     """Exit code 2 and one sentence, with the first part's angle written."""
 
-    def tracked(video: Path, options: TrackOptions, progress: Any = None) -> Track:
+    def tracked(film: Any, options: TrackOptions, progress: Any = None) -> Track:
         if options.beside is None:
             return fin
-        raise TrackRefused(f"{video}: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+        raise TrackRefused(f"{film.path}: nothing turns.", np.zeros((4, 4, 3), np.uint8))
 
-    monkeypatch.setattr(track_module, "track", tracked)
+    opened = SimpleNamespace(path=tmp_path / "video.mkv")
+    monkeypatch.setattr("servosight.tracking.video.open_film", lambda video, options: opened)
+    monkeypatch.setattr("servosight.tracking.track.track_film", tracked)
     (tmp_path / "video.mkv").write_bytes(b"")
     assert main(["track", str(tmp_path / "video.mkv"), "--second"]) == 2
     said = capsys.readouterr().err
