@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -185,11 +185,10 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     seen = FastPictures(at, pictures[fast], angle_rad[fast], speed[fast], share)
     weight = seen.weights(frame_s)
 
-    def left(shutter: Shutter) -> Array:
-        return weighted_mean(seen.squares(shutter), weight)
+    def left(steady_rad: float, shutter: Shutter) -> Array:
+        return weighted_mean(replace(seen, steady_rad=steady_rad).squares(shutter), weight)
 
-    steady_rad, alike = steady_shear(left, share * speed[fast], frame_s)
-    seen = replace(seen, steady_rad=steady_rad)
-
+    steady_rad, alike = steady_shear(partial(left, 0.0), share * speed[fast], frame_s)
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
-    return found_shutters(left, left, frame_s, pace_px, applied=False, alike=alike)
+    sheared = partial(left, steady_rad)
+    return found_shutters(sheared, sheared, frame_s, pace_px, applied=False, alike=alike)

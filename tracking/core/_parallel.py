@@ -35,10 +35,10 @@ def threaded(function: Callable[[S], T], items: Sequence[S]) -> list[T]:
     results: dict[int, T] = {}
 
     def work() -> None:
-        while waiting:
+        while True:
             try:
                 place, item = waiting.popleft()
-            except IndexError:  # another thread took the last one
+            except IndexError:
                 return
             results[place] = function(item)
 

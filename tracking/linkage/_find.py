@@ -57,7 +57,7 @@ def linked(first: Track, second: Track, film: Film, given: bool) -> tuple[Track,
 
 
 def _linked(surface: Track, horn: Track, told_by: ToldBy, film: Film) -> tuple[Track, Track]:
-    still = film.stabilised()
+    still = film.stabilised
     rod = find_rod(still.images, _rows(still, surface), surface, horn)
     linkage = Linkage(surface_px=surface.pivot_px, horn_px=horn.pivot_px, told_by=told_by, rod=rod)
     return replace(surface, linkage=linkage), _with_doubt(horn, linkage.doubt_deg(horn.angle_deg))

@@ -102,7 +102,7 @@ def tracked_part(
 ) -> TrackedPart:
     """As ``track_frames``, before the camera's tilt is looked for."""
     check_hints(film.path, options, film.images[0].shape)
-    film = film.stabilised()
+    film = film.stabilised
     options = film.in_first(options)
     with refused_with_picture(film):
         _check_camera(film)

@@ -83,12 +83,9 @@ class Film:
         """The calm frames' pictures."""
         return [frame.image for frame in self.calm]
 
+    @cached_property
     def stabilised(self) -> Film:
         """The same video with every frame aligned with the first one, where the camera moves."""
-        return self._stabilised
-
-    @cached_property
-    def _stabilised(self) -> Film:
         camera = CameraMotion.of(self.images)
         stabiliser = Stabiliser.of(self.images[0]) if camera.rms_px > LEAST_PX else None
         film = replace(self, stabiliser=stabiliser, camera=camera)

@@ -82,7 +82,7 @@ def test_damaged_bytes_are_refused_or_read(
         place.write_bytes(damaged(data, rng))
         try:
             film = open_film(place, TrackOptions())
-            times = [frame.time_s for frame in film.stabilised().frames()]
+            times = [frame.time_s for frame in film.stabilised.frames()]
             assert (np.diff(film.times(times, 0.0)) > 0.0).all()
             film.notes(times)
         except InputError as error:

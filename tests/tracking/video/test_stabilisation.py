@@ -88,7 +88,7 @@ def test_what_points_at_a_later_frame_is_found_on_the_first(tmp_path: Path, writ
     options = TrackOptions(
         pivot=(106.0, 116.0), tip=(46.0, 86.0), template=(26, 56, 40, 30), at_s=24 / 25.0
     )
-    first = open_film(video, options).stabilised().in_first(options)
+    first = open_film(video, options).stabilised.in_first(options)
     assert first.pivot == pytest.approx((100.0, 120.0), abs=0.2)
     assert first.tip == pytest.approx((40.0, 90.0), abs=0.2)
     assert first.template == (20, 60, 40, 30)
