@@ -43,6 +43,12 @@ class _Moving:
     speed: float
     acceleration: float
 
+    def start_rad(self, motion: Exposure) -> float:
+        """About the angle in the middle row: that of a fit without motion is the angle at the time
+        of the rows that determine it."""
+        delay = self.seen.fit.delay if self.seen.fit is not None else 0.0
+        return self.seen.angle_rad - motion.per_delay_rad * delay
+
 
 def find_shutter(
     refine: SurfaceEstimator, runs: Iterable[Sequence[TrackedFrame]],
@@ -128,7 +134,7 @@ def _left(
         blurred = replace(shutter, exposure_s=share * shutter.exposure_s)
         motion = Exposure.of(one.speed, one.acceleration, blurred)
         motion = replace(motion, per_delay_rad=motion.per_delay_rad + steady_rad)
-        fit = refine.fit_near(one.seen.frame.image, one.seen.angle_rad, motion, one.seen.copied)
+        fit = refine.fit_near(one.seen.frame.image, one.start_rad(motion), motion, one.seen.copied)
         return fit.noise**2 / max(fit.kept, 1e-3) if fit is not None else np.nan
 
     return np.array(threaded(left, moving))
