@@ -22,7 +22,7 @@ class TrustLimits:
         largest_apart_deg: rms difference of its angles from those found without a pivot.
         largest_sigma_deg: median sigma of its angles; 95 % of the frames are then within half a
             degree. Not asked of a part that the user points at. Of the clips in
-            docs/tracking.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
+            docs/measured/wild.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
         largest_sigma_share: the same as a share of the whole motion, where that is more: of an arm
             that swings through 250 deg, 0.6 deg is as much worth as 0.05 deg of 20 deg.
         least_measured: share of a sampled picture's change that it explains to be measured at all;
