@@ -54,6 +54,8 @@ class StepwiseSelector:
     def _first_step(self) -> Selected:
         fitted = self.effort.fitted
         first = self.models.first()
+        if first.effects:
+            first = self.models.lowered(first, self.criterion.enough_deg)
         names = self._candidates.promising(first)
         sketches = self._candidates.sketches(first, "first effect", names, fitted)
         trials = self._candidates.fitted(first, "first effect", sketches[:fitted])

@@ -22,6 +22,7 @@ from servosight.identify.fit._identify import identify as identify
 from servosight.identify.fit._identify import with_information as with_information
 from servosight.identify.fit._latencies import OwnLatencies as OwnLatencies
 from servosight.identify.fit._latencies import clear_latencies as clear_latencies
+from servosight.identify.fit._lower import fit_lower as fit_lower
 from servosight.identify.fit._nested import contains as contains
 from servosight.identify.fit._nested import no_worse as no_worse
 from servosight.identify.fit._own import OwnValues as OwnValues

@@ -12,13 +12,12 @@ from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._floor import floor_deg
-from servosight.identify.fit._horizon import over_horizons
 from servosight.identify.fit._latencies import latency_notes
+from servosight.identify.fit._lower import fit_lower
 from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
 from servosight.identify.fit._solution import Solution, jumpy, polish
-from servosight.identify.fit._together import fit_together
 from servosight.identify.problem import (
     BaseModel,
     Problem,
@@ -54,8 +53,6 @@ from servosight.models.effects import catalogue as built_in
 from servosight.models.plant import Linear, to_difference
 
 SEARCH_BUDGET = 6_000
-FAR, SEVERAL = 2.0, 2
-"""So many effects are fitted at once, where a search ends beyond so many times the floor."""
 METHODS = tuple(ESTIMATORS)
 """Names of the search methods."""
 
@@ -108,7 +105,7 @@ def identify(
     noise = joint_noise_deg(whole, noises)
     floor = floor_deg(whole, noise, tolerance)
     solution, history = _solved(problem, method, seed)
-    solution = _beside(solution, floor) if chosen else solution
+    solution = fit_lower(solution, floor) if chosen else solution
     shared, warnings = solution.uncertainty.shared_estimates()
     biases = solution.uncertainty.own_estimates("bias")
     linear = Linear(*(shared[name].value for name in ("k", "T", "xi")))
@@ -173,24 +170,6 @@ def with_information(
         if better is not None:
             warnings.append(better.sentence(known))
     return replace(fit, information=known.summary(), warnings=tuple(warnings))
-
-
-def _beside(solution: Solution, floor: float) -> Solution:
-    """``solution``, or a better one: friction, play and limits leave minima beside the lowest.
-
-    Far from the floor, several effects are fitted at once as well, with k held at 1 at first, which
-    load and friction can stand in for.
-    """
-    problem = solution.problem
-    found = over_horizons(solution, floor)
-    if found.rmse_deg <= FAR * floor or len(problem.effects) < SEVERAL or "k" in problem.held:
-        return found
-    gain = float(np.copysign(1.0, found.outcome.point[0]))
-    unloaded = replace(problem, held={**problem.held, "k": gain})
-    base = polish(unloaded.linear, [linear_start(unloaded.linear)])
-    together = fit_together(unloaded, base, floor)
-    released = polish(problem, [together.outcome.point])
-    return min(found, released, key=lambda one: one.outcome.cost)
 
 
 def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:

@@ -28,6 +28,9 @@ def test_simulate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "hidden: backlash" in capsys.readouterr().out
     for name in ("command.csv", "angle.csv", "recording.toml", "truth.toml"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    several = ["--effect", "backlash,dead_zone", "--effect", "coulomb_friction"]
+    assert main([*words, *several, "-o", str(tmp_path / "many")]) == 0
+    assert "hidden: dead_zone, coulomb_friction, backlash" in capsys.readouterr().out
     complaint(capsys, [*words, "--effect", "magic", "-o", str(tmp_path / "c")], "magic")
     complaint(capsys, [*words, "--set", "gap", "-o", str(tmp_path / "c")], "--set gap")
     complaint(capsys, ["simulate", "no.toml", "-o", str(tmp_path / "c")], "no.toml")

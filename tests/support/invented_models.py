@@ -176,6 +176,10 @@ class InventedModels:
             self.trials[trial.key] = self._trial(trial.effects, found, trial.held)
         return self.trials[trial.key]
 
+    def lowered(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
+        self.done.append(f"lower {''.join(trial.effects)} to {enough_deg:.3g}")
+        return trial
+
     def searched(self, base: InventedTrial, trial: InventedTrial, name: str) -> InventedTrial:
         return self.fitted(trial.effects, "search")
 

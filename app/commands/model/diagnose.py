@@ -18,6 +18,7 @@ from servosight.app.arguments import (
     add_report,
     add_seed,
     any_path,
+    identifiers,
     limit_pair,
     tolerance,
 )
@@ -115,12 +116,18 @@ def _add_known(parser: argparse.ArgumentParser) -> None:
         "FMU (MODEL.fmu) in the place of the linear model, with effects around it",
     )
     for word, name, meaning in (
-        ("--with", "with_effects", "effect that every model has (may be repeated)"),
-        ("--without", "without_effects", "effect that is never tried (may be repeated)"),
+        ("--with", "with_effects", "effects that every model has (may be repeated)"),
+        ("--without", "without_effects", "effects that are never tried (may be repeated)"),
     ):
         with_effects(
             known.add_argument(
-                word, metavar="ID", dest=name, action="append", default=[], help=meaning
+                word,
+                metavar="ID,ID",
+                dest=name,
+                action="extend",
+                type=identifiers,
+                default=[],
+                help=meaning,
             )
         )
     add_fixed(known)

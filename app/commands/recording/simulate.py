@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from servosight.app.arguments import add_force, add_seed, any_path
+from servosight.app.arguments import add_force, add_seed, any_path, identifiers
 from servosight.app.completion import with_effects
 from servosight.app.terminal import console, next_command, progress
 
@@ -22,10 +22,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     with_effects(
         parser.add_argument(
             "--effect",
-            metavar="ID",
-            action="append",
+            metavar="ID,ID",
+            action="extend",
+            type=identifiers,
             default=[],
-            help="hide this effect in the simulated servo (may be repeated)",
+            help="hide these effects in the simulated servo (may be repeated)",
         )
     )
     parser.add_argument(

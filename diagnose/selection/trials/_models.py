@@ -29,6 +29,7 @@ from servosight.identify.fit import (
     OwnValues,
     Solution,
     fit_effects,
+    fit_lower,
     fit_together,
     fit_varied,
     polish,
@@ -132,6 +133,11 @@ class ModelSelection:
             fit = extended_by_each([self.problem(known.first[:count]) for count in each], fit)
             return self.judge(fit)
         return self.trials[key]
+
+    def lowered(self, trial: Trial, enough_deg: float) -> Trial:
+        """``trial``, or a better fit of its effects where a single search ended beside it."""
+        fit = partial(fit_lower, trial.fit, enough_deg)
+        return self.judge(fitted_once(self.fits, f"lowered to {enough_deg}", trial, "", fit))
 
     def opening(self) -> Trial:
         """The same as the user sees it: a linear model has the k that fits, unless they hold it."""

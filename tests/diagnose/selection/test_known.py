@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import servosight as ss
 from servosight.app.main import main
 from servosight.diagnose import Diagnosis, PriorKnowledge, diagnose
 from servosight.diagnose.selection import ModelSelection, Split
@@ -16,6 +17,7 @@ from servosight.identify.problem import Problem
 from servosight.models.core import Actuator, Estimate, InputError
 from servosight.models.effects import catalogue
 
+NOISE_DEG = 0.03
 CARD = Actuator(
     {
         "k": Estimate(1.0, 0.01, "-"),
@@ -49,6 +51,28 @@ def test_the_first_model_has_what_is_known(twin: Any) -> None:
     assert found["k"] == 1.0
     assert found["backlash.gap"] == pytest.approx(truth, rel=0.02)
     assert first.score.parameters == len(found) - 1  # k does not count
+
+
+def test_several_known_effects_are_fitted_out_of_the_minimum_in_which_one_search_ends() -> None:
+    """Truth: 2 deg of play and Stribeck friction. One effect after the other ends at a play of 1.4
+    deg, at four times the noise. Sigma of the play is 0.004 deg; 0.02 allows for the twin's stops.
+    """
+    pair = ["backlash", "stribeck_friction"]
+    recording = ss.simulate(effect=pair, seed=5)
+    models = ModelSelection(
+        Split.of([recording], (), ()),
+        catalogue(),
+        PriorKnowledge.of(catalogue(), with_effects=pair),
+    )
+    first = models.first()
+    lower = models.lowered(first, NOISE_DEG)
+    assert first.fit.rmse_deg > 3.0 * NOISE_DEG
+    assert lower.fit.rmse_deg < 1.1 * NOISE_DEG
+    assert models.first() is lower
+    found = lower.fit.problem.values(lower.fit.outcome.point)
+    assert found["backlash.gap"] == pytest.approx(
+        recording.truth["parameters"]["backlash.gap"], abs=0.02
+    )
 
 
 def test_a_user_who_holds_k_is_asked_for_no_other(twin: Any) -> None:
@@ -153,6 +177,7 @@ def test_a_model_that_is_right_stays(twin: Any) -> None:
     ("words", "said"),
     [
         (["--with", "cogging", "--without", "cogging"], "both required and ruled out"),
+        (["--with", "backlash,cogging", "--without", "cogging"], "both required and ruled out"),
         (["--from", "card.toml", "--without", "coulomb_friction"], "the model to start from"),
         (["--fix", "backlash.gap=1"], "the model has no effect backlash"),
         (["--fix", "k"], "expected NAME=VALUE"),

@@ -46,6 +46,13 @@ def test_the_one_effect_that_explains_is_added() -> None:
     assert not any("+" in done and not done.startswith("sketch +") for done in models.done)
 
 
+def test_a_first_model_with_known_effects_is_not_left_where_one_search_ends() -> None:
+    known = PriorKnowledge(with_effects=("a", "b"))
+    _, _, models = selected({"": 0.28, "ab": 0.1}, known=known)
+    assert models.done.count(f"lower ab to {1.1 * FLOOR_DEG:.3g}") == 1
+    assert not any(done.startswith("lower") for done in selected({"": 0.28})[2].done)
+
+
 def test_nothing_is_added_that_earns_nothing() -> None:
     assert selected({"": 0.28, "a": 0.27, "b": 0.275})[0] == [""]
     assert selected({"": 0.105, "a": 0.09})[0] == [""], "the floor is reached before"
