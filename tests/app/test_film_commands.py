@@ -30,7 +30,7 @@ def test_simulate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
     several = ["--effect", "backlash,dead_zone", "--effect", "coulomb_friction"]
     assert main([*words, *several, "-o", str(tmp_path / "many")]) == 0
-    assert "hidden: dead_zone, coulomb_friction, backlash" in capsys.readouterr().out
+    assert "hidden: backlash, dead_zone, coulomb_friction" in capsys.readouterr().out
     complaint(capsys, [*words, "--effect", "magic", "-o", str(tmp_path / "c")], "magic")
     complaint(capsys, [*words, "--set", "gap", "-o", str(tmp_path / "c")], "--set gap")
     complaint(capsys, ["simulate", "no.toml", "-o", str(tmp_path / "c")], "no.toml")
