@@ -90,21 +90,7 @@ class StepwiseSelector:
             return steps
         if self.criterion.hopeless(first.singles[0].score):
             return self._searched_widely(steps)
-        if self._two_suffice(first):
-            return steps
         return fitted_jointly(steps, Visited(self.models, self.criterion), self.effort, self._show)
-
-    def _two_suffice(self, first: Selected) -> bool:
-        """True where a second effect behind the best single one explains the data.
-
-        The fits that show it are kept: the steps that come to it find them.
-        """
-        single = self._single(first.steps[0].trial, first.singles)
-        if single is None or self.effort.is_spent(self.models):
-            return False
-        base = single[-1].trial
-        second = self._single(base, self._candidates.ranked(base, "effect 2"))
-        return second is not None and self.criterion.done(second[-1].trial.score)
 
     def _selected(self, steps: Sequence[Step], first: Selected) -> Selected:
         """The first step shows the best fit of its model, which a later fit may have found."""
