@@ -191,5 +191,5 @@ def _warnings(
         *measured_by_servo(data.whole, models.known.fixed),
         *compensating(verdict, outcome.effects, evidence),
         *doubts(verdict, last, data.levels),
-        *ended(outcome.selected.cut_short, outcome.simulations),
+        *ended(verdict, outcome.selected.cut_short, outcome.simulations),
     )

@@ -77,11 +77,16 @@ def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> l
     ]
 
 
-def ended(cut_short: bool, simulations: int) -> list[str]:
+def ended(verdict: Verdict, cut_short: bool, simulations: int) -> list[str]:
     """A warning where the search ended because of its length, not because all was tried."""
     if not cut_short:
         return []
+    so_far = (
+        "the model explains the data, and other sets of effects that do may be untried"
+        if verdict is Verdict.EXPLAINED
+        else "this is the best model found by then, and further sets are untried"
+    )
     return [
         f"the search for effects was stopped at the limit of its cost, after {simulations:,} "
-        f"simulations: this is the best model found by then, and further sets are untried"
+        f"simulations: {so_far}"
     ]

@@ -73,9 +73,11 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
 
 
 def test_a_search_that_ended_early_is_said() -> None:
-    (warning,) = ended(True, 60_012)
-    assert "after 60,012 simulations" in warning
-    assert ended(False, 60_012) == []
+    (warning,) = ended(Verdict.UNEXPLAINED, True, 60_012)
+    assert "after 60,012 simulations: this is the best model found by then" in warning
+    (warning,) = ended(Verdict.EXPLAINED, True, 60_012)
+    assert "the model explains the data" in warning
+    assert ended(Verdict.UNEXPLAINED, False, 60_012) == []
 
 
 def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
