@@ -238,7 +238,7 @@ def test_a_plain_part_beside_the_first_is_found(
     fin: Track,
     tmp_path: Path,
 ) -> None:
-    """A bar without texture, on a bench nearly as light: by the second way.
+    """A bar without texture, on a bench nearly as light: by the composite method.
 
     Bound: sigma, of 0.5 deg at most of an exposure that its motion does not determine, and of what
     usual tilts do, since none of them explains how its picture changes.

@@ -1,4 +1,4 @@
-"""A track that is too uncertain gives way to the second way of measuring, or is refused."""
+"""A track that is too uncertain gives way to the composite method, or is refused."""
 
 from __future__ import annotations
 
