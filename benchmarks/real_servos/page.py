@@ -89,19 +89,28 @@ Errors in mrad, one for each gain, lowest gain first.
 
 
 def _emps(result: RunResult) -> str:
-    names = list(PUBLISHED)
+    names, late = list(PUBLISHED), result["late"]
     lines = [
         f"| {name} | {fit['rmse_um']:.2f} | "
-        + " | ".join(f"{fit['newtons'][q]:.2f}" if q in fit["newtons"] else "" for q in names)
+        + " | ".join(_newtons(fit["newtons"].get(q), late.get(q)) for q in names)
         + " |"
         for name, fit in result["fits"].items()
     ]
     lines.append("| published | | " + " | ".join(f"{PUBLISHED[q]:g}" for q in names) + " |")
+    left = result["left"]
     return "\n".join(
         [
             "A position error of one metre is a force of S = gtau kv kp = 1.371e6 N, from the",
             "file's own numbers. Then M = S T^2, Fv = 2 xi T S - gtau kv, and a torque of one",
-            "degree (a centimetre) is S / 100.",
+            "degree (a centimetre) is S / 100. These values are in brackets. The controller acts",
+            "late: its speed is the difference of the position over "
+            f"{result['samples']} samples, which leaves",
+            f"{100 * min(left):.2f} % of the recorded control voltage (rms; over one sample "
+            f"{100 * left[0]:.1f} %), and the",
+            "voltage is held for a sample. To second order such a loop shows M smaller by "
+            f"{late['M [kg]']:.1f} kg",
+            f"and Fv smaller by {late['Fv [N s/m]']:.0f} N s/m "
+            "(`benchmarks/real_servos/emps.py`); the values before the brackets count that.",
             "",
             "| model | rms error [um] | " + " | ".join(names) + " |",
             "| --- " * (len(names) + 2) + "|",
@@ -114,6 +123,13 @@ def _emps(result: RunResult) -> str:
             ", ".join(f"{name} {gain:,.0f}" for name, gain in result["candidates"]) + ".",
         ]
     )
+
+
+def _newtons(value: float | None, late: float | None) -> str:
+    """A parameter with what delays take of it added, and in brackets as it was fitted."""
+    if value is None:
+        return ""
+    return f"{value:.2f}" if late is None else f"{value + late:.1f} ({value:.1f})"
 
 
 def _singles(results: Mapping[str, RunResult]) -> list[RunResult]:

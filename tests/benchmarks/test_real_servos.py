@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.io import savemat
+from scipy.signal import chirp, cont2discrete, lfilter
 
+from real_servos.emps import Controller
 from real_servos.logs import RunResult, error_mrad, log
 from real_servos.pairs import agree, page
 
@@ -77,3 +81,31 @@ def test_what_a_run_leaves_open_is_not_counted_against_the_other() -> None:
     left_open = one_run("coulomb_friction", one_of={"dead_zone": ("backlash",)}, T=0.02)
     assert agree(first, left_open)
     assert agree(left_open, first)
+
+
+def test_the_delays_of_emps_controller_are_counted(tmp_path: Path) -> None:
+    """A discrete loop of a known mass: the continuous one that answers like it has the mass and
+    the friction that ``late`` takes off. What is left is of the next order in the delay,
+    which at 6 Hz is up to 1.5 ms or 0.057 rad: some 20th."""
+    mass, viscous, gtau, kv, kp, step_s = 95.0, 200.0, 35.0, 240.0, 160.0, 1e-3
+    time_s = step_s * np.arange(6000)
+    reference = 0.1 * chirp(time_s, 0.2, 6.0, 8.0, phi=-90.0)
+    a, b = np.array([[0.0, 1.0], [0.0, -viscous / mass]]), np.array([[0.0], [gtau / mass]])
+    plant = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), step_s)
+    state, position, volts = np.zeros(2), np.zeros(6000), np.zeros(6000)
+    for n in range(6000):
+        position[n] = state[0]
+        speed = (position[n] - position[max(n - 2, 0)]) / (2.0 * step_s)
+        volts[n] = kv * (kp * (reference[n] - position[n]) - speed)
+        state = plant[0] @ state + plant[1][:, 0] * volts[n]
+    recorded = {"t": time_s, "qg": reference, "qm": position, "vir": volts}
+    savemat(tmp_path / "emps.mat", {**recorded, "gtau": gtau, "kv": kv, "kp": kp})
+    controller = Controller.of(tmp_path / "emps.mat")
+    assert controller.samples == 2
+    apart = []
+    for late in ({"M [kg]": 0.0, "Fv [N s/m]": 0.0}, controller.late):
+        damping = viscous - late["Fv [N s/m]"] + gtau * kv
+        loop = [mass - late["M [kg]"], damping, controller.stiffness]
+        held = cont2discrete(([controller.stiffness], loop), step_s)
+        apart.append(np.std(position - lfilter(held[0].ravel(), held[1], reference)))
+    assert apart[1] < apart[0] / 20.0
