@@ -66,6 +66,11 @@ def add_plugins(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def plugins_again(args: argparse.Namespace) -> list[str]:
+    """The options that name the same files once more, for a command that is proposed."""
+    return [word for path in args.plugin for word in ("--plugin", path)]
+
+
 def add_fmu(parser: argparse.ArgumentParser) -> None:
     """``--trust``, ``--fmu-input`` and ``--fmu-output``, for a model that is an FMU."""
     parser.add_argument(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,21 @@ def test_identify_then_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert json.loads(captured.out)["rmse_deg"] < 0.05
     assert "fit (NRMSE) 9" in captured.err
     assert "Next:" in captured.err
+
+
+def test_a_model_with_effects_is_what_the_next_diagnosis_begins_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rec, card = recording(tmp_path / "rec"), tmp_path / "m.toml"
+    words = ["identify", str(rec), "--method", "gradient", "--effects", "dead_zone"]
+    following = f"Next: servosight diagnose {rec} --from {card} --auto"
+    assert main([*words, "-o", str(card)]) == 0
+    assert following in capsys.readouterr().out
+    text = card.read_text()
+    assert re.search(r"\[parameters.T\]\nvalue = [0-9.]+", text)
+    card.write_text(re.sub(r"(\[parameters.T\]\nvalue = )[0-9.]+", r"\g<1>0.2", text))
+    assert main(["compare", str(card), str(rec)]) == 0
+    assert following in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from servosight.app.arguments import (
     add_report,
     any_path,
     identifiers,
+    plugins_again,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -77,13 +78,17 @@ def run(args: argparse.Namespace) -> None:
         return
     refuse_fitting(args.effects, dict(args.fix))
     effects: Mapping[str, Effect] = catalogue(args.plugin)
+    start: list[object] = []
     if is_fmu(args.model):
+        start = ["--from", args.model, "--trust"]
         recordings = load(args.recordings, args)
         with progress("comparing"):
             result = compare_fmu(fmu_interface(args, args.model), recordings, trust=args.trust)
         effects = result.known_effects or effects
     else:
         actuator = Actuator.load(args.model, effects)
+        if actuator.effects:
+            start = ["--from", args.model, *plugins_again(args)]
         recordings = load(args.recordings, args)
         with progress("comparing"):
             result = compare(actuator, recordings, catalogue=effects)
@@ -103,7 +108,6 @@ def run(args: argparse.Namespace) -> None:
             write_report(args.report, result, recordings, effects, **made(args))
         out.print(f"report: {args.report}")
     write_json(args.json, values)
-    start = ["--from", args.model, "--trust"] if is_fmu(args.model) else []
     if result.explained:
         out.print(next_command("compare", args.model, "ANOTHER_REC"))
     else:

@@ -20,6 +20,7 @@ from servosight.app.arguments import (
     any_path,
     identifiers,
     limit_pair,
+    plugins_again,
     tolerance,
 )
 from servosight.app.completion import with_effects
@@ -264,7 +265,7 @@ def _next(args: argparse.Namespace, values: dict[str, Any]) -> list[object]:
     again: list[object] = ["diagnose", *args.recordings, "--auto"]
     again += [word for path in args.validate for word in ("--validate", path)]
     again += [word for path in args.test for word in ("--test", path)]
-    again += [word for path in args.plugin for word in ("--plugin", path)]
+    again += plugins_again(args)
     again += [] if args.start is None else ["--from", args.start]
     again += ["--trust"] if args.trust else []
     again += [word for name in args.with_effects for word in ("--with", name)]
@@ -285,6 +286,6 @@ def _next_of_fmu(args: argparse.Namespace, values: dict[str, Any]) -> list[objec
     """Fit the FMU's own parameters with the effects that were found, or try another run."""
     if not values["effects"]:
         return ["compare", args.start, "ANOTHER_REC", "--trust"]
-    plugins = [word for path in args.plugin for word in ("--plugin", path)]
+    plugins = plugins_again(args)
     effects = ["--effects", ",".join(values["effects"])]
     return ["identify", *args.recordings, "--model", args.start, "--trust", *effects, *plugins]

@@ -15,6 +15,7 @@ from servosight.app.arguments import (
     add_seed,
     any_path,
     identifiers,
+    plugins_again,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -100,7 +101,9 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)
-    out.print(next_command("diagnose", *args.recordings, "--auto"))
+    saved = args.output is not None and result.actuator.effects
+    start = ["--from", args.output, *plugins_again(args)] if saved else []
+    out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
 
 
 def _run_fmu(args: argparse.Namespace) -> None:
