@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._contours import contour, contours
+from servosight.tracking.composite._matting import with_cover
 from servosight.tracking.composite._refit import Refit, refitted
 from servosight.tracking.composite._rigid_check import shifting_rad
 from servosight.tracking.composite._sighting import Sighting, farthest_rad, followed
@@ -40,8 +41,10 @@ class PartMeter:
     """Measures a found part in frame after frame; pixels are those of the stabilised sample.
 
     ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
-    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot. ``features`` (height,
-    width) is not 0, and ``background`` lies, where the part never passes.
+    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot, ``known_rad`` (n,) its
+    angles in the sampled pictures, NaN where they do not show it, ``cover_rad`` the sigma of angles
+    by how much of its cells the part covers. ``features`` (height, width) is not 0, and
+    ``background`` lies, where the part never passes.
     """
 
     stabilised: StabilisedSample
@@ -53,6 +56,8 @@ class PartMeter:
     features: Image
     background: Background | None
     doubt_px: float
+    known_rad: Array
+    cover_rad: float = 0.0
 
     @classmethod
     def of(cls, stabilised: StabilisedSample, found: FoundPart) -> PartMeter:
@@ -96,9 +101,20 @@ class PartMeter:
         features = np.asarray(255 * clear, np.uint8)
         behind = model.behind if stabilised.channel.luma else stabilised.guide
         background = Background.of(behind, clear) if stabilised.moves else None
+        known = np.where(good, angles, np.nan)
         return cls(
-            stabilised, model, view, shape, rough, rough_scale, features, background, doubt_px
-        )
+            stabilised, model, view, shape, rough, rough_scale, features, background, doubt_px,
+            known,
+        )  # fmt: skip
+
+    def covered(self) -> PartMeter:
+        """With the cover of the part's cells learnt, where that explains more of the pictures."""
+        pictures, good = self.stabilised.pictures, np.isfinite(self.known_rad)
+        model, cover_rad = with_cover(
+            self.model, pictures[good], self.known_rad[good], self.shape, self.view,
+            known_median(pictures),
+        )  # fmt: skip
+        return replace(self, model=model, cover_rad=cover_rad)
 
     @property
     def pivot_px(self) -> Array:

@@ -28,4 +28,4 @@ def settled_part(
         if better is None:
             break
         part, meter = better, PartMeter.of(stabilised, better)
-    return part, meter
+    return part, meter.covered()
