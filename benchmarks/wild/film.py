@@ -92,7 +92,7 @@ def pictures(scene: WildScene) -> Iterator[tuple[Image, list[bool]]]:
         if scene.bystander:
             _bystander(picture, scene, start_s / duration)
         for one, sprite in zip(parts, sprites, strict=True):
-            _put(picture, *sprite, one, view, _exposed_rad(one, start_s))
+            _put(picture, *sprite, one, view, *_exposed(one, start_s))
         hidden = _passing(picture, passing, scene, start_s)
         light = 1.0 + scene.breathing * np.sin(2 * np.pi * breath[0] * start_s + breath[1])
         if scene.focus_px:
@@ -104,12 +104,24 @@ def pictures(scene: WildScene) -> Iterator[tuple[Image, list[bool]]]:
         )
 
 
-def _exposed_rad(scene: WildScene, start_s: float) -> Array:
-    """The part's angles while a frame is exposed, as many as its tip moves by pixels."""
-    exposure_s = scene.exposure_share / scene.rate_hz
-    ends = angles_rad(scene, start_s + exposure_s * np.array([-0.5, 0.5]))
+def _exposed(scene: WildScene, middle_s: float) -> tuple[Array, Array]:
+    """The part's angles (m,) while the rows of a frame are exposed, as many in an exposure as its
+    tip moves by pixels; and the share of each row's exposure at each of them (rows, m)."""
+    exposure_s, readout_s = (
+        share / scene.rate_hz for share in (scene.exposure_share, scene.readout_share)
+    )
+    ends = angles_rad(scene, middle_s + exposure_s * np.array([-0.5, 0.5]))
     count = int(np.clip(np.ptp(ends) * scene.length_px, 1, _MOST_PARTS))
-    return angles_rad(scene, start_s + exposure_s * ((np.arange(count) + 0.5) / count - 0.5))
+    if readout_s == 0.0:
+        late_s = exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
+        return angles_rad(scene, middle_s + late_s), np.full((scene.size[1], count), 1.0 / count)
+    step_s = min(exposure_s / count, readout_s / _MOST_PARTS)
+    half = int(np.ceil(0.5 * (exposure_s + readout_s) / step_s))
+    late_s = step_s * np.arange(-half, half + 1)
+    row_s = readout_s * (np.arange(scene.size[1]) / (scene.size[1] - 1) - 0.5)
+    inside = 0.5 + (0.5 * exposure_s - np.abs(late_s - row_s[:, None])) / step_s
+    share = np.clip(inside, 0.0, 1.0)
+    return angles_rad(scene, middle_s + late_s), share / share.sum(1, keepdims=True)
 
 
 def views(scene: WildScene) -> Array:
@@ -164,9 +176,10 @@ def _behind(bench: Single, view: Array, size: tuple[int, int]) -> Single:
 
 def _put(
     picture: Single, sprite: Single, middle: tuple[float, float], scene: WildScene, view: Array,
-    angles: Array,
+    angles: Array, shares: Array,
 ) -> None:  # fmt: skip
-    """Lay the part over the picture at the mean of these angles, its shadow first."""
+    """Lay the part over the picture at these angles (m,), which each row shows by their shares
+    (rows, m), its shadow first."""
     pivot = seen_at(view[None], np.array(scene.pivot_px))[0]
     reach = int(1.25 * scene.length_px * 1.1 * scene.largest + 14)
     low = np.maximum(np.floor(pivot).astype(int) - reach, 0)
@@ -174,7 +187,7 @@ def _put(
     if (high - low < 8).any():
         return
     total = np.zeros((int(high[1] - low[1]), int(high[0] - low[0]), 4), np.float32)
-    for angle in angles:
+    for angle, share in zip(angles, shares[low[1] : high[1]].T, strict=True):
         cos, sin = np.cos(angle), np.sin(angle)
         turn = np.array([[cos, sin], [-sin, cos]]) / FINER
         # Pixel centres of the enlarged picture.
@@ -182,8 +195,8 @@ def _put(
         placed[:2, :2] = turn
         placed[:2, 2] = scene.pivot_px - turn @ (np.array(middle) - 0.5 * (FINER - 1))
         matrix = _moved(-low) @ view @ placed
-        total += cv2.warpPerspective(sprite, matrix, total.shape[1::-1], flags=cv2.INTER_LINEAR)
-    total /= len(angles)
+        seen = cv2.warpPerspective(sprite, matrix, total.shape[1::-1], flags=cv2.INTER_LINEAR)
+        total += np.asarray(share, np.float32)[:, None, None] * seen
     place = picture[low[1] : high[1], low[0] : high[0]]
     if scene.shadow:
         soft = cv2.GaussianBlur(np.roll(total[:, :, 3], (7, 5), (0, 1)), (0, 0), 4.0)

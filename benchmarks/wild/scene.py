@@ -17,6 +17,7 @@ _RATES_HZ = (24.0, 30.0, 30.0, 50.0, 60.0, 60.0, 120.0, 240.0)
 _LEAST_S, _FRAMES = 1.2, 120
 _FASTEST_RAD = 0.3  # from frame to frame
 _LEANING = 4000  # clips before it were measured with a camera that looks along the axis
+_ROLLING = 4300  # from it on each third clip has a rolling shutter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,8 @@ class WildScene:
     ``stabilised`` is a camera whose pictures are shifted so that its shaking hardly shows, and
     ``focus_px`` the largest radius (one sigma) of the blur of a focus that changes. The camera
     looks ``tilt_rad`` off the axis of rotation, towards ``lean_rad`` in the picture, through a lens
-    of ``focal_px``.
+    of ``focal_px``. Exposure and readout, from the first row's to the last one's, are shares of the
+    frame time.
     """
 
     number: int
@@ -60,6 +62,7 @@ class WildScene:
     tilt_rad: float = 0.0
     lean_rad: float = 0.0
     focal_px: float = np.inf
+    readout_share: float = 0.0
 
     @property
     def oblique(self) -> Array:
@@ -81,8 +84,9 @@ class WildScene:
 
     @property
     def time_s(self) -> Array:
-        """Mid-exposure times; (frames,)."""
-        return np.asarray((np.arange(self.frames) + 0.5 * self.exposure_share) / self.rate_hz)
+        """Times of mid-exposure of the middle row; (frames,)."""
+        late = 0.5 * (self.exposure_share + self.readout_share)
+        return np.asarray((np.arange(self.frames) + late) / self.rate_hz)
 
     @property
     def rng(self) -> np.random.Generator:
@@ -104,6 +108,7 @@ def scene_of(number: int) -> WildScene:
     kind = KINDS[rng.integers(len(KINDS))]
     stands = np.random.default_rng([2036, number])
     leans = number >= _LEANING and stands.random() < 2.0 / 3.0
+    rolls = number >= _ROLLING and number % 3 == 0
     widest = {"arm": 2.2, "needle": 1.2, "wheel": 1.5}.get(kind, 0.9)
     duration = frames / rate_hz
     return WildScene(
@@ -135,6 +140,7 @@ def scene_of(number: int) -> WildScene:
         tilt_rad=float(np.deg2rad(stands.uniform(0.0, 25.0))) if leans else 0.0,
         lean_rad=float(stands.uniform(0.0, 2.0 * np.pi)),
         focal_px=float(stands.uniform(0.8, 2.5) * max(size)),
+        readout_share=float(np.random.default_rng([2037, number]).uniform(0.2, 0.9)) * rolls,
     )
 
 
@@ -163,6 +169,7 @@ def parts_of(scene: WildScene) -> tuple[WildScene, ...]:
         length_px=length,
         pivot_px=(float(pivot[0]), float(pivot[1])),
         exposure_share=scene.exposure_share,
+        readout_share=scene.readout_share,
         shadow=scene.shadow,
     )
     return scene, beside

@@ -1,7 +1,8 @@
 """The outcome of tracking a clip: right, refused (also where most frames are), noted or wrong.
 
 Noted is a track that is within its sigma, but beyond the limit by what it says in a note: by times
-that may be wrong, and right frame by frame, or by a tilt of the camera that pictures do not show.
+that may be wrong, and right frame by frame, by a tilt of the camera that pictures do not show, or
+by angles that are uncertain as a whole.
 """
 
 from __future__ import annotations
@@ -131,7 +132,11 @@ def outcome(number: int, folder: Path, hint: str | None = None) -> Outcome:
     sure = score <= MOST_SIGMAS
     good = truth.part.turns and np.mean((away <= LARGEST_DEG) & sure) >= _WITHIN
     framewise = _said(found, "all times may be off") & (framed <= LARGEST_DEG)
-    told = (framewise | _said(found, "all angles may be off by a tilt")) & sure
+    doubted = any(
+        _said(found, words)
+        for words in ("all angles may be off by a tilt", "all angles are uncertain by")
+    )
+    told = (framewise | doubted) & sure
     noted = truth.part.turns and np.mean(told) >= _WITHIN
     beyond = "noted" if noted else "wrong"
     return Outcome(

@@ -1,5 +1,6 @@
 """Footage as people film it: part and background as one model, from dense pictures alone."""
 
+from servosight.tracking.composite._continuity import longest_sure as longest_sure
 from servosight.tracking.composite._exposure import find_exposure as find_exposure
 from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter
@@ -10,6 +11,8 @@ from servosight.tracking.composite._stabilised import StabilisedSample as Stabil
 from servosight.tracking.composite._stabilised import evenly as evenly
 from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
+from servosight.tracking.composite._trust import rough_enough as rough_enough
+from servosight.tracking.composite._trust import rough_note as rough_note
 from servosight.tracking.composite._trust import uncertain as uncertain
 from servosight.tracking.composite.model import PoseFit as PoseFit
 from servosight.tracking.composite.oblique import ObliqueView as ObliqueView

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.composite._contours import contour, contours
+from servosight.tracking.composite._matting import with_cover
 from servosight.tracking.composite._refit import Refit, refitted
 from servosight.tracking.composite._rigid_check import shifting_rad
+from servosight.tracking.composite._sighting import Sighting, farthest_rad, followed
 from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.composite.camera import Background, aligned, motion_from
@@ -25,13 +27,12 @@ from servosight.tracking.composite.oblique import SampledPart
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.composite.search import FoundPart
 from servosight.tracking.core import known_median
-from servosight.tracking.verification import Gains, PolarView, small
+from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
 _ROUNDS, _ENOUGH_PX = 7, 0.05
 _AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
 _AS_GOOD = 0.8
-_NEAR_PX, _NEAR_RAD = 12, 0.3
 _HOLE = 0.02
 
 
@@ -40,8 +41,10 @@ class PartMeter:
     """Measures a found part in frame after frame; pixels are those of the stabilised sample.
 
     ``rough`` is the part on a coarser raster, for a search over all angles; ``shape`` (rows,
-    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot. ``features`` (height,
-    width) is not 0, and ``background`` lies, where the part never passes.
+    columns) the part's on ``view``, ``doubt_px`` the sigma of the pivot, ``known_rad`` (n,) its
+    angles in the sampled pictures, NaN where they do not show it, ``cover_rad`` the sigma of angles
+    by how much of its cells the part covers. ``features`` (height, width) is not 0, and
+    ``background`` lies, where the part never passes.
     """
 
     stabilised: StabilisedSample
@@ -53,6 +56,8 @@ class PartMeter:
     features: Image
     background: Background | None
     doubt_px: float
+    known_rad: Array
+    cover_rad: float = 0.0
 
     @classmethod
     def of(cls, stabilised: StabilisedSample, found: FoundPart) -> PartMeter:
@@ -96,9 +101,20 @@ class PartMeter:
         features = np.asarray(255 * clear, np.uint8)
         behind = model.behind if stabilised.channel.luma else stabilised.guide
         background = Background.of(behind, clear) if stabilised.moves else None
+        known = np.where(good, angles, np.nan)
         return cls(
-            stabilised, model, view, shape, rough, rough_scale, features, background, doubt_px
-        )
+            stabilised, model, view, shape, rough, rough_scale, features, background, doubt_px,
+            known,
+        )  # fmt: skip
+
+    def covered(self) -> PartMeter:
+        """With the cover of the part's cells learnt, where that explains more of the pictures."""
+        pictures, good = self.stabilised.pictures, np.isfinite(self.known_rad)
+        model, cover_rad = with_cover(
+            self.model, pictures[good], self.known_rad[good], self.shape, self.view,
+            known_median(pictures),
+        )  # fmt: skip
+        return replace(self, model=model, cover_rad=cover_rad)
 
     @property
     def pivot_px(self) -> Array:
@@ -155,9 +171,9 @@ class PartMeter:
 
     def measured(
         self, frames: Iterable[Frame], first: int, last: int
-    ) -> Iterator[tuple[Frame, PoseFit | None]]:
-        """Each frame with its fit; None where the part is not found, and outside of the frames
-        ``first`` to ``last``.
+    ) -> Iterator[tuple[Frame, PoseFit | None, Array]]:
+        """Each frame with its fit, and the turns (m,) [rad] to other angles at which the part looks
+        the same; None where it is not found, and outside of the frames ``first`` to ``last``.
 
         Where the camera does not rest, only a part of which the frame explains as much as is asked
         of one that is believed is found.
@@ -166,8 +182,8 @@ class PartMeter:
         since = 1
         for frame in frames:
             inside = first <= frame.index <= last
-            near = None if before is None else (before, _farthest(self.rough, since))
-            fit = self._fit(frame, near) if inside else None
+            near = None if before is None else (before, farthest_rad(self.rough, since))
+            fit, rivals = self._fit(frame, near) if inside else (None, np.empty(0))
             if (
                 fit
                 and not self.stabilised.rests(frame.index)
@@ -176,9 +192,11 @@ class PartMeter:
                 fit = None
             # A wheel that looks the same at several angles would jump after a frame without it.
             before, since = (fit.angle_rad, 1) if fit is not None else (before, since + 1)
-            yield frame, fit
+            yield frame, fit, rivals
 
-    def _fit(self, frame: Frame, near: tuple[float, float] | None) -> PoseFit | None:
+    def _fit(self, frame: Frame, near: tuple[float, float] | None) -> tuple[PoseFit | None, Array]:
+        """The part in a frame, near an angle as far as the second number says [rad] if it may be,
+        and the turns (m,) [rad] to others at which it looks the same."""
         picture = small(frame.image, self.stabilised.scale)
         onto = np.eye(2, 3)
         if self.stabilised.moves:
@@ -188,7 +206,7 @@ class PartMeter:
             rough = np.eye(2, 3) if at_rest else self.stabilised.onto_near(frame.index)
             motion = motion_from(rough, self.stabilised.reference, grey, self.features)
             if motion is None:
-                return None
+                return None, np.empty(0)
             onto = motion
             if self.background is not None:
                 onto = self.background.onto(picture, motion)
@@ -199,15 +217,21 @@ class PartMeter:
             light = light_of(still, self.stabilised.guide)
             colour = small(frame.seen_in(self.stabilised.channel), self.stabilised.scale)
             still = as_bright(aligned(colour, onto)[0], light)
-        angle, sure = _searched(self.rough, self.rough_scale, still, near)
-        fit = self.model.fit(still, angle) if sure else None
-        return fit if fit is not None and fit.shown else None
+        seen = Sighting.of(self.rough, self.rough_scale, still, near)
+        tried = (self.model.fit(still, angle) for angle in seen.likeliest)
+        fits = [fit for fit in tried if fit is not None and fit.shown]
+        if not fits:
+            return None, np.empty(0)
+        # A hand beside a spoke gains more than the part elsewhere, and explains no more.
+        enough = _AS_GOOD * max(fit.explained for fit in fits)
+        fit = next(one for one in fits if one.explained >= enough)
+        return fit, seen.rivals(fit.angle_rad)
 
 
 def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
     """The contour (points, 2) of a part that was found, where the reference picture shows it."""
     part, scale = found.part, found.scale
-    angle, _ = _searched(part, scale, stabilised.shown)
+    angle = Sighting.of(part, scale, stabilised.shown).most_likely
     height, width = (max(1, round(scale * side)) for side in stabilised.content.shape)
     cover = cover_in(part.view, part.cover > 0.5, angle, (height, width))
     if not cover.any():
@@ -227,37 +251,3 @@ def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Si
     tiled = np.hstack([part.cover, part.cover[:, :1]])
     shape = cv2.remap(tiled, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
     return view, np.asarray(shape > 0.5, np.float32)
-
-
-def _searched(
-    part: TurningPart, scale: float, picture: Single, near: tuple[float, float] | None = None
-) -> tuple[float, bool]:
-    """The angle of the largest gain, or of one nearly as large that is as ``near`` another angle as
-    the second number [rad] says; and whether the part explains anything there."""
-    coarse = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    seen = part.view.of(np.asarray(coarse, np.float32))[None]
-    gain = Gains.of(part.view, seen, part.behind).by(part.part, part.cover)[0]
-    angles = part.view.angles()
-    best = int(np.argmax(gain))
-    if near is None:
-        return float(angles[best]), bool(gain[best] > 0.0)
-    apart = np.angle(np.exp(1j * (angles - near[0])))
-    close = np.where(np.abs(apart) < near[1], gain, -np.inf)
-    if close.max() > _AS_GOOD * gain[best]:
-        best = int(np.argmax(close))
-    return near[0] + float(apart[best]), bool(gain[best] > 0.0)
-
-
-def followed(part: TurningPart, scale: float, pictures: Single, index: Array) -> Array:
-    """The angles [rad] of sampled pictures (n, height, width), frames number ``index`` (n,), each
-    near the one before where it may be: of a wheel, spokes are not to be taken for each other."""
-    angles = [_searched(part, scale, pictures[0])[0]]
-    for picture, since in zip(pictures[1:], np.diff(index).tolist(), strict=True):
-        near = (angles[-1], _farthest(part, since))
-        angles.append(_searched(part, scale, picture, near)[0])
-    return np.array(angles)
-
-
-def _farthest(part: TurningPart, frames: int) -> float:
-    """How far the part may turn in some frames [rad]."""
-    return float(min((_NEAR_PX / part.view.rows + _NEAR_RAD) * np.sqrt(frames), np.pi))

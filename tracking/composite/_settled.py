@@ -22,9 +22,10 @@ def settled_part(
         if np.hypot(*(meter.pivot_px - part.pivot_px)) < 1.0 / part.scale:
             break
         better = found_about(
-            stabilised.pictures, meter.pivot_px, hint, stabilised.content, part.inside, part.beside
-        )
+            stabilised.pictures, meter.pivot_px, hint, stabilised.content, part.inside,
+            part.beside, part.reach_px,
+        )  # fmt: skip
         if better is None:
             break
         part, meter = better, PartMeter.of(stabilised, better)
-    return part, meter
+    return part, meter.covered()

@@ -25,6 +25,8 @@ class TrustLimits:
             docs/measured/wild.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
         largest_sigma_share: the same as a share of the whole motion, where that is more: of an arm
             that swings through 250 deg, 0.6 deg is as much worth as 0.05 deg of 20 deg.
+        largest_rough_share: sigma as a share of the whole motion up to which a track of which
+            nothing better is known is returned all the same, with a note.
         least_measured: share of a sampled picture's change that it explains to be measured at all;
             whether the frames confirm it is asked afterwards.
         least_explained: the same to be taken before parts that are looked for otherwise, else a
@@ -41,6 +43,7 @@ class TrustLimits:
     largest_apart_deg: float = 0.5
     largest_sigma_deg: float = 0.25
     largest_sigma_share: float = 1.0 / 400.0
+    largest_rough_share: float = 1.0 / 40.0
     least_measured: float = 0.5
     least_explained: float = 0.65
     largest_jump_deg: float = 35.0
@@ -65,6 +68,24 @@ def uncertain(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -
     if usual_deg <= most_deg:
         return None
     return f"is measured with a sigma of {usual_deg:.3g} deg; expected {most_deg:.3g} deg at most"
+
+
+def rough_enough(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -> bool:
+    """Whether a part's angles (found,) are worth returning with a note, however uncertain.
+
+    >>> rough_enough(np.linspace(0.0, 40.0, 9), np.full(9, 0.9))
+    True
+    """
+    return float(np.median(sigma_deg)) <= limits.largest_rough_share * float(np.ptp(angle_deg))
+
+
+def rough_note(angle_deg: Array, sigma_deg: Array) -> str:
+    """That a part's angles (found,) are uncertain, as a note."""
+    return (
+        f"all angles are uncertain by {np.median(sigma_deg):.2g} deg (one sigma) of the "
+        f"{np.ptp(angle_deg):.3g} deg that the part turns: film it larger, sharper and without "
+        "shadows where that is too much"
+    )
 
 
 def distrust(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from servosight.models.core import Image, InputError
+from servosight.tracking.core._track import Track
 
 
 class TrackRefused(InputError):
@@ -10,15 +11,17 @@ class TrackRefused(InputError):
 
     ``picture`` (height, width, 3), blue-green-red, shows what was found, with coordinates.
     ``found``: it names the place of a part that may turn; ``measured``: that part was measured, and
-    is not trusted; ``uncertain``: it would be, were the sigma of its angles smaller.
+    is not trusted; ``uncertain``: it would be, were the sigma of its angles smaller. Where that is
+    still small beside the motion, ``rough`` is the track.
     """
 
     def __init__(
         self, sentence: str, picture: Image, measured: bool = False, uncertain: bool = False,
-        found: bool = False,
+        found: bool = False, rough: Track | None = None,
     ) -> None:  # fmt: skip
         super().__init__(sentence)
         self.picture = picture
         self.found = found or measured
         self.measured = measured
         self.uncertain = uncertain
+        self.rough = rough

@@ -5,38 +5,46 @@ No features, no texture and no camera at rest are needed; less exact, some hundr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from servosight.models.core import FrameProgress, Mask
+from servosight.models.core import FrameProgress
 from servosight.tracking.composite import FoundPart
-from servosight.tracking.core import Candidate, Track, TrackOptions, TrackRefused
+from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
 from servosight.tracking.methods._footage import Footage
+from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
+
+Measure = Callable[[Footage, FoundPart, FrameProgress | None], Track]
+_RIVALS = 2  # parts that are tried where the frames refuse the first one
 
 
 def composite(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """The angle of the part that explains most of what changes while the camera rests.
 
     With hints, of the part that these point at. Where nothing is pointed at, and the frames do not
-    confirm a part in grey, it is looked for in colour. ``TrackRefused``, as in grey unless a part
-    was measured in colour alone, where there is none, or the frames do not confirm it.
+    confirm a part in grey, it is looked for in colour. An uncertain angle is returned, with a note,
+    where nothing better is found. ``TrackRefused``, as in grey unless a part was measured in colour
+    alone, where there is none, or the frames do not confirm it.
     """
     footage = Footage.of(film, options)
     try:
         return _in_one_channel(footage, progress)
-    except TrackRefused as refused:
-        coloured = None if options.pointed else footage.in_colour()
-        if coloured is None:
-            raise
+    except TrackRefused as in_grey:
+        refused = in_grey
+    coloured = None if options.pointed else footage.in_colour()
+    if coloured is not None:
         try:
             return _in_one_channel(coloured, progress)
-        except TrackRefused as again:
-            in_colour_alone = again.uncertain and not refused.measured
-            raise (again if in_colour_alone else refused) from None
+        except TrackRefused as in_colour:
+            better = in_colour.rough is not None if refused.measured else in_colour.uncertain
+            if better and refused.rough is None:
+                refused = in_colour
+    if refused.rough is None:
+        raise refused
+    return refused.rough
 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
@@ -45,27 +53,46 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
     parts = footage.parts()
     if number > len(parts):
         parts += footage.parts(parts)
+    footage.check(parts)
     try:
-        track, inside = footage.measured(footage.chosen(parts), progress)
+        return _of_part(footage, parts, number, Footage.measured, progress)
+    except TrackRefused as first:
+        refused = first
+    if refused.uncertain:
+        try:
+            return _of_part(footage, parts, number, measured_closer, progress)
+        except TrackRefused as closer:
+            refused = surer(refused, closer)
+    return _otherwise(footage, parts, refused, progress)
+
+
+def _of_part(
+    footage: Footage, parts: Sequence[FoundPart], number: int, measure: Measure,
+    progress: FrameProgress | None,
+) -> Track:  # fmt: skip
+    """The track of the part at that place, and a rough one, with what is to be said of it."""
+    candidates = [footage.candidate(part) for part in parts]
+    try:
+        return told(measure(footage, parts[number - 1], progress), candidates, number)
     except TrackRefused as refused:
-        small = refused.uncertain
-        closer = measured_closer(footage, parts[number - 1], progress) if small else None
-        if closer is None:
-            track, inside, number = _otherwise(footage, parts, refused, progress)
-        else:
-            track, inside = closer
-    candidates: tuple[Candidate, ...] = ()
-    if track.channel.luma:  # in which --pick counts
-        candidates = tuple(footage.candidate(part) for part in parts)
-    notes = _notes(track, candidates, number, inside)
-    return replace(track, candidates=candidates, notes=(*notes, *track.notes))
+        if refused.rough is not None:
+            refused.rough = told(refused.rough, candidates, number)
+        raise
+
+
+def surer(first: TrackRefused, second: TrackRefused) -> TrackRefused:
+    """Of two refusals of one part that with the smaller sigma, if the second one has any."""
+    if first.rough is None or second.rough is None:
+        return first if second.rough is None else second
+    usual = [float(np.median(one.sigma_deg[one.found])) for one in (first.rough, second.rough)]
+    return first if usual[0] <= usual[1] else second
 
 
 def _otherwise(
     footage: Footage, parts: list[FoundPart], refused: TrackRefused, progress: FrameProgress | None
-) -> tuple[Track, Mask, int]:
-    """The track of a part that is tried instead of one that was refused, the frames in which it was
-    looked for, and its number; the parts that are found are added to ``parts``."""
+) -> Track:
+    """The track of the first part that the frames confirm instead of one that was refused; the
+    parts that are found are added to ``parts``."""
     # An uncertain angle of a part in full view is no reason to measure what enters instead.
     if footage.options.pick > 1 or not parts or (refused.measured and parts[0].inside):
         raise refused
@@ -74,31 +101,22 @@ def _otherwise(
         raise refused
     tried = len(parts) if refused.measured else 1
     parts += footage.parts(parts)
-    return footage.instead(parts, tried, refused, progress)
+    return instead(footage, parts, tried, refused, progress)
 
 
-def _notes(
-    track: Track, candidates: Sequence[Candidate], pick: int, inside: Mask
-) -> tuple[str, ...]:
-    """What was measured, which other part may be meant as well, and what is left out."""
-    notes = ["part and background as one model: for footage in which no textured part is found"]
-    if not track.channel.luma:
-        notes.append(
-            "the grey of the pictures shows no part that the frames confirm: measured in their "
-            f"{track.channel.words}, which cameras and codecs hold at half of the size"
-        )
-    others = [number for number in range(1, len(candidates) + 1) if number != pick]
-    if others:
-        (x, y), explained = candidates[others[0] - 1].pivot_px, candidates[others[0] - 1].explained
-        notes.append(
-            f"the part about {x:.0f},{y:.0f} px may be meant as well: it explains "
-            f"{explained:.0%} of what changes, the one measured "
-            f"{candidates[pick - 1].explained:.0%}; --pick {others[0]} takes it"
-        )
-    if not inside.all():
-        first, last = np.flatnonzero(inside)[[0, -1]]
-        notes.append(
-            f"measured from {track.time_s[first]:.2f} to {track.time_s[last]:.2f} s, where the "
-            "camera stays in place; the rest is left out"
-        )
-    return tuple(notes)
+def instead(
+    footage: Footage, parts: Sequence[FoundPart], tried: int, refused: TrackRefused,
+    progress: FrameProgress | None,
+) -> Track:  # fmt: skip
+    """The track of the first part after those ``tried`` that the frames confirm; where they confirm
+    none, ``refused``, the refusal of the first one, unless another's tells more."""
+    numbers = range(tried + 1, len(parts) + 1)
+    rivals = [n for n in numbers if parts[n - 1].explained_there >= footage.least_tried]
+    for number in rivals[:_RIVALS]:
+        try:
+            return _of_part(footage, parts, number, Footage.measured, progress)
+        except TrackRefused as again:
+            better = again.rough is not None if refused.measured else again.measured
+            if better and refused.rough is None:
+                refused = again
+    raise refused

@@ -145,7 +145,7 @@ def _sigmas(meter: PartMeter, fits: Sequence[PoseFit | None], sides_rad: float) 
     angle = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
     least_rad = 0.0 if meter.model.grain == 1 else even_scatter(angle)
     sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
-    sigma = np.hypot(sigma, sides_rad)
+    sigma = np.hypot(sigma, np.hypot(sides_rad, meter.cover_rad))
     sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
     left = [unexplained_rad(fit) if fit is not None else np.nan for fit in fits]
     return np.asarray(np.hypot(sigma, left))

@@ -21,10 +21,14 @@ from servosight.tracking.composite import (
     distrust,
     entering,
     find_parts,
+    longest_sure,
     oblique_view,
     outline_of,
     parts_otherwise,
+    rough_enough,
+    rough_note,
     settled_part,
+    uncertain,
 )
 from servosight.tracking.core import (
     Candidate,
@@ -42,6 +46,7 @@ from servosight.tracking.methods._composite_track import (
     track_of,
 )
 from servosight.tracking.methods._delayed import with_delay
+from servosight.tracking.methods._told import left_out
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, sampled_where_it_moves, small
 from servosight.tracking.video import Film, Frame, Window, frame_at, windowed
@@ -50,7 +55,6 @@ from servosight.tracking.video.drawing import SeenPart, refusal_picture
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
-_RIVALS = 2  # parts that are tried where the frames refuse the first one
 
 
 @dataclass(frozen=True)
@@ -132,33 +136,14 @@ class Footage:
             for one in parts
         ]
 
-    def chosen(self, parts: Sequence[FoundPart]) -> FoundPart:
-        """The part to measure; ``TrackRefused``, with all of them drawn, where it is not there."""
+    def check(self, parts: Sequence[FoundPart]) -> None:
+        """``TrackRefused``, with all parts drawn, where the one to measure is not there."""
         pick = self.options.pick
         if len(parts) < pick or parts[pick - 1].explained_there < self.least_tried:
             raise self.nothing(parts)
-        return parts[pick - 1]
 
-    def instead(
-        self, parts: Sequence[FoundPart], tried: int, refused: TrackRefused,
-        progress: FrameProgress | None,
-    ) -> tuple[Track, Mask, int]:  # fmt: skip
-        """As ``measured``, of the first part after those ``tried`` that the frames confirm, and its
-        number; ``refused``, the refusal of the first one, where they confirm none."""
-        numbers = range(tried + 1, len(parts) + 1)
-        least = self.least_tried
-        rivals = [n for n in numbers if parts[n - 1].explained_there >= least]
-        for number in rivals[:_RIVALS]:
-            try:
-                return (*self.measured(parts[number - 1], progress), number)
-            except TrackRefused as again:
-                if again.measured and not refused.measured:
-                    refused = again
-        raise refused
-
-    def measured(self, part: FoundPart, progress: FrameProgress | None) -> tuple[Track, Mask]:
-        """The part's track, and which frames (frames,) it was looked for in; ``TrackRefused`` where
-        the frames do not confirm it."""
+    def measured(self, part: FoundPart, progress: FrameProgress | None) -> Track:
+        """The part's track; ``TrackRefused`` where the frames do not confirm it."""
         settled, meter = settled_part(self.stabilised, part, self.hint)
         share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
@@ -173,16 +158,20 @@ class Footage:
         first, last = self.stabilised.near
         if last == self.sample.index[-1]:  # the frames after it are not sampled
             last = self.film.header.count
-        fits = []
-        for frame, fit in meter.measured(self._frames(), first, last):
+        fits, rivals = [], []
+        for frame, fit, others in meter.measured(self._frames(), first, last):
             fits.append(fit)
+            rivals.append(others)
             if progress is not None:
                 progress(frame.index + 1, self.film.header.count)
-        inside = np.arange(len(fits)) >= first
-        inside &= np.arange(len(fits)) <= last
+        found = np.array([fit is not None for fit in fits])
+        sure = longest_sure(fits, rivals)
+        fits = [fit if kept else None for fit, kept in zip(fits, sure, strict=True)]
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
         track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
-        return self._confirmed(track, meter, fits, settled), inside
+        notes = left_out(track, first, last, bool((found & ~sure).any()))
+        track = replace(track, notes=(*notes, *track.notes))
+        return self._confirmed(track, meter, fits, settled)
 
     def _confirmed(
         self, track: Track, meter: PartMeter, fits: list[PoseFit | None], part: FoundPart
@@ -208,18 +197,24 @@ class Footage:
         view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
         track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
-        sigma_deg, pointed = track.sigma_deg[track.found], self.options.pointed
+        seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
+        pointed = self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)
-        if why is not None:
-            x, y = track.pivot_px
-            sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
-            uncertain = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
-            raise TrackRefused(sentence, draw(), measured=True, uncertain=uncertain)
+        x, y = track.pivot_px
+        sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
+        by_sigma = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
+        if why is not None and not (by_sigma and rough_enough(seen_deg, sigma_deg)):
+            raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma)
         if view is not None:
             pivot_px = self.stabilised.in_video(view.pivot_px)
             track = along_axis(track, view, angle_rad, pivot_px)
         stamps_s = self.stamps_s[: len(fits)]
-        return with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
+        track = with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
+        if uncertain(seen_deg, sigma_deg) is not None:
+            track = replace(track, notes=(rough_note(seen_deg, sigma_deg), *track.notes))
+        if why is not None:
+            raise TrackRefused(sentence, draw(), measured=True, uncertain=True, rough=track)
+        return track
 
     def _frames(self) -> Iterator[Frame]:
         coloured = not self.stabilised.channel.luma

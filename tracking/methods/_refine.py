@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,7 +11,7 @@ from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
 from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
-from servosight.tracking.composite import TRUST, uncertain
+from servosight.tracking.composite import TRUST, rough_note, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._delayed import late_rms_deg, with_delay
@@ -59,13 +60,16 @@ def _surer(
     part: TrackedPart, why: str, film: Film, options: TrackOptions,
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
-    """The track of ``composite`` in place of an uncertain one; that one where the user points at
-    the part and ``composite`` does not find it. ``why`` says how uncertain it is."""
+    """The track of ``composite`` in place of an uncertain one; that one, with a note, where the
+    user points at the part and ``composite`` does not find it. ``why`` says how uncertain it is."""
     try:
         return composite(film, options, progress)
     except TrackRefused as again:
         if options.pointed:
-            return with_delay(part.along_axis())
+            track = with_delay(part.along_axis())
+            known = part.track.found
+            note = rough_note(part.track.angle_deg[known], part.track.sigma_deg[known])
+            return replace(track, notes=(note, *track.notes))
         x, y = part.track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "

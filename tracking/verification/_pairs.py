@@ -95,7 +95,8 @@ def pair_agreement(
     """Share of pairs of frames (n, height, width) whose turn is that of their angles (n,).
 
     ``claim`` is what an angle is said to show, ``near_rad`` the tolerance, ``as_good`` the share of
-    the best gain that the angles must reach. 1 where no pair changes enough to tell.
+    the best gain that the angles must reach. 1 where no pair changes enough to tell; nor does one
+    tell that by what is claimed looks the same.
 
     Of a plain plate that turns by less than its own width, what differs is one edge of it in the
     first frame and the other edge in the second one, and these are a width apart. Where another
@@ -119,9 +120,10 @@ def pair_agreement(
         same = _agrees(seen, turn_rad, near_rad, as_good)
         if not same and _apart(best_rad, turn_rad) > _OTHER * abs(turn_rad):
             said = turn_between(view, claim.picture(ends[0]), claim.picture(ends[1]), reached, step)
-            if said is not None and (
-                _largest_near(said, best_rad, near_rad)
-                >= _NEARLY * _largest_near(said, turn_rad, near_rad)
+            if said is None:
+                continue  # a spoke where another was: what changes is something else, as a hand
+            if _largest_near(said, best_rad, near_rad) >= _NEARLY * _largest_near(
+                said, turn_rad, near_rad
             ):
                 whole = turn_of_part(
                     view, first, second, claim.cover_at(ends[0]), claim.cover_at(ends[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 
 from servosight.tracking.core import TrackOptions, TrackRefused
+from servosight.tracking.methods._composite import instead
+from servosight.tracking.methods._composite import surer as surer_of
 from servosight.tracking.methods._footage import Footage
 
 PICTURE = np.zeros((4, 4, 3), np.uint8)
@@ -16,16 +19,24 @@ SHARES = (0.5, 0.45, 0.2)  # of the change that the parts explain about a rough 
 
 
 @pytest.mark.parametrize(
-    ("options", "expected"),
-    [(TrackOptions(), 0.5), (TrackOptions(pick=2), 0.45), (TrackOptions(tip=(20.0, 30.0)), 0.5)],
+    ("options", "there"),
+    [
+        (TrackOptions(), True),
+        (TrackOptions(pick=2), True),
+        (TrackOptions(pick=3), True),
+        (TrackOptions(pick=4), False),
+        (TrackOptions(tip=(20.0, 30.0)), True),
+    ],
 )
-def test_the_part_that_explains_most_is_measured_or_the_one_picked(
-    options: TrackOptions, expected: float
+def test_a_part_that_explains_enough_is_measured(
+    monkeypatch: pytest.MonkeyPatch, options: TrackOptions, there: bool
 ) -> None:
     unused = cast(Any, None)
     footage = Footage(unused, options, unused, unused, unused, (), None)
     parts = [cast(Any, SimpleNamespace(explained_there=share)) for share in SHARES]
-    assert footage.chosen(parts).explained_there == expected
+    monkeypatch.setattr(Footage, "nothing", lambda *_: TrackRefused("not there", PICTURE))
+    with nullcontext() if there else pytest.raises(TrackRefused, match="not there"):
+        footage.check(parts)
 
 
 @pytest.mark.parametrize(
@@ -35,6 +46,7 @@ def test_the_part_that_explains_most_is_measured_or_the_one_picked(
         ([0.39], None, "first"),
         ([0.41], TrackRefused("second", PICTURE), "first"),
         ([0.7], TrackRefused("second", PICTURE, measured=True), "second"),
+        ([0.7, 0.6], TrackRefused("second", PICTURE, measured=True), "second"),
     ],
 )
 def test_the_more_telling_refusal_is_raised(
@@ -43,8 +55,8 @@ def test_the_more_telling_refusal_is_raised(
     again: TrackRefused | None,
     raised: str,
 ) -> None:
-    """Of two parts that the frames refuse; the second is measured where it may explain enough,
-    which is 40 % about a rough pivot."""
+    """Of parts that the frames refuse; others than the first one are measured where they may
+    explain enough, which is 40 % about a rough pivot."""
     unused = cast(Any, None)
     footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
 
@@ -53,6 +65,24 @@ def test_the_more_telling_refusal_is_raised(
         raise again
 
     monkeypatch.setattr(Footage, "measured", measured)
+    monkeypatch.setattr(Footage, "candidate", lambda *_: None)
     others = [cast(Any, SimpleNamespace(explained_there=s)) for s in (0.9, *explained)]
     with pytest.raises(TrackRefused, match=raised):
-        footage.instead(others, 1, TrackRefused("first", PICTURE), None)
+        instead(footage, others, 1, TrackRefused("first", PICTURE), None)
+
+
+def test_of_one_part_the_refusal_with_the_smaller_sigma_counts() -> None:
+    """A rough track of 0.3 deg, another one of 0.4 deg, and none."""
+    surer, rough = (
+        TrackRefused("", PICTURE, measured=True, uncertain=True, rough=uncertain_by(sigma_deg))
+        for sigma_deg in (0.3, 0.4)
+    )
+    none = TrackRefused("", PICTURE)
+    for first, second in ((surer, rough), (rough, surer), (surer, none), (none, surer)):
+        assert surer_of(first, second) is surer
+    assert surer_of(none, TrackRefused("", PICTURE)) is none
+
+
+def uncertain_by(sigma_deg: float) -> Any:
+    """What is asked of a track."""
+    return SimpleNamespace(found=np.ones(5, bool), sigma_deg=np.full(5, sigma_deg))

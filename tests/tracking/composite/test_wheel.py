@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image, Single
-from servosight.tracking.composite._measure import followed
+from servosight.tracking.composite._sighting import followed
 from servosight.tracking.composite.model._model import CompositeModel
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.core import Track, TrackOptions, turned

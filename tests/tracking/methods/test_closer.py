@@ -79,11 +79,16 @@ def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
     def measured(*_: object) -> None:
         raise refusal
 
+    def closer(*_: object) -> None:
+        tried.append(part)
+        raise refusal
+
     part = SimpleNamespace(inside=True)
     footage = SimpleNamespace(
-        options=TrackOptions(), parts=lambda: [part], chosen=lambda _: part, measured=measured
+        options=TrackOptions(), parts=lambda: [part], check=lambda _: None, candidate=lambda _: None
     )
-    monkeypatch.setattr(_composite, "measured_closer", lambda *_: tried.append(part))
+    monkeypatch.setattr(Footage, "measured", measured)
+    monkeypatch.setattr(_composite, "measured_closer", closer)
     with pytest.raises(TrackRefused):
         _composite._in_one_channel(cast(Footage, footage), None)
     assert len(tried) == uncertain

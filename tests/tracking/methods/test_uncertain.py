@@ -68,7 +68,9 @@ def test_the_second_way_takes_the_place_of_a_rough_track(monkeypatch: pytest.Mon
 def test_a_rough_track_is_returned_only_of_a_part_pointed_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert refined(monkeypatch, ROUGH, REFUSED, tip=(20.0, 20.0)) is ROUGH
+    rough = refined(monkeypatch, ROUGH, REFUSED, tip=(20.0, 20.0))
+    assert rough.sigma_deg is ROUGH.sigma_deg
+    assert "uncertain by 0.38 deg (one sigma) of the 40 deg" in rough.notes[0]
     with pytest.raises(TrackRefused, match=r"50,40 is measured with a sigma of 0\.37\d* deg"):
         refined(monkeypatch, ROUGH, REFUSED)
 

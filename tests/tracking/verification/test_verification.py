@@ -15,11 +15,13 @@ from servosight.tracking.core import turned
 from servosight.tracking.verification import (
     Evidence,
     FrameSample,
+    PolarView,
     TurningScene,
     VerificationLimits,
     contradiction,
     evidence_of,
 )
+from servosight.tracking.verification._pairs import pair_agreement
 from servosight.tracking.video import Frame
 
 PIVOT = (110.0, 80.0)
@@ -128,6 +130,46 @@ def test_a_plain_plate_that_turns_by_less_than_its_width(claim: float, true: boo
     found = evidence_of(scene, claim * angles, *usual)
     assert (contradiction(found, pointed=False) is None) == true
     assert found.pairs == 1.0 if true else found.pairs < VerificationLimits().least_pairs
+
+
+class Cross:
+    """A track's claim of a cross of four equal arms, on the raster about its pivot."""
+
+    view = PolarView.around(PIVOT, 60.0)
+
+    def drawn(self, angle_rad: float, hand: bool = False) -> Single:
+        """A picture of it, with a dark hand beside it."""
+        image = np.full((160, 240), 120.0, np.float32)
+        for number in range(4):
+            arm = np.array([[-9.0, -6.0], [55.0, -6.0], [55.0, 6.0], [-9.0, 6.0]])
+            turn = angle_rad + number * np.pi / 2.0
+            corners = np.round(16 * (PIVOT + turned(arm, (0.0, 0.0), turn))).astype(np.int32)
+            cv2.fillPoly(image, [corners], 210.0, cv2.LINE_AA, shift=4)
+        if hand:
+            cv2.circle(image, (140, 52), 16, 30.0, -1, cv2.LINE_AA)
+        return image
+
+    def picture(self, angle_rad: float) -> Single:
+        return self.view.of(self.drawn(angle_rad))
+
+    def cover_at(self, angle_rad: float) -> Single:
+        return np.asarray(self.picture(angle_rad) > 165.0, np.float32)
+
+
+@pytest.mark.parametrize(("claim", "share"), [(1.0, 1.0), (0.8, 0.5)])
+def test_a_pair_that_looks_the_same_by_what_is_claimed_tells_nothing(
+    claim: float, share: float
+) -> None:
+    """Eight pairs turn by 50 and 70 deg, four by the 90 deg from arm to arm, where all that differs
+    between the frames is a hand. Truth: all of the eight agree, and less than half with angles a
+    fifth too small. With the four counted it was two thirds."""
+    angle = np.deg2rad(np.repeat([0.0, 20.0, 50.0, 90.0], [8, 4, 4, 8]) + 0.01 * np.arange(24))
+    hands = [11 < n < 20 and angle[n] > 1.5 for n in range(24)]
+    cross = Cross()
+    frames = np.stack([cross.drawn(a, h) for a, h in zip(angle, hands, strict=True)])
+    swept = np.hypot(*np.meshgrid(np.arange(240) - PIVOT[0], np.arange(160) - PIVOT[1])) < 58.0
+    found = pair_agreement(cross.view, frames, claim * angle, swept, cross, np.deg2rad(4.0), 0.85)
+    assert found == share if claim == 1.0 else found < share
 
 
 def test_a_background_that_turns_because_the_camera_was_taken_to_is_told() -> None:

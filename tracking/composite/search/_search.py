@@ -47,7 +47,8 @@ class FoundPart:
     ``scale`` times as large, and the mean share of a picture's change that it explains.
 
     ``inside`` says that what enters the picture was left out, ``beside`` (height, width), if it is
-    not None, where a part passes that explains more and was left out.
+    not None, where a part passes that explains more and was left out. ``reach_px`` is how far from
+    its pivot it may reach, if that is known.
     """
 
     pivot_px: tuple[float, float]
@@ -56,6 +57,7 @@ class FoundPart:
     explained: float
     inside: bool = False
     beside: Mask | None = None
+    reach_px: float | None = None
 
     @property
     def explained_there(self) -> float:
@@ -143,11 +145,11 @@ def _in_view(part: FoundPart, shape: tuple[int, ...]) -> bool:
 
 def found_about(
     pictures: Single, pivot_px: Array, hint: Hint | None = None, content: Mask | None = None,
-    inside: bool = True, beside: Mask | None = None,
+    inside: bool = True, beside: Mask | None = None, reach_px: float | None = None,
 ) -> FoundPart | None:  # fmt: skip
     """The part learnt anew about a pivot (2,) that is better known; None where nothing holds.
 
-    ``inside``: what enters the picture is left out; ``beside`` as in ``FoundPart``.
+    ``inside``: what enters the picture is left out; the others are as in ``FoundPart``.
 
     A part that was learnt about a wrong pivot has a wrong shape: some of it is taken for
     background, and its angles are then too small.
@@ -160,6 +162,8 @@ def found_about(
     near = hint.scaled(scale) if hint is not None else None
     x, y = (pivot_px + 0.5) * scale - 0.5
     reach = FAR * max(middle.shape[1:])
+    if reach_px is not None:
+        reach = min(reach, scale * reach_px)
     for referring in (references_for, pieces_for) if _in_pieces(near) else (references_for,):
         references = referring(middle, change, near)
         part = learnt(middle, change, (float(x), float(y)), reach, references)
@@ -168,7 +172,7 @@ def found_about(
     if part is None:
         return None
     better = _as_found(converged(middle, change, part, references), scale)
-    return replace(better, inside=inside, beside=beside)
+    return replace(better, inside=inside, beside=beside, reach_px=reach_px)
 
 
 def chosen_of(pictures: Single, hint: Hint | None, content: Mask | None, inside: bool) -> Single:

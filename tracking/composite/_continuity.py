@@ -1,0 +1,76 @@
+"""Which frames of a part that looks the same at several angles hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from servosight.models.core import Array, Mask
+from servosight.tracking.composite.model import PoseFit
+from servosight.tracking.core import Index
+
+_OFTEN = 0.3
+_ALIKE_RAD = np.deg2rad(5.0)
+
+
+def longest_sure(fits: Sequence[PoseFit | None], rivals_rad: Sequence[Array]) -> Mask:
+    """The longest run of frames (frames,) over which the part's angle is followed without doubt.
+
+    ``rivals_rad`` holds, of each frame, the turns (m,) [rad] to other angles at which the part
+    looks the same.
+    """
+    index = np.flatnonzero([fit is not None for fit in fits])
+    sure = np.zeros(len(fits), bool)
+    if index.size == 0:
+        return sure
+    angle = np.array([fit.angle_rad for fit in fits if fit is not None])
+    repeats = repeats_rad([rivals_rad[n] for n in index.tolist()])
+    ends = np.concatenate([[0], 1 + np.flatnonzero(doubtful(index, angle, repeats)), [index.size]])
+    longest = int(np.argmax(np.diff(ends)))
+    sure[index[ends[longest]] : index[ends[longest + 1] - 1] + 1] = True
+    return sure
+
+
+def repeats_rad(rivals_rad: Sequence[Array]) -> Array:
+    """The turns (m,) [rad] by which a part looks the same in many frames; a hand that passes looks
+    like it in a few.
+
+    >>> spokes = [np.array([-2.09, 2.10]), np.array([-2.10, 2.09, 0.5]), np.array([2.09])]
+    >>> repeats_rad(4 * spokes).round(2).tolist()
+    [-2.09, 2.09]
+    """
+    every = np.concatenate([*rivals_rad, np.empty(0)])
+    if every.size == 0:
+        return every
+    near = [np.abs(np.angle(np.exp(1j * (every - one)))) < _ALIKE_RAD for one in every]
+    often = np.array([mask.sum() for mask in near])
+    kept: list[float] = []
+    for n in np.argsort(-often, kind="stable").tolist():
+        new = all(abs(np.angle(np.exp(1j * (every[n] - one)))) > 2.0 * _ALIKE_RAD for one in kept)
+        if new and often[n] >= _OFTEN * len(rivals_rad):
+            kept.append(float(every[n]))
+    return np.sort(kept)
+
+
+def doubtful(index: Index, angle_rad: Array, repeats_rad: Array) -> Mask:
+    """Of angles (n,) in the frames ``index`` (n,), between which two that follow each other the
+    part may have turned by one of ``repeats_rad`` (m,) more; (n - 1,).
+
+    It may where the speeds then change no faster than anywhere else, or than they do without it: as
+    where a hand hides a wheel for some frames. Elsewhere each turn is taken as the smallest at
+    which the part looks so.
+    """
+    if repeats_rad.size == 0 or index.size < 3:
+        return np.zeros(max(index.size - 1, 0), bool)
+    frames = np.diff(index)
+    turn = np.angle(np.exp(1j * np.diff(angle_rad)))
+    turns = np.column_stack([turn, np.angle(np.exp(1j * (turn[:, None] + repeats_rad)))])
+    least = np.take_along_axis(turns, np.abs(turns).argmin(1)[:, None], 1)[:, 0]
+    speed, speeds = least / frames, turns / frames[:, None]
+    apart = 0.5 * (frames[1:] + frames[:-1])
+    jolts = np.zeros(turns.shape)
+    jolts[1:] = np.abs(speeds[1:] - speed[:-1, None]) / apart[:, None]
+    jolts[:-1] = np.maximum(jolts[:-1], np.abs(speeds[:-1] - speed[1:, None]) / apart[:, None])
+    usual = float((np.abs(np.diff(speed)) / apart).max())
+    return np.asarray((jolts[:, 1:] <= np.maximum(usual, jolts[:, :1])).any(1))
