@@ -15,7 +15,7 @@ import numpy as np
 
 from servosight.diagnose.evidence.stability import is_special
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step, Trial
-from servosight.models.effects import covered
+from servosight.models.effects import Effect, covered
 
 MOST_ERROR = 2.0
 """A model with an error so many times as large is no other answer, however much that scatters."""
@@ -81,18 +81,24 @@ def _is_special(models: ModelSelection, last: Trial, name: str, simple: str) -> 
 
 
 def interchangeable(
-    effects: Sequence[str], others: Sequence[Sequence[str]]
+    effects: Sequence[str], others: Sequence[Sequence[str]], catalogue: Mapping[str, Effect]
 ) -> Mapping[str, tuple[str, ...]]:
     """For each of ``effects`` that not all ``others`` have, what these have in its place.
 
-    Nothing where one of them has nothing in its place.
+    Nothing where one of them has nothing in its place. A set with an effect that contains one of
+    ``effects`` has that one: it is there, and more beside it.
 
-    >>> interchangeable(["gravity_load", "coulomb_friction"], [["gravity_load", "backlash"]])
+    >>> from servosight.models.effects import catalogue
+    >>> effects = ["gravity_load", "coulomb_friction"]
+    >>> interchangeable(effects, [["gravity_load", "backlash"]], catalogue())
     {'coulomb_friction': ('backlash',)}
+    >>> interchangeable(effects, [["gravity_load", "stribeck_friction"]], catalogue())
+    {}
     """
     found: dict[str, tuple[str, ...]] = {}
     for name in effects:
-        instead = [_instead(effects, other) for other in others if name not in other]
+        lacking = [other for other in others if name not in covered(other, catalogue)]
+        instead = [_instead(effects, other) for other in lacking]
         names = dict.fromkeys(one for some in instead for one in some)
         if instead:
             found[name] = tuple(names) if all(instead) else ()

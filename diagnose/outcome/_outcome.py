@@ -125,7 +125,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
         unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
         motionless=motionless(last.parameters, open_, outcome.models.catalogue),
         equivalents=others,
-        one_of=interchangeable(last.effects, others),
+        one_of=interchangeable(last.effects, others, outcome.models.catalogue),
     )
     return replace(outcome, stability=stable), ladder
 

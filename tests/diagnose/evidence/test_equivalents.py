@@ -125,10 +125,24 @@ def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
 def test_what_not_all_have_is_one_of_several_and_is_not_named() -> None:
     effects = ("torque_saturation", "coulomb_friction", "gravity_load")
     others = [("gravity_load", "rate_limit", "coulomb_friction")]
-    assert interchangeable(effects, others) == {"torque_saturation": ("rate_limit",)}
-    one_of = interchangeable(effects, [*others, ("gravity_load", "rate_limit")])
+    assert interchangeable(effects, others, catalogue()) == {"torque_saturation": ("rate_limit",)}
+    one_of = interchangeable(effects, [*others, ("gravity_load", "rate_limit")], catalogue())
     assert one_of == {"torque_saturation": (), "coulomb_friction": ()}
     assert Stability(one_of=one_of).uncertain == ("torque_saturation", "coulomb_friction")
+
+
+def test_an_effect_that_another_one_contains_is_there() -> None:
+    """As are torque limit and Coulomb friction in a current limit and Stribeck friction, not the
+    other way round."""
+    simple = ("torque_saturation", "coulomb_friction")
+    whole = ("current_limit", "stribeck_friction")
+    assert interchangeable(simple, [whole], catalogue()) == {}
+    assert interchangeable(whole, [simple], catalogue()) == {
+        "current_limit": simple,
+        "stribeck_friction": simple,
+    }
+    one_of = interchangeable(simple, [whole, ("torque_saturation", "backlash")], catalogue())
+    assert one_of == {"coulomb_friction": ("backlash",)}
 
 
 def test_no_scatter_counts_where_the_model_explains_the_data() -> None:
