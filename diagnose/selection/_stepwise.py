@@ -94,7 +94,8 @@ class StepwiseSelector:
         """The first step shows the best fit of its model, which a later fit may have found."""
         visited = Visited(self.models, self.criterion)
         steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
-        steps = with_further(steps, visited, self.effort, self._settled)
+        if self.effort.is_spent(self.models):
+            steps = with_further(steps, visited, self.effort, self._settled)
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
@@ -110,12 +111,18 @@ class StepwiseSelector:
         return self.models.work.cost + self.effort.steps_share * self.effort.most(self.models)
 
     def _searched_widely(self, steps: list[Step]) -> list[Step]:
-        """The steps; where they end far from the floor, those to the best of a wider search."""
-        last = steps[-1].trial
-        open_ = self.criterion.wants_search(last.score)
-        if not open_ or self.models.explained_whole(last, self.criterion):
+        """The steps; where they end far from the floor, those to the best of a wider search.
+
+        Where they were cut short nearer to it, those to the effects that they still lack.
+        """
+        last, visited = steps[-1].trial, Visited(self.models, self.criterion)
+        far = self.criterion.wants_search(last.score)
+        cut = self._spent and not self.criterion.done(last.score)
+        if not (far or cut) or self.models.explained_whole(last, self.criterion):
             return steps
-        return searched_widely(steps, Visited(self.models, self.criterion), self.effort, self._show)
+        if far:
+            return searched_widely(steps, visited, self.effort, self._show)
+        return with_further(steps, visited, self.effort, self._settled)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""
@@ -134,7 +141,7 @@ class StepwiseSelector:
                 reached.score, steps[0].trial.score
             ):
                 added = self._pair(base, ranked) or added
-            if not added or _effects(added[-1]) in map(_effects, steps):
+            if not added or added[-1].trial.effects in [step.trial.effects for step in steps]:
                 break  # nothing is accepted, or only what was removed before
             steps += added
             steps += self._settled(steps[-1].trial)
@@ -287,10 +294,6 @@ class StepwiseSelector:
         return self.criterion.explained(smaller.score) or not self.models.explained_whole(
             smaller, self.criterion
         )
-
-
-def _effects(step: Step) -> frozenset[str]:
-    return frozenset(step.trial.effects)
 
 
 def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:

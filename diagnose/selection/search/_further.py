@@ -25,13 +25,10 @@ def with_further(
     """The steps, the last one varied, and further ones as long as an effect more is accepted and
     lowers the price.
 
-    None where the search came to its end, or where the last model explains the data. They may cost
-    the share ``further_share`` of what a search may. ``settled`` are steps to a model's special
-    cases, before and after.
+    None where the last model explains the data. They may cost the share ``further_share`` of what a
+    search may. ``settled`` are steps to a model's special cases, before and after.
     """
     models, criterion = visited.models, visited.criterion
-    if not effort.is_spent(models):
-        return list(steps)
     found = [*steps, *settled(steps[-1].trial)]
     most = models.work.cost + effort.further_share * effort.most(models)
     while models.work.cost < most and _wants_more(found[-1].trial, visited):

@@ -40,13 +40,6 @@ def test_an_effect_is_added_to_a_single_one() -> None:
     assert answers(InventedModels(ERRORS), "a", generous(100.0))[1] == ["b", "c", "d"]
 
 
-def test_nothing_is_added_where_the_search_came_to_its_end() -> None:
-    models = InventedModels(ERRORS)
-    _, added = answers(models, effort=SearchEffort(cost=100.0))
-    assert added == []
-    assert not any("sketch" in one for one in models.done)
-
-
 def test_what_it_costs_is_bounded() -> None:
     # The first effect costs three fits, one for each of three leading sketches or fewer.
     _, added = answers(InventedModels(ERRORS), effort=generous(1.0))
