@@ -99,7 +99,7 @@ def select(
         if last is not checked:
             stable = stability(models, criterion, last)
         if not latencies and not criterion.explained(last.score):
-            latencies = latencies_left(last, _names(data))
+            latencies = latencies_left(models, last, _names(data))
     return Outcome(
         models=models,
         criterion=criterion,
