@@ -7,7 +7,12 @@ from typing import Any
 import pytest
 from support.invented_models import CRITERION, InventedModels, steps_of, visited
 
-from servosight.diagnose.selection import PriorKnowledge, SearchEffort, StepwiseSelector
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    SearchEffort,
+    StepwiseSelector,
+)
 from servosight.diagnose.selection.search import with_further
 
 ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9, "e": 9.0}
@@ -84,6 +89,23 @@ def test_an_effect_is_added_only_if_it_is_accepted() -> None:
 def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
     models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.2, "abd": 0.3}, at_bounds=["c"])
     assert answers(models, effort=generous(100.0))[1] == ["d"]
+
+
+@pytest.mark.parametrize(
+    ("special_deg", "dearer", "expected"),
+    [(1.0, False, ["a", "b"]), (1.2, False, ["b"]), (1.0, True, ["b"])],
+    ids=["as good", "dearer by an effect", "told apart"],
+)
+def test_an_effect_gives_way_to_its_special_case_first(
+    special_deg: float, dearer: bool, expected: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``g`` contains ``a``. Bound: log(1.2) is more than an effect costs, 0.1."""
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: dearer)
+    errors = {"": 9.0, "g": 1.0, "a": special_deg, "ab": 0.1, "bg": 0.1}
+    models = InventedModels(errors, contains={"g": "a"})
+    steps = steps_of(models.first(), models.fitted(("g",), "fit"))
+    found = with_further(steps, visited(models), generous(100.0), lambda trial: ())
+    assert [step.added for step in found[2:]] == expected
 
 
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
