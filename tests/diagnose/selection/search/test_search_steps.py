@@ -111,6 +111,36 @@ def test_a_rich_model_is_left_where_a_smaller_one_errs_less(
     assert any(one.startswith("vary") for one in models.done) is goes_on
 
 
+def test_what_gains_nothing_in_a_sketch_is_not_fitted_beside_more_than_a_smaller_model_errs() -> (
+    None
+):
+    """``ab`` leave 0.3 deg and ``z`` alone 0.2; beside them ``c`` gains and ``d`` does not."""
+    errors = {"": 1.0, "z": 0.2, "ab": 0.3, "abc": 0.25, "d": 1.0}
+    fitted = {}
+    for single in (("z",), ()):
+        models = InventedModels(errors)
+        models.fitted(single, "single")
+        backward(models, together=2).search(models.fitted((), "first"))  # type: ignore[arg-type]
+        fitted[single] = [one for one in models.done if one.startswith(("fit", "sketch"))]
+    assert fitted["z",] == ["sketch ab+c", "fit abc", "sketch abc+d"]
+    assert fitted[()] == ["fit abc", "fit abcd"]
+
+
+@pytest.mark.parametrize(("released_deg", "outdone"), [(0.3, True), (0.1, False)])
+def test_no_other_k_is_sought_where_a_smaller_model_errs_less_with_either(
+    released_deg: float, outdone: bool
+) -> None:
+    """With k held ``ab`` leave 0.4 deg, and ``z`` alone 0.2."""
+    models = InventedModels(
+        {"": 1.0, "z": 0.2, "ab": released_deg},
+        held_deg={"": 1.0, "ab": 0.4, "z": 1.0},
+        k_may_be_held=True,
+    )
+    models.fitted(("z",), "single")
+    assert backward(models, together=2, ordinary=("a", "b")).search_unloaded() is outdone
+    assert "free ab" in models.done
+
+
 def backward(
     models: InventedModels, effort: SearchEffort = EFFORT, **policy: Any
 ) -> BackwardSearch:
