@@ -28,9 +28,11 @@ def equivalents(
 
     Their price, with the error on all fitted and validation samples, is not above that of ``last``
     by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
-    None where ``last`` explains the data: then the noise decides. A set that has all of ``last``
-    and more, or effects that contain them, is no other answer, unless it does without another k;
-    nor is one with a parameter at a bound, nor one that has so all of another of these sets.
+    None where ``last`` explains the data: then the noise decides. Where it explains the fitted ones
+    alone, the noise in these decides between it and what has another effect. A set that has all of
+    ``last`` and more, or effects that contain them, is no other answer, unless it does without
+    another k; nor is one with a parameter at a bound, nor one that has so all of another of these
+    sets.
     """
     if not last.effects or criterion.explained(last.score):
         return ()
@@ -45,11 +47,19 @@ def equivalents(
         price = criterion.overall_price(trial.score)
         able = price <= most and criterion.within_bounds(trial.score, first)
         able = able and not criterion.is_dearer(trial.score, last.score)
+        able = able and not _is_told_by_noise(trial, last, criterion)
         if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
     least = [one for one in near if not any(set(o) <= whole[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
+
+
+def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+    """True where ``trial`` has another effect than ``last``, which fits all but the noise."""
+    if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
+        return False
+    return not criterion.tied(criterion.fitted_evidence(last.score, trial.score))
 
 
 def special_case(
