@@ -39,7 +39,7 @@ class BackwardSearch:
             if self.visited.is_chance(begun):
                 return begun
             rich = self.models.finished(self.rich(begun, self._ordinary))
-            if self.visited.is_outdone(rich) or self.visited.is_chance(rich):
+            if self._is_hopeless(rich):
                 return begun
             if rich.key != begun.key:
                 most = self._varied(rich, criterion.enough_deg)
@@ -51,21 +51,25 @@ class BackwardSearch:
 
         Weight, load-dependent friction and k can stand in for one another: one run at one gain has
         fits with all three wrong. With k held the others are determined, and from there k is
-        fitted, too. Held, the model has a parameter less. Where a smaller model errs less than all
-        ordinary effects with either k, it is not k that they lack.
+        fitted, too. Held, the model has a parameter less. Where all ordinary effects are hopeless
+        with either k, it is not k that they lack.
         """
         criterion, linear = self.visited.criterion, self.models.unloaded()
         if linear is None:
             return False
         self.progress("rich model with k held", 0, len(criterion.policy.ordinary))
         begun = self.search(linear)
-        if self.visited.is_outdone(begun) and self.visited.is_outdone(self.models.refitted(begun)):
+        if self._is_hopeless(begun) and self._is_hopeless(self.models.refitted(begun)):
             return True
         held = [one for one in self.visited.ranked() if one.held == linear.held]
         best = self.models.finished(held[0])
         released = self.models.refitted(best)
         better = criterion.earns(best.score, self.models.first().score, 1)
         return better and not criterion.frees(released.score, best.score)
+
+    def _is_hopeless(self, trial: Trial) -> bool:
+        """True where a smaller model errs less than ``trial``, or what it gains is chance."""
+        return self.visited.is_outdone(trial) or self.visited.is_chance(trial)
 
     @property
     def _ordinary(self) -> tuple[str, ...]:

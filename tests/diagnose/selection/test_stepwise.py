@@ -173,24 +173,6 @@ def test_a_selection_that_has_used_up_its_simulations_ends_with_a_step() -> None
     assert models.work.simulations < selected(errors)[2].work.simulations
 
 
-@pytest.mark.parametrize(
-    ("steps_share", "further_share", "expected"),
-    [(0.0, 1.0, ["", "a", "ab"]), (0.0, 0.0, ["", "a"]), (1.0, 1.0, ["", "a"])],
-    ids=["cut short", "no share left", "came to their end"],
-)
-def test_steps_that_are_cut_short_near_the_floor_lead_on_to_what_they_lack(
-    steps_share: float, further_share: float, expected: list[str]
-) -> None:
-    """With what is left of the search's cost. Steps that came to their end did not accept b."""
-    accepted = 0.1 if steps_share == 0.0 else 0.155
-    errors = {"": 0.29, "a": 0.16, "b": 0.27, "c": 0.28, "ab": accepted}
-    effort = replace(EFFORT, cost=1e6, steps_share=steps_share, further_share=further_share)
-    steps, found, models = selected(errors, effort)
-    assert steps == expected
-    assert not found.cut_short
-    assert any(one.startswith("vary") for one in models.done) == (steps_share < further_share)
-
-
 def test_an_effect_that_the_user_began_with_is_removed_where_it_gains_nothing() -> None:
     begun = PriorKnowledge(start_effects=("a",))
     assert selected({"": 0.1, "a": 0.1, "b": 0.1}, known=begun)[0] == ["a", ""]

@@ -136,3 +136,22 @@ def test_what_the_user_requires_stays(contained: str) -> None:
     _, added = answers(models, effort=generous(100.0))
     assert added == (["d"] if contained else ["c"])
     assert all("a" in effects for effects, _ in models.trials)
+
+
+@pytest.mark.parametrize(
+    ("steps_share", "further_share", "expected"),
+    [(0.0, 1.0, ["", "a", "ab"]), (0.0, 0.0, ["", "a"]), (1.0, 1.0, ["", "a"])],
+    ids=["cut short", "no share left", "came to their end"],
+)
+def test_steps_that_are_cut_short_near_the_floor_lead_on_to_what_they_lack(
+    steps_share: float, further_share: float, expected: list[str]
+) -> None:
+    """With what is left of the search's cost. Steps that came to their end did not accept b."""
+    accepted = 0.1 if steps_share == 0.0 else 0.155
+    errors = {"": 0.29, "a": 0.16, "b": 0.27, "c": 0.28, "ab": accepted}
+    effort = SearchEffort(cost=1e6, steps_share=steps_share, further_share=further_share)
+    models = InventedModels(errors)
+    found = StepwiseSelector(models, CRITERION, effort=effort).select()  # type: ignore[arg-type]
+    assert ["".join(step.trial.effects) for step in found.steps] == expected
+    assert not found.cut_short
+    assert any(one.startswith("vary") for one in models.done) == (steps_share < further_share)
