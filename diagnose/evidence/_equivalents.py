@@ -15,7 +15,7 @@ import numpy as np
 
 from servosight.diagnose.evidence.stability import is_special
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step, Trial
-from servosight.models.effects import covered
+from servosight.models.effects import Effect, covered
 
 MOST_ERROR = 2.0
 """A model with an error so many times as large is no other answer, however much that scatters."""
@@ -28,9 +28,11 @@ def equivalents(
 
     Their price, with the error on all fitted and validation samples, is not above that of ``last``
     by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
-    None where ``last`` explains the data: then the noise decides. A set that has all of ``last``
-    and more, or effects that contain them, is no other answer, unless it does without another k;
-    nor is one with a parameter at a bound, nor one that has so all of another of these sets.
+    None where ``last`` explains the data: then the noise decides. Where it explains the fitted ones
+    alone, the noise in these decides between it and what has another effect. A set that has all of
+    ``last`` and more, or effects that contain them, is no other answer, unless it does without
+    another k; nor is one with a parameter at a bound, nor one that has so all of another of these
+    sets.
     """
     if not last.effects or criterion.explained(last.score):
         return ()
@@ -45,11 +47,19 @@ def equivalents(
         price = criterion.overall_price(trial.score)
         able = price <= most and criterion.within_bounds(trial.score, first)
         able = able and not criterion.is_dearer(trial.score, last.score)
+        able = able and not _is_told_by_noise(trial, last, criterion)
         if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
     least = [one for one in near if not any(set(o) <= whole[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
+
+
+def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+    """True where ``trial`` has another effect than ``last``, which fits all but the noise."""
+    if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
+        return False
+    return not criterion.tied(criterion.fitted_evidence(last.score, trial.score))
 
 
 def special_case(
@@ -81,18 +91,24 @@ def _is_special(models: ModelSelection, last: Trial, name: str, simple: str) -> 
 
 
 def interchangeable(
-    effects: Sequence[str], others: Sequence[Sequence[str]]
+    effects: Sequence[str], others: Sequence[Sequence[str]], catalogue: Mapping[str, Effect]
 ) -> Mapping[str, tuple[str, ...]]:
     """For each of ``effects`` that not all ``others`` have, what these have in its place.
 
-    Nothing where one of them has nothing in its place.
+    Nothing where one of them has nothing in its place. A set with an effect that contains one of
+    ``effects`` has that one: it is there, and more beside it.
 
-    >>> interchangeable(["gravity_load", "coulomb_friction"], [["gravity_load", "backlash"]])
+    >>> from servosight.models.effects import catalogue
+    >>> effects = ["gravity_load", "coulomb_friction"]
+    >>> interchangeable(effects, [["gravity_load", "backlash"]], catalogue())
     {'coulomb_friction': ('backlash',)}
+    >>> interchangeable(effects, [["gravity_load", "stribeck_friction"]], catalogue())
+    {}
     """
     found: dict[str, tuple[str, ...]] = {}
     for name in effects:
-        instead = [_instead(effects, other) for other in others if name not in other]
+        lacking = [other for other in others if name not in covered(other, catalogue)]
+        instead = [_instead(effects, other) for other in lacking]
         names = dict.fromkeys(one for some in instead for one in some)
         if instead:
             found[name] = tuple(names) if all(instead) else ()

@@ -99,7 +99,7 @@ def select(
         if last is not checked:
             stable = stability(models, criterion, last)
         if not latencies and not criterion.explained(last.score):
-            latencies = latencies_left(last, _names(data))
+            latencies = latencies_left(models, last, _names(data))
     return Outcome(
         models=models,
         criterion=criterion,
@@ -125,7 +125,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
         unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
         motionless=motionless(last.parameters, open_, outcome.models.catalogue),
         equivalents=others,
-        one_of=interchangeable(last.effects, others),
+        one_of=interchangeable(last.effects, others, outcome.models.catalogue),
     )
     return replace(outcome, stability=stable), ladder
 

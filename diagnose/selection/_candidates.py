@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
@@ -81,3 +82,17 @@ class Candidates:
         """All candidates behind ``base``, those first that promise most."""
         screen = self.models.screen(base)
         return screen.best(len(screen.names))
+
+    def pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
+        """Pairs of effects worth a sketch behind ``base``; ``by_name`` are those fitted alone, of
+        which the first of each pair is one."""
+        effort, models = self.effort, self.models
+        found = models.screen(base).best_pairs(effort.pairs, by_name)
+        for name, alone in itertools.islice(by_name.items(), effort.finalists):
+            found += [(name, partner) for partner in models.screen(alone).best(effort.partners)]
+        apart = [pair for pair in found if not self._nested(*pair)]
+        return list({frozenset(pair): pair for pair in reversed(apart)}.values())
+
+    def _nested(self, first: str, second: str) -> bool:
+        catalogue = self.models.catalogue
+        return first in catalogue[second].contains or second in catalogue[first].contains

@@ -48,14 +48,24 @@ class AcceptanceCriterion:
 
         Errors below the tolerance do not count: the tolerance adds to the mean square.
         """
-        count = score.samples
-        variance = score.mean_square_deg2 + self.tolerance_deg**2
+        return self._value(score, score.samples, score.mean_square_deg2)
+
+    def _value(self, score: Score, count: int, mean_square_deg2: float) -> float:
+        variance = mean_square_deg2 + self.tolerance_deg**2
         size = -0.5 * count * float(np.log(max(variance, 1e-300)))
         return size - 0.5 * score.parameters * float(np.log(count))
 
     def evidence(self, score: Score, base: Score) -> float:
         """How much ``score`` gains on ``base`` in log-likelihood; positive is better."""
         return self.value(score) - self.value(base)
+
+    def fitted_evidence(self, score: Score, base: Score) -> float:
+        """The same on the fitted samples alone."""
+        one, other = (
+            self._value(each, each.samples - each.validation_samples, each.train_rmse_deg**2)
+            for each in (score, base)
+        )
+        return one - other
 
     def at_floor(self, rmse_deg: float, samples: int) -> bool:
         """True where an error is within 10 % of the floor, or of few samples within chance.
@@ -192,6 +202,11 @@ class AcceptanceCriterion:
             and score.validation_rmse_deg <= self.policy.worse * simple.validation_rmse_deg
         )
 
+    def is_told(self, score: Score, simple: Score) -> bool:
+        """The same, and where neither explains the data more than a few seconds tell them apart."""
+        able = self.worth_its_parameters(score, simple)
+        return able and (self.explained(score) or self.is_dearer(simple, score))
+
     def price(self, score: Score) -> float:
         """What a model costs among many: log rmse [deg], its effects and parameters.
 
@@ -273,7 +288,7 @@ class AcceptanceCriterion:
                 ahead = found.index(model) < found.index(simple)
                 if name(simple) not in contains(model) or not ahead:
                     continue
-                if not self.worth_its_parameters(score(model), score(simple)):
+                if not self.is_told(score(model), score(simple)):
                     found.remove(model)
                     found.insert(found.index(simple) + 1, model)
         return found

@@ -5,8 +5,7 @@ Here the models are fitted in the order that the decisions of ``_criterion.py`` 
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -26,6 +25,7 @@ from servosight.diagnose.selection.search import (
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
+from servosight.models.effects import covered
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,8 @@ class StepwiseSelector:
         """The first step shows the best fit of its model, which a later fit may have found."""
         visited = Visited(self.models, self.criterion)
         steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
-        steps = with_further(steps, visited, self.effort, self._settled)
+        if self.effort.is_spent(self.models):
+            steps = with_further(steps, visited, self.effort, self._settled)
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
@@ -112,12 +113,16 @@ class StepwiseSelector:
         return self.models.work.cost + self.effort.steps_share * self.effort.most(self.models)
 
     def _searched_widely(self, steps: list[Step]) -> list[Step]:
-        """The steps; where they end far from the floor, those to the best of a wider search."""
-        last = steps[-1].trial
-        open_ = self.criterion.wants_search(last.score)
-        if not open_ or self.models.explained_whole(last, self.criterion):
+        """The steps; where they end far from the floor those to the best of a wider search, where
+        they were cut short nearer to it those to the effects that they still lack."""
+        last, visited = steps[-1].trial, Visited(self.models, self.criterion)
+        far = self.criterion.wants_search(last.score)
+        cut = self._spent and not self.criterion.done(last.score)
+        if not (far or cut) or self.models.explained_whole(last, self.criterion):
             return steps
-        return searched_widely(steps, Visited(self.models, self.criterion), self.effort, self._show)
+        if far:
+            return searched_widely(steps, visited, self.effort, self._show)
+        return with_further(steps, visited, self.effort, self._settled)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""
@@ -132,16 +137,25 @@ class StepwiseSelector:
                 ranked = self._candidates.ranked(base, f"effect {len(base.effects) + 1}")
             added = self._single(base, ranked) or self._past_bound(base, ranked)
             reached = added[-1].trial if added else base
-            if self._leaves_much(reached, steps[0].trial) or self.criterion.wants_pairs(
-                reached.score, steps[0].trial.score
-            ):
+            if self._wants_pairs(reached, steps):
                 added = self._pair(base, ranked) or added
-            if not added or _effects(added[-1]) in map(_effects, steps):
+            if not added or added[-1].trial.effects in [step.trial.effects for step in steps]:
                 break  # nothing is accepted, or only what was removed before
             steps += added
             steps += self._settled(steps[-1].trial)
             ranked = None
         return steps
+
+    def _wants_pairs(self, reached: Trial, steps: Sequence[Step]) -> bool:
+        """True where pairs are tried: ``reached`` is where single effects lead from these steps.
+
+        Behind a first effect the wider search tries more at once than two, where it can be made.
+        """
+        linear = steps[0].trial
+        if self.criterion.wants_pairs(reached.score, linear.score):
+            return True
+        wider = len(steps) > 1 and self.criterion.wants_search(reached.score)
+        return not wider and self._leaves_much(reached, linear)
 
     def _tried_pairs_first(self, first: Selected) -> bool:
         """True where the first step had to try pairs as well."""
@@ -158,7 +172,7 @@ class StepwiseSelector:
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """A step for the best single candidate within its bounds if it is accepted."""
         within = (one for one in ranked if self.criterion.within_bounds(one.score, base.score))
-        best = next(within, None)
+        best = next((one for one in within if self._is_told(one, base)), None)
         if best is None or not self.criterion.earns(best.score, base.score, self._tried(base)):
             return None
         return [step_to(best, base)]
@@ -195,7 +209,7 @@ class StepwiseSelector:
         little may be the wrong one: so pairs are tried where one effect leaves much unexplained.
         """
         by_name = {new_in(trial, base): trial for trial in ranked}
-        pairs = () if self._spent else self._promising_pairs(base, by_name)
+        pairs = () if self._spent else self._candidates.pairs(base, by_name)
         if not pairs:
             return None
         sketches: list[tuple[Trial, Trial]] = []
@@ -216,19 +230,6 @@ class StepwiseSelector:
         if not self.criterion.earns_as_pair(trial.score, rivals, self._tried(base)):
             return None
         return [step_to(alone, base), step_to(trial, alone)]
-
-    def _promising_pairs(self, base: Trial, by_name: Mapping[str, Trial]) -> list[tuple[str, str]]:
-        """Pairs worth a sketch; the first of each has been fitted alone."""
-        effort, models = self.effort, self.models
-        found = models.screen(base).best_pairs(effort.pairs, by_name)
-        for name, alone in itertools.islice(by_name.items(), effort.finalists):
-            found += [(name, partner) for partner in models.screen(alone).best(effort.partners)]
-        apart = [pair for pair in found if not self._nested(*pair)]
-        return list({frozenset(pair): pair for pair in reversed(apart)}.values())
-
-    def _nested(self, first: str, second: str) -> bool:
-        catalogue = self.models.catalogue
-        return first in catalogue[second].contains or second in catalogue[first].contains
 
     def _tried(self, base: Trial) -> int:
         return len(self.models.candidates(base))
@@ -266,7 +267,13 @@ class StepwiseSelector:
         """True where ``swap`` beats ``trial`` by an effect that the fitted samples determine."""
         learnt = self.criterion.learnt(swap.score, smaller.score)
         learnt = learnt and self.criterion.within_bounds(swap.score, smaller.score)
-        return learnt and self.criterion.beats(swap.score, trial.score)
+        beats = self.criterion.beats(swap.score, trial.score)
+        return learnt and beats and self._is_told(swap, trial)
+
+    def _is_told(self, trial: Trial, base: Trial) -> bool:
+        """False where it has an effect in its special case's place that is not clearly better."""
+        whole = covered(trial.effects, self.models.catalogue) - set(trial.effects)
+        return whole.isdisjoint(base.effects) or self.criterion.is_told(trial.score, base.score)
 
     def _simpler(self, trial: Trial) -> Step | None:
         """The step to a special case of an effect that does as well as the whole of it."""
@@ -289,10 +296,6 @@ class StepwiseSelector:
         return self.criterion.explained(smaller.score) or not self.models.explained_whole(
             smaller, self.criterion
         )
-
-
-def _effects(step: Step) -> frozenset[str]:
-    return frozenset(step.trial.effects)
 
 
 def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:

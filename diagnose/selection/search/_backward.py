@@ -25,40 +25,51 @@ class BackwardSearch:
     effort: SearchEffort
     progress: StageProgress
 
-    def search(self, base: Trial) -> None:
+    def search(self, base: Trial) -> Trial:
         """Visit the rich model that extends ``base``, and what is left of it effect by effect.
+
+        Gives the ordinary effects fitted together that this begins with.
 
         Not where a smaller model errs less than all these effects: what it has lacks here, and with
         fewer of them the error is larger still. Nor where what they gain is chance.
         """
         criterion, begun = self.visited.criterion, self.together(base)
+        most = begun
         if not criterion.done(begun.score):
             if self.visited.is_chance(begun):
-                return
+                return begun
             rich = self.models.finished(self.rich(begun, self._ordinary))
-            if self.visited.is_outdone(rich) or self.visited.is_chance(rich):
-                return
+            if self._is_hopeless(rich):
+                return begun
             if rich.key != begun.key:
-                begun = self._varied(rich, criterion.enough_deg)
-        self.reduce(self.models.finished(begun))
+                most = self._varied(rich, criterion.enough_deg)
+        self.reduce(self.models.finished(most))
+        return begun
 
     def search_unloaded(self) -> bool:
         """The same with k held at 1; True where the data do not ask for another k.
 
         Weight, load-dependent friction and k can stand in for one another: one run at one gain has
         fits with all three wrong. With k held the others are determined, and from there k is
-        fitted, too. Held, the model has a parameter less.
+        fitted, too. Held, the model has a parameter less. Where all ordinary effects are hopeless
+        with either k, it is not k that they lack.
         """
         criterion, linear = self.visited.criterion, self.models.unloaded()
         if linear is None:
             return False
         self.progress("rich model with k held", 0, len(criterion.policy.ordinary))
-        self.search(linear)
+        begun = self.search(linear)
+        if self._is_hopeless(begun) and self._is_hopeless(self.models.refitted(begun)):
+            return True
         held = [one for one in self.visited.ranked() if one.held == linear.held]
         best = self.models.finished(held[0])
         released = self.models.refitted(best)
         better = criterion.earns(best.score, self.models.first().score, 1)
         return better and not criterion.frees(released.score, best.score)
+
+    def _is_hopeless(self, trial: Trial) -> bool:
+        """True where a smaller model errs less than ``trial``, or what it gains is chance."""
+        return self.visited.is_outdone(trial) or self.visited.is_chance(trial)
 
     @property
     def _ordinary(self) -> tuple[str, ...]:
@@ -102,15 +113,20 @@ class BackwardSearch:
     def rich(self, base: Trial, names: Sequence[str]) -> Trial:
         """``base`` with those effects of an ordinary servo that the fitted data move.
 
-        They are fitted together: each is added to all before it, and all parameters follow.
+        They are fitted together: each is added to all before it, and all parameters follow. Where
+        a smaller model errs less than ``base``, one whose sketch gains nothing is not fitted.
         """
+        outdone, criterion = self.visited.is_outdone(base), self.visited.criterion
         trial = base
         for i, name in enumerate(names):
             if name not in self.models.candidates(trial) or self.effort.is_spent(self.models):
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
-            larger = self.models.extended(trial, name)
-            if self.visited.criterion.learnt(larger.score, trial.score):
+            sketch = self.models.sketched(trial, name) if outdone else None
+            if sketch is not None and not criterion.learnt(sketch.score, trial.score):
+                continue
+            larger = self.models.extended(trial, name, sketch)
+            if criterion.learnt(larger.score, trial.score):
                 trial = larger
         return trial
 

@@ -8,10 +8,10 @@ missing. Both cost little beside the search.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
+from servosight.diagnose.selection._steps import SearchEffort, Step, new_in, step_to
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import Trial
 
@@ -25,14 +25,15 @@ def with_further(
     """The steps, the last one varied, and further ones as long as an effect more is accepted and
     lowers the price.
 
-    None where the search came to its end, or where the last model explains the data. They may cost
-    the share ``further_share`` of what a search may. ``settled`` are steps to a model's special
-    cases, before and after.
+    None where the last model explains the data. They may cost the share ``further_share`` of what a
+    search may. ``settled`` are steps to a model's special cases, before and after. An effect that
+    only few seconds tell from its special case gives way to it first: a further effect could drive
+    it to the bound at which it is that.
     """
     models, criterion = visited.models, visited.criterion
-    if not effort.is_spent(models):
-        return list(steps)
     found = [*steps, *settled(steps[-1].trial)]
+    if _wants_more(found[-1].trial, visited):
+        found += _plain(found[-1].trial, visited)
     most = models.work.cost + effort.further_share * effort.most(models)
     while models.work.cost < most and _wants_more(found[-1].trial, visited):
         found[-1] = _varied(found[-1], visited)
@@ -50,6 +51,20 @@ def _wants_more(trial: Trial, visited: Visited) -> bool:
     criterion = visited.criterion
     able = 0 < len(trial.effects) < criterion.policy.max_steps and not criterion.done(trial.score)
     return able and not visited.models.explained_whole(trial, criterion)
+
+
+def _plain(trial: Trial, visited: Visited) -> Iterator[Step]:
+    """Steps to special cases of the effects of ``trial``, none of which is dearer by an effect's
+    price, or by more than the errors scatter from block to block."""
+    criterion = visited.criterion
+    for name in visited.removable(trial):
+        for special in visited.special_cases(trial, name):
+            most = criterion.overall_price(trial.score) + criterion.policy.effect_price
+            cheap = criterion.overall_price(special.score) <= most
+            if cheap and not criterion.is_dearer(special.score, trial.score):
+                yield Step(special, new_in(special, trial), name)
+                trial = special
+                break
 
 
 def _varied(step: Step, visited: Visited) -> Step:

@@ -54,20 +54,22 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
 
     In small motion the two stand in for one another, and a loop with its sensor on the output has a
     weight. So where the last model fits k, k is held at 1 and a weight tried, beside its effects
-    and in the place of one of them, which may have made up for what such a k is not. That costs
-    little beside the search, and is done though all of that is spent.
+    and in the place of one of them, which may have made up for what such a k is not. Where it has
+    its weight, effects that contain one of its own are tried. That costs little beside the search,
+    and is done though all of that is spent.
     """
     models, criterion, last = visited.models, visited.criterion, steps[-1].trial
     linear = models.unloaded()
     if linear is None or not last.score.gain_fitted or not last.effects:
         return list(steps)
     weights = sorted(set(usual(models.catalogue, Usual.WEIGHT)) & set(models.candidates(last)))
-    if not weights:
-        return list(steps)
-    if criterion.explained(last.score) or models.explained_whole(last, criterion):
+    explained = criterion.explained(last.score) or models.explained_whole(last, criterion)
+    if explained and weights:
         found = _weight_explaining(visited, last, linear, weights)
-    else:
+    elif weights:
         found = _weight_beside(visited, last, linear, weights, effort)
+    else:
+        found = None if explained else _whole_instead(visited, last, linear)
     return list(steps) if found is None else steps_to(steps, visited, found)
 
 
@@ -92,6 +94,18 @@ def _weight_beside(
             if _takes_over(visited, held, last):
                 return held
     return None
+
+
+def _whole_instead(visited: Visited, last: Trial, linear: Trial) -> Trial | None:
+    """``last`` with k held and an ordinary effect in the place of its special case, if that is
+    cheaper and each effect is accepted: such a k made up for what the special case lacks."""
+    models, ordinary = visited.models, visited.criterion.policy.ordinary
+    able = set(models.candidates(last)) & set(ordinary)
+    names = [n for n in able if not set(last.effects).isdisjoint(models.catalogue[n].contains)]
+    if not names:
+        return None
+    held = _extended(visited, models.refitted(last, linear.fit.problem.held), names)
+    return held if _takes_over(visited, held, last) else None
 
 
 def _itself_and_less(visited: Visited, last: Trial) -> Iterator[Trial]:

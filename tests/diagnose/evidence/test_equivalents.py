@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.evidence import Stability, equivalents, interchangeable, special_case
-from servosight.diagnose.residuals import TEST, Judged
+from servosight.diagnose.residuals import FIT, TEST, Judged
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
 from servosight.identify.fit import Solution
 from servosight.identify.uncertainty import Uncertainty
@@ -125,10 +125,47 @@ def test_a_special_case_that_does_as_well_takes_the_effect_s_place(
 def test_what_not_all_have_is_one_of_several_and_is_not_named() -> None:
     effects = ("torque_saturation", "coulomb_friction", "gravity_load")
     others = [("gravity_load", "rate_limit", "coulomb_friction")]
-    assert interchangeable(effects, others) == {"torque_saturation": ("rate_limit",)}
-    one_of = interchangeable(effects, [*others, ("gravity_load", "rate_limit")])
+    assert interchangeable(effects, others, catalogue()) == {"torque_saturation": ("rate_limit",)}
+    one_of = interchangeable(effects, [*others, ("gravity_load", "rate_limit")], catalogue())
     assert one_of == {"torque_saturation": (), "coulomb_friction": ()}
     assert Stability(one_of=one_of).uncertain == ("torque_saturation", "coulomb_friction")
+
+
+def test_an_effect_that_another_one_contains_is_there() -> None:
+    """As are torque limit and Coulomb friction in a current limit and Stribeck friction, not the
+    other way round."""
+    simple = ("torque_saturation", "coulomb_friction")
+    whole = ("current_limit", "stribeck_friction")
+    assert interchangeable(simple, [whole], catalogue()) == {}
+    assert interchangeable(whole, [simple], catalogue()) == {
+        "current_limit": simple,
+        "stribeck_friction": simple,
+    }
+    one_of = interchangeable(simple, [whole, ("torque_saturation", "backlash")], catalogue())
+    assert one_of == {"coulomb_friction": ("backlash",)}
+
+
+@pytest.mark.parametrize(("more", "told"), [(0.05, True), (0.6, False)])
+def test_noise_tells_another_effect_apart_where_the_fitted_samples_are_explained(
+    more: float, told: bool
+) -> None:
+    """Those that validate are above the floor of 0.05 deg. By 1.6 and 0.4 times in turn the error
+    is 1.3 times as large, which the noise tells; an effect less needs no such reason."""
+    seconds = np.floor(TIME_S).astype(int)
+    fitted = selection({})[0].split.uses[0] == FIT
+    error = np.where(fitted, np.where(seconds % 2, 0.07, 0.02), 0.4) * np.sign(MISFIT)
+    other = error * (1.0 + more * np.where(seconds % 4 >= 2, 1.0, -1.0))
+    models, found = selection(
+        {
+            ("coulomb_friction", "gravity_load"): error,
+            ("gravity_load",): other,
+            ("backlash",): other,
+        }
+    )
+    criterion = AcceptanceCriterion(FLOOR_DEG, 0.01)
+    assert criterion.settled(found[0].score)
+    sets = equivalents(models, found[0], criterion)
+    assert set(sets) == {("gravity_load",), *([("backlash",)] if told else [])}
 
 
 def test_no_scatter_counts_where_the_model_explains_the_data() -> None:

@@ -223,7 +223,7 @@ def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
         models.work.simulations += 100
         return selected, Stability(resamples=3)
 
-    def left(last: Any, names: list[str]) -> tuple[str, ...]:
+    def left(_: Any, last: Any, names: list[str]) -> tuple[str, ...]:
         assert (last, names) == (steps[-1].trial, ["first", "second"])
         return ("left",)
 

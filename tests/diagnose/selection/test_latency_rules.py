@@ -96,13 +96,30 @@ def test_recordings_that_validate_are_fitted_as_well(
     assert problem.effects == ()
 
 
+def left(asked: list[Any], *answers: Any, there: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """What is said of three fitted runs where latencies are found as ``answers``, in order."""
+    asked[0].extend(answers)
+    last: Any = SimpleNamespace(fit=SimpleNamespace(problem=PROBLEM))
+    late: Any = SimpleNamespace(fit="with dead time")
+    models: Any = SimpleNamespace(
+        candidates=lambda base: there, extended=lambda base, name: late if base is last else None
+    )
+    return _own_latency.latencies_left(models, last, ["first", "second", "second", "validating"])
+
+
+PROBLEM: Any = SimpleNamespace(recordings=(None, None, None))
+
+
 def test_what_is_left_is_said_of_the_fitted_runs_alone(asked: list[Any]) -> None:
-    fit: Any = SimpleNamespace(problem=SimpleNamespace(recordings=(None, None, None)))
-    asked[0].extend([found(1.0), None])
-    last: Any = SimpleNamespace(fit=fit)
-    names = ["first", "second", "second", "validating"]
-    said = _own_latency.latencies_left(last, names)
-    assert asked[1] == (fit, [0, 1, 1])
+    said = left(asked, found(1.0))
+    assert asked[1] == (SimpleNamespace(problem=PROBLEM), [0, 1, 1])
     assert [one.partition(":")[0] for one in said] == ["first", "second", "second"]
     assert all("diagnose again" in one for one in said)
-    assert _own_latency.latencies_left(last, names) == ()
+    assert left(asked, None) == ()
+
+
+def test_what_a_dead_time_takes_off_is_not_said(asked: list[Any]) -> None:
+    """Fast motion seems later than slow motion where the model lacks it."""
+    assert left(asked, found(1.0), None, there=("dead_time",)) == ()
+    assert asked[2] == ("with dead time", [0, 1, 1])
+    assert len(left(asked, found(1.0), found(1.0), there=("dead_time",))) == 3

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from support.scores import CRITERION, TOLERANCE, score
 
-from servosight.diagnose.selection import Score
+from servosight.diagnose.selection import AcceptanceCriterion, Score
 
 
 def named(model: Score) -> str:
@@ -48,6 +48,19 @@ def test_an_effect_goes_behind_one_that_it_contains_unless_clearly_better() -> N
     assert ordered([simple, whole], whole={"simple"}) == ["simple", "whole"]
     better = score(0.15, "whole", parameters=4)
     assert ordered([simple, better], whole={"simple"}) == ["whole", "simple"]
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_above_the_floor_more_than_a_few_seconds_must_tell_it(
+    told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the floor noise does."""
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: told)
+    simple, better = score(0.2, "simple"), score(0.15, "whole", parameters=4)
+    behind = ["simple", "whole"]
+    assert ordered([simple, better], whole={"simple"}) == (behind[::-1] if told else behind)
+    explaining = score(CRITERION.floor_deg, "whole", parameters=4)
+    assert ordered([simple, explaining], whole={"simple"}) == behind[::-1]
 
 
 def test_it_goes_right_behind_and_leaves_the_others_where_they_are() -> None:

@@ -82,6 +82,17 @@ def test_a_pair_is_held_against_the_steps_that_end_above_the_floor() -> None:
     assert selected(errors)[0] == ["", "a", "ab"]
 
 
+@pytest.mark.parametrize(("fewest", "pairs"), [(1000, False), (1001, True)])
+def test_behind_a_first_effect_pairs_are_for_where_no_wider_search_can_be_made(
+    fewest: int, pairs: bool
+) -> None:
+    """It needs so many samples, of which there are 1000. ``a`` alone leaves three floors."""
+    errors = {"": 0.9, "a": 0.3, "b": 0.9, "c": 0.9, "abc": 0.1}
+    _, _, models = selected(errors, policy=replace(POLICY, fewest=fewest, most=1.0))
+    assert "sketch +a" in models.done
+    assert ({"sketch ab+c", "sketch ac+b"} & set(models.done) != set()) is pairs
+
+
 def test_half_of_what_is_fitted_is_what_promised_most() -> None:
     """The other half is what did best when it was sketched."""
     errors = {"": 0.29, "a": 0.285, "b": 0.28, "c": 0.27}
@@ -111,6 +122,22 @@ def test_an_effect_is_swapped_for_one_that_does_better_beside_the_others() -> No
     steps, found, _ = selected(errors)
     assert steps == ["", "c", "ac", "ab"]
     assert (found.steps[-1].added, found.steps[-1].removed) == ("b", "c")
+
+
+@pytest.mark.parametrize(
+    ("contains", "told", "steps"),
+    [({}, False, "ab"), ({"b": "c"}, True, "ab"), ({"b": "c"}, False, "ac")],
+    ids=["another", "in many seconds", "in few seconds"],
+)
+def test_an_effect_is_swapped_for_one_that_contains_it_where_more_than_a_few_seconds_tell(
+    contains: dict[str, str], told: bool, steps: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: told)
+    errors = {"": 0.29, "c": 0.2, "a": 0.25, "b": 0.25, "ac": 0.15, "ab": 0.115}
+    no_pairs = replace(EFFORT, pairs=0, partners=0)
+    chosen_by_validation = SimpleNamespace(carried=(None,), mean_s=5.0)
+    found = selected(errors, no_pairs, contains=contains, split=chosen_by_validation)[0]
+    assert found[-1] == steps
 
 
 def test_a_special_case_that_does_as_well_takes_the_place_of_the_whole() -> None:

@@ -7,7 +7,12 @@ from typing import Any
 import pytest
 from support.invented_models import CRITERION, InventedModels, steps_of, visited
 
-from servosight.diagnose.selection import PriorKnowledge, SearchEffort, StepwiseSelector
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    SearchEffort,
+    StepwiseSelector,
+)
 from servosight.diagnose.selection.search import with_further
 
 ERRORS = {"": 9.0, "a": 4.0, "b": 6.0, "ab": 1.0, "abc": 0.3, "abcd": 0.1, "abd": 0.9, "e": 9.0}
@@ -38,13 +43,6 @@ def test_effects_are_added_until_the_floor_is_reached() -> None:
 
 def test_an_effect_is_added_to_a_single_one() -> None:
     assert answers(InventedModels(ERRORS), "a", generous(100.0))[1] == ["b", "c", "d"]
-
-
-def test_nothing_is_added_where_the_search_came_to_its_end() -> None:
-    models = InventedModels(ERRORS)
-    _, added = answers(models, effort=SearchEffort(cost=100.0))
-    assert added == []
-    assert not any("sketch" in one for one in models.done)
 
 
 def test_what_it_costs_is_bounded() -> None:
@@ -93,6 +91,23 @@ def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
     assert answers(models, effort=generous(100.0))[1] == ["d"]
 
 
+@pytest.mark.parametrize(
+    ("special_deg", "dearer", "expected"),
+    [(1.0, False, ["a", "b"]), (1.2, False, ["b"]), (1.0, True, ["b"])],
+    ids=["as good", "dearer by an effect", "told apart"],
+)
+def test_an_effect_gives_way_to_its_special_case_first(
+    special_deg: float, dearer: bool, expected: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``g`` contains ``a``. Bound: log(1.2) is more than an effect costs, 0.1."""
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: dearer)
+    errors = {"": 9.0, "g": 1.0, "a": special_deg, "ab": 0.1, "bg": 0.1}
+    models = InventedModels(errors, contains={"g": "a"})
+    steps = steps_of(models.first(), models.fitted(("g",), "fit"))
+    found = with_further(steps, visited(models), generous(100.0), lambda trial: ())
+    assert [step.added for step in found[2:]] == expected
+
+
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
     models = InventedModels({"": 9.0, "ab": 1.0, "ac": 0.3, "c": 9.0}, contains={"c": "b"})
     assert answers(models, effort=generous(100.0))[1] == []
@@ -121,3 +136,22 @@ def test_what_the_user_requires_stays(contained: str) -> None:
     _, added = answers(models, effort=generous(100.0))
     assert added == (["d"] if contained else ["c"])
     assert all("a" in effects for effects, _ in models.trials)
+
+
+@pytest.mark.parametrize(
+    ("steps_share", "further_share", "expected"),
+    [(0.0, 1.0, ["", "a", "ab"]), (0.0, 0.0, ["", "a"]), (1.0, 1.0, ["", "a"])],
+    ids=["cut short", "no share left", "came to their end"],
+)
+def test_steps_that_are_cut_short_near_the_floor_lead_on_to_what_they_lack(
+    steps_share: float, further_share: float, expected: list[str]
+) -> None:
+    """With what is left of the search's cost. Steps that came to their end did not accept b."""
+    accepted = 0.1 if steps_share == 0.0 else 0.155
+    errors = {"": 0.29, "a": 0.16, "b": 0.27, "c": 0.28, "ab": accepted}
+    effort = SearchEffort(cost=1e6, steps_share=steps_share, further_share=further_share)
+    models = InventedModels(errors)
+    found = StepwiseSelector(models, CRITERION, effort=effort).select()  # type: ignore[arg-type]
+    assert ["".join(step.trial.effects) for step in found.steps] == expected
+    assert not found.cut_short
+    assert any(one.startswith("vary") for one in models.done) == (steps_share < further_share)

@@ -80,37 +80,6 @@ def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
     assert reduced({"": 0.2, "a": 0.1}, "ab", replace(EFFORT, cost=1.0)) == []
 
 
-@pytest.mark.parametrize(("effects", "validation_deg", "done"), [
-    ("", 0.0, ["fit", "reduce"]), ("ab", 0.99, ["fit", "reduce"]), ("ab", 1.01, []),
-    ("abc", 1.01, ["fit"]),
-])  # fmt: skip
-def test_a_rich_model_is_left_where_it_validates_worse_than_none(
-    effects: str, validation_deg: float, done: list[str]
-) -> None:
-    """The first model errs by 1 deg on validation data, these effects or all of them by more."""
-    models = InventedModels(
-        {"": 1.0, "ab": 0.3, "abc": 0.2}, validation_deg={effects: validation_deg or 1.0}
-    )
-    backward(models, together=2, ordinary=("a", "b", "c")).search(models.fitted((), "first"))  # type: ignore[arg-type]
-    kinds = [kind for kind in ("fit", "reduce") if any(one.startswith(kind) for one in models.done)]
-    assert kinds == done
-
-
-@pytest.mark.parametrize(("single_deg", "at_bounds", "goes_on"), [
-    (0.19, "", False), (0.21, "", True), (0.19, "z", True),
-])  # fmt: skip
-def test_a_rich_model_is_left_where_a_smaller_one_errs_less(
-    single_deg: float, at_bounds: str, goes_on: bool
-) -> None:
-    """All ordinary effects leave 0.2 deg; one that is not among them leaves less, or at a bound."""
-    errors = {"": 1.0, "z": single_deg, "ab": 0.3, "abc": 0.2}
-    models = InventedModels(errors, at_bounds=at_bounds)
-    models.fitted(("z",), "single")
-    backward(models, together=2, ordinary=("a", "b", "c")).search(models.fitted((), "first"))  # type: ignore[arg-type]
-    assert any(one.startswith("reduce") for one in models.done) is goes_on
-    assert any(one.startswith("vary") for one in models.done) is goes_on
-
-
 def backward(
     models: InventedModels, effort: SearchEffort = EFFORT, **policy: Any
 ) -> BackwardSearch:

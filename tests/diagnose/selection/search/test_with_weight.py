@@ -77,6 +77,32 @@ def test_no_weight_is_tried(changes: dict[str, Any]) -> None:
     assert not [one for one in models.done if one.startswith("fit")]
 
 
+@pytest.mark.parametrize(
+    ("held_deg", "changes", "found"),
+    [
+        (0.12, {}, "gw"),
+        (0.45, {}, "aw"),  # its price is higher by a parameter less than a k is worth
+        (0.12, {"contains": {}}, "aw"),
+        (0.12, {"known": PriorKnowledge(without_effects=("g",))}, "aw"),
+        (0.12, {"validation_deg": {"aw": 0.1}}, "aw"),  # explains the data
+    ],
+    ids=["taken", "no cheaper", "nothing contains it", "ruled out", "explained"],
+)
+def test_an_effect_that_contains_one_takes_the_place_of_it_and_of_a_k(
+    held_deg: float, changes: dict[str, Any], found: str
+) -> None:
+    """``g`` contains ``a``. The weight is there, so it is not a weight that such a k stands for."""
+    models = InventedModels(
+        {"": 1.0, "a": 1.0, "aw": 0.4, "g": 1.0},
+        held_deg={"": 1.5, "w": 1.4, "g": 1.4, "aw": 0.9, "gw": held_deg},
+        **{"contains": {"g": "a"}, "usual": {"w": Usual.WEIGHT}, "k_may_be_held": True, **changes},
+    )
+    steps = steps_of(models.first(), models.fitted(("a", "w"), "step"))
+    last = with_weight(steps, visited(models), SearchEffort())[-1].trial
+    assert "".join(last.effects) == found
+    assert last.held == (HELD if found == "gw" else ())
+
+
 def test_a_catalogue_without_further_effects_ends_at_the_weight() -> None:
     known = PriorKnowledge(without_effects=("d", "e"))
     found, models = last_of({"aw": 0.41, "w": 1.4}, known=known)

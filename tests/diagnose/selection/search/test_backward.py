@@ -1,0 +1,89 @@
+"""Where the reduction of a rich model ends before it begins, on tables of invented models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from support.invented_models import InventedModels
+
+from servosight.diagnose.selection import AcceptanceCriterion, SearchEffort, SelectionPolicy
+from servosight.diagnose.selection.search import BackwardSearch, Visited
+from servosight.models.core import silent
+
+ORDINARY = SelectionPolicy(ordinary=("a", "b", "c", "d"), together=2)
+
+
+def backward(models: InventedModels, ordinary: str = "abcd") -> BackwardSearch:
+    criterion = AcceptanceCriterion(0.1, 0.0, replace(ORDINARY, ordinary=tuple(ordinary)))
+    visited = Visited(models, criterion)  # type: ignore[arg-type]
+    return BackwardSearch(models, visited, SearchEffort(), silent)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("effects", "validation_deg", "done"), [
+    ("", 0.0, ["fit", "reduce"]), ("ab", 0.99, ["fit", "reduce"]), ("ab", 1.01, []),
+    ("abc", 1.01, ["fit"]),
+])  # fmt: skip
+def test_a_rich_model_is_left_where_it_validates_worse_than_none(
+    effects: str, validation_deg: float, done: list[str]
+) -> None:
+    """The first model errs by 1 deg on validation data, these effects or all of them by more."""
+    models = InventedModels(
+        {"": 1.0, "ab": 0.3, "abc": 0.2}, validation_deg={effects: validation_deg or 1.0}
+    )
+    backward(models, "abc").search(models.fitted((), "first"))  # type: ignore[arg-type]
+    kinds = [kind for kind in ("fit", "reduce") if any(one.startswith(kind) for one in models.done)]
+    assert kinds == done
+
+
+@pytest.mark.parametrize(("single_deg", "at_bounds", "goes_on"), [
+    (0.19, "", False), (0.21, "", True), (0.19, "z", True),
+])  # fmt: skip
+def test_a_rich_model_is_left_where_a_smaller_one_errs_less(
+    single_deg: float, at_bounds: str, goes_on: bool
+) -> None:
+    """All ordinary effects leave 0.2 deg; one that is not among them leaves less, or at a bound."""
+    errors = {"": 1.0, "z": single_deg, "ab": 0.3, "abc": 0.2}
+    models = InventedModels(errors, at_bounds=at_bounds)
+    models.fitted(("z",), "single")
+    backward(models, "abc").search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert any(one.startswith("reduce") for one in models.done) is goes_on
+    assert any(one.startswith("vary") for one in models.done) is goes_on
+
+
+def test_what_gains_nothing_in_a_sketch_is_not_fitted_beside_more_than_a_smaller_model_errs() -> (
+    None
+):
+    """``ab`` leave 0.3 deg and ``z`` alone 0.2; beside them ``c`` gains and ``d`` does not."""
+    errors = {"": 1.0, "z": 0.2, "ab": 0.3, "abc": 0.25, "d": 1.0}
+    fitted = {}
+    for single in (("z",), ()):
+        models = InventedModels(errors)
+        models.fitted(single, "single")
+        backward(models).search(models.fitted((), "first"))  # type: ignore[arg-type]
+        fitted[single] = [one for one in models.done if one.startswith(("fit", "sketch"))]
+    assert fitted["z",] == ["sketch ab+c", "fit abc", "sketch abc+d"]
+    assert fitted[()] == ["fit abc", "fit abcd"]
+
+
+@pytest.mark.parametrize(
+    ("single_deg", "released_deg", "validation_deg", "ended"),
+    [(0.2, 0.3, {}, True), (0.2, 0.1, {}, False), (1.0, 0.3, {"ab": 1.1}, True),
+     (1.0, 0.3, {}, False)],
+    ids=["smaller errs less", "with another k it does not", "chance", "neither"],
+)  # fmt: skip
+def test_no_other_k_is_sought_where_the_ordinary_effects_are_hopeless_with_either(
+    single_deg: float, released_deg: float, validation_deg: dict[str, float], ended: bool
+) -> None:
+    """With k held ``ab`` leave 0.4 deg, and ``z`` alone some more or less."""
+    models = InventedModels(
+        {"": 1.0, "z": single_deg, "ab": released_deg},
+        held_deg={"": 1.0, "ab": 0.4, "z": 1.0},
+        validation_deg=validation_deg,
+        k_may_be_held=True,
+    )
+    models.fitted(("z",), "single")
+    models.first()
+    search = backward(models, "ab")
+    assert search.search_unloaded() is ended
+    assert "free ab" in models.done
