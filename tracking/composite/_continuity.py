@@ -36,8 +36,8 @@ def repeats_rad(rivals_rad: Sequence[Array]) -> Array:
     """The turns (m,) [rad] by which a part looks the same in many frames; a hand that passes looks
     like it in a few.
 
-    >>> spokes = [np.array([-2.09, 2.10]), np.array([-2.10, 2.09, 0.5]), np.array([2.09])]
-    >>> repeats_rad(4 * spokes).round(2).tolist()
+    >>> spokes = [np.array([-2.09, 2.09]), np.array([-2.09]), np.array([2.1])]
+    >>> repeats_rad([*(4 * spokes), np.array([0.5])]).tolist()
     [-2.09, 2.09]
     """
     every = np.concatenate([*rivals_rad, np.empty(0)])

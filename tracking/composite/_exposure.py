@@ -160,12 +160,14 @@ def as_light(grey: Single) -> Single:
     return np.asarray(_WHITE * np.clip(grey / _WHITE, 0.0, 1.0) ** _GAMMA, np.float32)
 
 
-def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: float) -> Shutters:
+def find_exposure(
+    meter: PartMeter, angle_rad: Array, speed: Array, frame_s: float, by_rows: bool = True
+) -> Shutters:
     """The exposure from the sampled pictures, and angle and speed [rad/s] of the frames (frames,).
 
     ``frame_s`` is the time from frame to frame. Both are NaN where the part is not found. Where
-    the motion does not determine it, the middle of what is possible. A readout is not corrected:
-    what the shear allows for is part of its sigma.
+    the motion does not determine it, the middle of what is possible. A readout is found only where
+    the pictures are read ``by_rows``; what the shear allows for is part of its sigma.
     """
     index = meter.stabilised.index
     known = np.isfinite(speed[index])
@@ -191,4 +193,4 @@ def find_exposure(meter: PartMeter, angle_rad: Array, speed: Array, frame_s: flo
     steady_rad, alike = steady_shear(partial(left, 0.0), share * speed[fast], frame_s)
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
     sheared = partial(left, steady_rad)
-    return found_shutters(sheared, sheared, frame_s, pace_px, applied=False, alike=alike)
+    return found_shutters(sheared, sheared, frame_s, pace_px, applied=by_rows, alike=alike)

@@ -106,15 +106,30 @@ def at_mid_exposure(
         turned_rad = np.deg2rad(np.where(track.found, track.angle_deg, np.nan))
         speed = speeds(turned_rad, track.time_s)
         frame_s = float(np.median(np.diff(track.time_s)))
-        shutters = find_exposure(meter, angle, speed, frame_s)
+        shutters = find_exposure(meter, angle, speed, frame_s, not film.sideways)
     if shutters is None:
         return track
     return replace(
         track,
+        angle_deg=track.angle_deg - _late_deg(track, film, meter, fits, shutters.readout_s),
         time_s=film.times(stamps_s.tolist(), shutters.middle_s),
         notes=(*((shutters.note,) if shutters.note else ()), *track.notes),
         shutters=shutters,
     )
+
+
+def _late_deg(
+    track: Track, film: Film, meter: PartMeter, fits: Sequence[PoseFit | None], readout_s: float
+) -> Array:
+    """By how much the part turns [deg] (frames,) from the time of the middle row to that of its own
+    rows, under a rolling shutter, relative to the first frame in which it is found."""
+    if readout_s == 0.0 or film.sideways:
+        return np.zeros(track.frames)
+    rows = np.array([[0.0, np.nan if fit is None else fit.row_px] for fit in fits])
+    share = meter.stabilised.in_video(rows)[:, 1] / (film.images[0].shape[0] - 1) - 0.5
+    speed = speeds(np.where(track.found, track.angle_deg, np.nan), track.time_s)
+    late = np.nan_to_num(speed * readout_s * share)
+    return np.asarray(late - late[np.flatnonzero(track.found)[0]])
 
 
 def speeds(angle_rad: Array, time_s: Array) -> Array:

@@ -41,28 +41,34 @@ def angle_deg(time_s: Array, rate_hz: float) -> Array:
     return np.asarray(45.0 * np.sin(2.0 * np.pi * rate_hz * time_s + 0.3))
 
 
-def filmed(rate_hz: float) -> list[Image]:
-    """A bar over texture; each picture is the mean of twelve instants of its exposure."""
+def filmed(rate_hz: float, readout_s: float = 0.0) -> list[Image]:
+    """A bar over texture; each row is the mean of twelve instants of its exposure."""
+    step_s = EXPOSURE_S / 12.0
+    late_s = step_s * (np.arange(12 + int(np.ceil(readout_s / step_s))) + 0.5)
+    row_s = readout_s * np.arange(SIZE[1])[:, None] / (SIZE[1] - 1)
+    exposed = (late_s > row_s) & (late_s < row_s + EXPOSURE_S)
+    shares = exposed / exposed.sum(1, keepdims=True)
     rng = np.random.default_rng(7)
     texture = cv2.GaussianBlur(rng.standard_normal(SIZE[::-1]), (0, 0), 2.0)
     still = (110.0 + 60.0 * texture).astype(np.float32)
     pictures = []
     for start_s in START_S:
-        instants_s = start_s + EXPOSURE_S * (np.arange(12) + 0.5) / 12.0
-        image = np.zeros_like(still)
-        for angle in angle_deg(instants_s, rate_hz):
+        image = np.zeros(still.shape)
+        for angle, share in zip(angle_deg(start_s + late_s, rate_hz), shares.T, strict=True):
             corners = turned(np.add(BAR, PIVOT), PIVOT, float(np.deg2rad(angle)))
             seen = still.copy()
             outline = np.round(256.0 * corners).astype(np.int32)
             cv2.fillPoly(seen, [outline], 235.0, cv2.LINE_AA, shift=8)
-            image += seen / 12.0
+            image += share[:, None] * seen
         image += rng.normal(0.0, 1.0, image.shape)
         pictures.append(np.clip(np.round(image), 0, 255).astype(np.uint8))
     return pictures
 
 
-def tracked(folder: Path, write: Write, rate_hz: float, options: TrackOptions) -> Track:
-    video = write(folder / "swing.mkv", filmed(rate_hz), START_S)
+def tracked(
+    folder: Path, write: Write, rate_hz: float, options: TrackOptions, readout_s: float = 0.0
+) -> Track:
+    video = write(folder / "swing.mkv", filmed(rate_hz, readout_s), START_S)
     return composite(open_film(video, options), options)
 
 
@@ -120,6 +126,17 @@ def test_a_given_exposure_leaves_no_such_error(tmp_path: Path, write: Write) -> 
     np.testing.assert_allclose(beside_tilt(given.shared_deg, given), 0.0, atol=1e-9)
     np.testing.assert_allclose(given.time_s - START_S, 0.5 * EXPOSURE_S, atol=2e-5)
     assert np.sqrt(np.mean(error_deg(given, FAST_HZ) ** 2)) < 0.15
+
+
+def test_angles_are_those_of_the_middle_row(tmp_path: Path, write: Write) -> None:
+    """Truth: 16.7 ms from the first row to the last one, in which the bar turns by 5 deg. Taken for
+    those of the middle row, the angles at its own rows are 0.41 deg rms off; bound 0.15 deg."""
+    readout_s = 0.5 / RATE_HZ
+    known = TrackOptions(exposure_s=EXPOSURE_S, readout_s=readout_s)
+    track = tracked(tmp_path, write, FAST_HZ, known, readout_s)
+    late_s = 0.5 * (EXPOSURE_S + readout_s)
+    np.testing.assert_allclose(track.time_s - START_S, late_s, atol=2e-5)
+    assert np.sqrt(np.mean(error_deg(track, FAST_HZ) ** 2)) < 0.15
 
 
 def test_a_slow_part_does_not_tell_the_exposure(tmp_path: Path, write: Write) -> None:

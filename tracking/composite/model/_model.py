@@ -36,7 +36,8 @@ class PoseFit:
     background alone, 0 to 1; ``covariance`` that of angle and shift (3, 3). ``sides_rad`` is the
     angle by the leading half of the cells less that by the trailing one. A shift by one pixel,
     as of a pivot that is off, is taken for ``per_px_rad`` at most: much of an arm, hardly anything
-    of a wheel. ``per_left_rad`` is the turn that would leave as much as the background alone does.
+    of a wheel. ``per_left_rad`` is the turn that would leave as much as the background alone does,
+    ``row_px`` the mean row of what determines the angle.
     """
 
     angle_rad: float
@@ -48,6 +49,7 @@ class PoseFit:
     sides_rad: float
     per_px_rad: float
     per_left_rad: float
+    row_px: float = 0.0
 
     @property
     def sigma_rad(self) -> float:
@@ -160,9 +162,11 @@ class CompositeModel:
         explained = 1.0 - model / max(plain, 1e-9)
         sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
         per_left = np.sqrt(plain / max(float((area * rows[0] ** 2).sum()), 1e-9))
+        holds = rows[0] ** 2 * weight
+        y = self.pivot_px[1] - self.radius_px * np.sin(self.phi_rad + angle_rad)
         return PoseFit(
             angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
-            float(per_left),
+            float(per_left), float(holds @ y / max(float(holds.sum()), 1e-9)),
         )  # fmt: skip
 
     def left(self, picture: Single, fit: PoseFit) -> tuple[Array, Array, Array]:
