@@ -11,12 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import FrameProgress
-from servosight.tracking.acquisition import POINT
 from servosight.tracking.composite import FoundPart, found_about
 from servosight.tracking.core import Track, TrackRefused
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.video import Window
-from servosight.tracking.video.drawing import refusal_picture
 
 _AROUND = 3.2  # radii of the part: it is not to reach the border, and what is beside it be seen
 _LEAST_PX = 480  # more is not kept of a picture
@@ -29,21 +27,11 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
     where those are no larger, or the frames do not confirm it there. Not of a part that is pointed
     at, whose uncertain angle is returned, nor in colour, of which a file holds half of the
     pixels."""
-    stabilised, film = footage.stabilised, footage.film
-    x, y = stabilised.in_video(np.array(part.pivot_px))
-    radius_px = _radius_px(part) / stabilised.scale
-    side = max(_LEAST_PX, int(_AROUND * radius_px))
-    window = Window.around((float(x), float(y)), side, film.images[0].shape)
-    larger = min(_LEAST_PX / max(window.width, window.height), 1.0) / stabilised.scale
-    alone = footage.options.beside is None and stabilised.channel.luma
-    nowhere = TrackRefused(
-        f"{film.path}: a piece of the pictures around {x:.0f},{y:.0f} shows the part no larger; "
-        f"expected a larger video, {POINT}.",
-        refusal_picture(film.images),
-    )
-    if footage.options.pointed or not alone or larger < _LARGER:
-        raise nowhere
-    closer = Footage.of(film, footage.options, window)
+    stabilised, radius_px = footage.stabilised, _radius_px(footage, part)
+    window = _window(footage, part, radius_px)
+    if window is None:
+        raise footage.nothing([])
+    closer = Footage.of(footage.film, footage.options, window)
     near = closer.stabilised
     onto = stabilised.onto_near(near.reference_index)
     there = onto[:, :2] @ np.array(part.pivot_px) + onto[:, 2]
@@ -53,7 +41,7 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
         reach_px=_REACH * radius_px * near.scale,
     )  # fmt: skip
     if found is None:
-        raise nowhere
+        raise closer.nothing([])
     note = f"small: measured in a piece of {window.width} x {window.height} px of the pictures"
     try:
         track = closer.measured(found, progress)
@@ -64,7 +52,23 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
     return replace(track, notes=(note, *track.notes))
 
 
-def _radius_px(part: FoundPart) -> float:
-    """Of the part's farthest cell, in the pictures whose pixels its pivot is given in."""
+def _window(footage: Footage, part: FoundPart, radius_px: float) -> Window | None:
+    """The piece of the pictures around a part of that radius; None where it shows it no larger, or
+    none is to be looked at."""
+    stabilised, options = footage.stabilised, footage.options
+    alone = options.beside is None and stabilised.channel.luma
+    if options.pointed or not alone or radius_px == 0.0:
+        return None
+    x, y = stabilised.in_video(np.array(part.pivot_px))
+    side = max(_LEAST_PX, int(_AROUND * radius_px))
+    window = Window.around((float(x), float(y)), side, footage.film.images[0].shape)
+    larger = min(_LEAST_PX / max(window.width, window.height), 1.0) / stabilised.scale
+    return window if larger >= _LARGER else None
+
+
+def _radius_px(footage: Footage, part: FoundPart) -> float:
+    """That of the part's farthest cell [px of the video], 0 where no cell is covered by half."""
     rows = np.flatnonzero((part.part.cover > 0.5).any(1))
-    return float(part.part.view.radius_px[rows[-1]]) / part.scale
+    if rows.size == 0:
+        return 0.0
+    return float(part.part.view.radius_px[rows[-1]]) / part.scale / footage.stabilised.scale
