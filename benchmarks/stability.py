@@ -1,4 +1,4 @@
-"""Stability of true and of foreign effects: what docs/diagnosis.md states.
+"""Stability of true and of foreign effects: what docs/search.md states.
 
 `python benchmarks/stability.py` diagnoses a recording of the twin for each effect, then forces
 foreign effects: the two best wrong ones in the right one's place, and the two most promising beside

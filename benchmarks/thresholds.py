@@ -3,7 +3,7 @@
     python benchmarks/thresholds.py --facts out/hidden/results --trials 12
 
 Trials of the hidden-effect benchmark whose facts a results file holds are diagnosed with the
-thresholds of docs/diagnosis.md, then with one of them changed at a time. Each selection begins anew
+thresholds of docs/search.md, then with one of them changed at a time. Each selection begins anew
 and may cost as much as any other; what was simulated before is not simulated again. Prints a table,
 which docs/selection.md reports.
 """
