@@ -108,6 +108,22 @@ def test_an_effect_gives_way_to_its_special_case_first(
     assert [step.added for step in found[2:]] == expected
 
 
+def test_an_effect_stays_where_its_special_case_leads_nowhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """``g`` contains ``a``, which errs by 5 % more and gains nothing from ``b``, as ``g`` does."""
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: False)
+    errors = {"": 9.0, "g": 1.0, "a": 1.05, "ab": 1.05, "bg": 0.1}
+    models = InventedModels(errors, contains={"g": "a"})
+    steps = steps_of(models.first(), models.fitted(("g",), "fit"))
+    found = with_further(steps, visited(models), generous(100.0), lambda trial: ())
+    assert found[-1].trial.effects == ("b", "g")
+    without = InventedModels({**errors, "bg": 1.0}, contains={"g": "a"})
+    steps = steps_of(without.first(), without.fitted(("g",), "fit"))
+    found = with_further(steps, visited(without), generous(100.0), lambda trial: ())
+    assert found[-1].trial.effects == ("g",)
+
+
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
     models = InventedModels({"": 9.0, "ab": 1.0, "ac": 0.3, "c": 9.0}, contains={"c": "b"})
     assert answers(models, effort=generous(100.0))[1] == []
