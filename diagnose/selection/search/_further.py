@@ -26,20 +26,21 @@ def with_further(
     lowers the price.
 
     None where the last model explains the data. They may cost the share ``further_share`` of what a
-    search may. ``settled`` are steps to a model's special cases, before and after. An effect that
-    only few seconds tell from its special case gives way to it first: a further effect could drive
-    it to the bound at which it is that. Where that leads to no lower price, it does not.
+    search may. ``settled`` are steps to a model's special cases, before and after. Where no effect
+    is accepted, one may have been driven to the bound at which an effect that is there is its
+    special case: where only few seconds tell the two apart, it gives way to that, and the same is
+    done again. What leads to no lower price is not done.
     """
     price = visited.criterion.overall_price
     begun = [*steps, *settled(steps[-1].trial)]
     if not _wants_more(begun[-1].trial, visited):
         return begun
     most = visited.models.work.cost + effort.further_share * effort.most(visited.models)
-    special = list(_plain(begun[-1].trial, visited))
-    found = _extended([*begun, *special], visited, effort, most)
-    before, after = (price(one[-1].trial.score) for one in (begun, found))
-    if special and after > before:
-        found = _extended(begun, visited, effort, most)
+    found = _extended(begun, visited, effort, most)
+    special = list(_plain(found[-1].trial, visited)) if len(found) == len(begun) else []
+    if special:
+        other = _extended([*found, *special], visited, effort, most)
+        found = min(found, other, key=lambda one: price(one[-1].trial.score))
     return [*found, *settled(found[-1].trial)]
 
 
