@@ -2,6 +2,7 @@
 
 from servosight.diagnose.evidence._detectable import detectable as detectable
 from servosight.diagnose.evidence._detectable import with_detectable as with_detectable
+from servosight.diagnose.evidence._equivalents import contained as contained
 from servosight.diagnose.evidence._equivalents import equivalents as equivalents
 from servosight.diagnose.evidence._equivalents import interchangeable as interchangeable
 from servosight.diagnose.evidence._equivalents import special_case as special_case

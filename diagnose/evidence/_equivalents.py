@@ -9,11 +9,12 @@ Nason, Econometrica 79 (2011) 453.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from servosight.diagnose.evidence.stability import is_special
+from servosight.diagnose.evidence.stability import LEAST, Stability
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step, Trial
 from servosight.models.effects import Effect, covered
 
@@ -67,27 +68,18 @@ def special_case(
 ) -> Step | None:
     """The step from ``last`` to a special case of one of its effects, where that does as well.
 
-    It has nothing that ``last`` lacks: a run that needs no more would name it, and one that does
-    has it in the effect that contains it. As at a step to what most parts of the data name, its
-    price may be higher by less than an effect's, and by more where what the effect has beyond it is
-    not measured either.
+    It has nothing that ``last`` lacks, and its price is no higher. At a higher one the effect stays
+    in the model, and ``contained`` names the special case.
     """
     known = models.known
-    most = criterion.overall_price(last.score) + criterion.policy.effect_price
     others = {frozenset(one) for one in equivalents(models, last, criterion)}
     for name in known.removable(last.effects) if others else ():
         for simple in models.catalogue[name].contains:
             if frozenset(last.effects) - {name} | {simple} in others:
                 trial = models.swapped(last, name, simple)
-                cheap = criterion.overall_price(trial.score) <= most
-                if cheap or _is_special(models, last, name, simple):
+                if criterion.overall_price(trial.score) <= criterion.overall_price(last.score):
                     return Step(trial, simple, name)
     return None
-
-
-def _is_special(models: ModelSelection, last: Trial, name: str, simple: str) -> bool:
-    table, _ = last.fit.uncertainty.shared_estimates(False)
-    return is_special(table, models.catalogue[name], models.catalogue[simple])
 
 
 def interchangeable(
@@ -113,6 +105,43 @@ def interchangeable(
         if instead:
             found[name] = tuple(names) if all(instead) else ()
     return found
+
+
+def contained(
+    effects: Sequence[str],
+    stable: Stability,
+    catalogue: Mapping[str, Effect],
+    excluded: Collection[str] = (),
+) -> Stability:
+    """The same with the special case of each of ``effects`` that is certain where it is not.
+
+    All that do as well have that one, or contain it, and so does what enough parts of the data
+    name. So it is there, and what the effect has beyond it is open. None of the ``excluded``.
+
+    >>> from servosight.models.effects import catalogue
+    >>> coulomb, stribeck = "coulomb_friction", "stribeck_friction"
+    >>> sets = {frozenset({coulomb}): 0.4, frozenset({stribeck}): 0.6}
+    >>> found = Stability({stribeck: 0.6}, 10, sets, one_of={stribeck: (coulomb,)},
+    ...     equivalents=((coulomb,),))
+    >>> found = contained([stribeck], found, catalogue())
+    >>> found.contained, found.shares[coulomb]
+    ({'stribeck_friction': 'coulomb_friction'}, 1.0)
+    """
+    unknown = {*stable.undetermined, *stable.motionless}
+    sets = [covered(one, catalogue) for one in (effects, *stable.equivalents)]
+    parts = [(covered(names, catalogue), share) for names, share in stable.models.items()]
+    found: dict[str, str] = {}
+    shares = dict(stable.shares)
+    for name in stable.uncertain:
+        if name not in effects or name in unknown:
+            continue
+        for simple in catalogue[name].contains:
+            able = simple not in (*effects, *excluded) and all(simple in one for one in sets)
+            share = sum(share for names, share in parts if simple in names)
+            if able and share >= LEAST:
+                found[name], shares[simple] = simple, share
+                break
+    return replace(stable, contained=found, shares=shares)
 
 
 def _instead(effects: Sequence[str], other: Sequence[str]) -> list[str]:

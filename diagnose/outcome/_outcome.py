@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from servosight.diagnose.evidence import (
     Stability,
+    contained,
     equivalents,
     firm,
     interchangeable,
@@ -68,13 +69,11 @@ class Outcome:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """What is named: the last model's effects that are certain, in the order of their steps,
-        those known before first."""
+        """What is named: the last model's effects that are certain, or what is certain of them, in
+        the order of their steps, those known before first."""
         added = [step.added for step in self.selected.steps if step.added is not None]
-        named = set(self.last.effects) - set(self.stability.uncertain)
-        return tuple(
-            name for name in dict.fromkeys((*self.models.known.first, *added)) if name in named
-        )
+        order = dict.fromkeys((*self.models.known.first, *added))
+        return self.stability.named([name for name in order if name in self.last.effects])
 
 
 def select(
@@ -119,14 +118,17 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
     open_ = outcome.models.known.removable(last.effects) if outcome.auto else ()
     unknown = undetermined(last.parameters, open_, outcome.models.catalogue, last.correlation)
     others = equivalents(outcome.models, outcome.last, outcome.criterion) if open_ else ()
+    catalogue = outcome.models.catalogue
     stable = replace(
         outcome.stability,
         undetermined=unknown,
-        unmeasured=unmeasured(last.parameters, open_, outcome.models.catalogue),
-        motionless=motionless(last.parameters, open_, outcome.models.catalogue),
+        unmeasured=unmeasured(last.parameters, open_, catalogue),
+        motionless=motionless(last.parameters, open_, catalogue),
         equivalents=others,
-        one_of=interchangeable(last.effects, others, outcome.models.catalogue),
+        one_of=interchangeable(last.effects, others, catalogue),
     )
+    excluded = outcome.models.known.without_effects
+    stable = contained(last.effects, stable, catalogue, excluded)
     return replace(outcome, stability=stable), ladder
 
 

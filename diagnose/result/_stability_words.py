@@ -29,6 +29,22 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
     return " ".join([*named, *([f"Not called missing: {', '.join(rare)}."] if rare else [])])
 
 
+def contained_words(contained: Mapping[str, str]) -> str:
+    """Why special cases are called missing and not the effects of the model that contain them.
+
+    >>> contained_words({"stribeck_friction": "coulomb_friction"})[:62]
+    'Of Stribeck friction only Coulomb friction is called missing: '
+    """
+    if not contained:
+        return ""
+    pairs = [f"of {listed([name])} only {listed([one])}" for name, one in contained.items()]
+    are = "is called missing" if len(pairs) == 1 else "are called missing"
+    return (
+        f"O{', '.join(pairs)[1:]} {are}: what the model has beyond that lowers the error, but is "
+        f"uncertain."
+    )
+
+
 def undetermined_words(effects: Sequence[str]) -> str:
     """Why effects of the model are not called missing, though the error falls with them.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.discrepancy import Law
@@ -16,6 +16,7 @@ from servosight.diagnose.evidence import (
 from servosight.diagnose.residuals import EXPLAINED, listed
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.diagnose.result._stability_words import (
+    contained_words,
     equivalent_words,
     motionless_words,
     stability_words,
@@ -91,14 +92,15 @@ def headline_and_summary(
     models err as little. ``untried`` effects were ruled out beforehand: what is said of known
     effects leaves them open.
     """
-    certain = [name for name in ladder[-1].effects if name not in stable.uncertain]
+    certain = stable.named(ladder[-1].effects)
     headline, summary = verdict_words(
-        verdict, ladder, candidates, law, levels, known.leading, certain, known.by_chance
+        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.by_chance
     )
     lines = [
         summary,
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
+        contained_words(stable.contained),
         undetermined_words(stable.undetermined),
         motionless_words(stable.motionless),
         unmeasured_words([name for name in stable.unmeasured if name in certain]),
@@ -117,14 +119,14 @@ def verdict_words(
     law: Law | None,
     levels: Levels,
     regime: Regime | None = None,
-    certain: Sequence[str] | None = None,
+    named: Callable[[Sequence[str]], Sequence[str]] = tuple,
     by_chance: bool = False,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
     ``regime`` is one beyond the fitted data that holds most of the error: it comes first. On its
     account, or where the error is ``by_chance``, nothing is said to be missing from the catalogue.
-    Of the last model's effects only those in ``certain`` (default: all) are called missing.
+    Of the effects that were added those are called missing that ``named`` makes of them.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
@@ -145,7 +147,7 @@ def verdict_words(
         )
     if verdict is not Verdict.UNEXPLAINED:
         return (
-            _missing([name for name in added if certain is None or name in certain]),
+            _missing(named(added)),
             f"The {base} of this servo {_wrong(added, gone)}. With {listed(effects) or 'none'} in "
             f"the model, {fell}, {levels.words(last)}.",
         )

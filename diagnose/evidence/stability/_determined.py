@@ -60,20 +60,6 @@ def motionless(
     return tuple(name for name in effects if catalogue[name].usual is None)
 
 
-def is_special(parameters: Parameters, effect: Effect, special: Effect) -> bool:
-    """True where the data do not tell an effect from its special case.
-
-    All that the effect has beyond that are then near their neutral values. A special case's
-    parameters come first in the effect that contains it.
-    """
-    beyond = []
-    for parameter in effect.parameters[len(special.parameters) :]:
-        one = parameters.get(f"{effect.id}.{parameter.name}")
-        if isinstance(one, Estimate) and one.sigma and parameter.neutral is not None:
-            beyond.append(abs(sigmas(one.value, one.sigma, parameter)))
-    return bool(beyond) and max(beyond) < APART
-
-
 def unmeasured(
     parameters: Parameters, effects: Sequence[str], catalogue: Mapping[str, Effect]
 ) -> tuple[str, ...]:

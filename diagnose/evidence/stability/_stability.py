@@ -42,7 +42,8 @@ class Stability:
     without one whose sigma is known, which are named nevertheless; ``motionless`` are those that
     need a motion to show where T is not known. ``equivalents`` are
     sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
-    with what they have in its place.
+    with what they have in its place; ``contained`` has chosen effects whose name is open, with the
+    special case of each that is certain.
     """
 
     shares: Mapping[str, float] = field(default_factory=dict)
@@ -53,6 +54,7 @@ class Stability:
     motionless: tuple[str, ...] = ()
     equivalents: tuple[EffectNames, ...] = ()
     one_of: Mapping[str, EffectNames] = field(default_factory=dict)
+    contained: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
@@ -61,6 +63,11 @@ class Stability:
         rare = [name for name, share in self.shares.items() if share < LEAST]
         open_ = (*rare, *self.undetermined, *self.motionless, *self.one_of)
         return tuple(dict.fromkeys(open_))
+
+    def named(self, effects: Sequence[str]) -> EffectNames:
+        """What is called missing of the ``effects`` of a model, in their order."""
+        open_ = set(self.uncertain) - set(self.contained)
+        return tuple(self.contained.get(name, name) for name in effects if name not in open_)
 
 
 def firm(
@@ -133,13 +140,12 @@ def stable_steps(
     Where more than half of them name one other model, that takes the place of the chosen one. Of
     the effects that are left, those go that less than half name, or a special case of them takes
     their place that more name. No step leads to a model of a higher price: an effect that the error
-    cannot do without stays in the model, though its name is uncertain. A special case has nothing
-    that the whole lacks: its price may be higher by less than an effect's.
+    cannot do without stays in the model, though its name is uncertain.
     """
     steps = list(selected.steps)
 
-    def is_cheap(trial: Trial, more: float = 0.0) -> bool:
-        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score) + more
+    def is_cheap(trial: Trial) -> bool:
+        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score)
 
     swap = _swap(models, criterion, steps[-1].trial, found)
     if swap is not None and is_cheap(swap.trial):
@@ -147,7 +153,7 @@ def stable_steps(
     for name in found.uncertain:
         trial = steps[-1].trial
         special = _special_case(models, trial, name, found)
-        if special is not None and is_cheap(special.trial, criterion.policy.effect_price):
+        if special is not None and is_cheap(special.trial):
             steps.append(special)
         elif name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
             steps.append(Step(smaller, removed=name))

@@ -26,15 +26,30 @@ def with_further(
     lowers the price.
 
     None where the last model explains the data. They may cost the share ``further_share`` of what a
-    search may. ``settled`` are steps to a model's special cases, before and after. An effect that
-    only few seconds tell from its special case gives way to it first: a further effect could drive
-    it to the bound at which it is that.
+    search may. ``settled`` are steps to a model's special cases, before and after. Where no effect
+    is accepted, one may have been driven to the bound at which an effect that is there is its
+    special case: where only few seconds tell the two apart, it gives way to that, and the same is
+    done again. What leads to no lower price is not done.
     """
+    price = visited.criterion.overall_price
+    begun = [*steps, *settled(steps[-1].trial)]
+    if not _wants_more(begun[-1].trial, visited):
+        return begun
+    most = visited.models.work.cost + effort.further_share * effort.most(visited.models)
+    found = _extended(begun, visited, effort, most)
+    special = list(_plain(found[-1].trial, visited)) if len(found) == len(begun) else []
+    if special:
+        other = _extended([*found, *special], visited, effort, most)
+        found = min(found, other, key=lambda one: price(one[-1].trial.score))
+    return [*found, *settled(found[-1].trial)]
+
+
+def _extended(
+    steps: Sequence[Step], visited: Visited, effort: SearchEffort, most: float
+) -> list[Step]:
+    """The steps, the last one varied, and one effect more at a time until ``most`` is spent."""
     models, criterion = visited.models, visited.criterion
-    found = [*steps, *settled(steps[-1].trial)]
-    if _wants_more(found[-1].trial, visited):
-        found += _plain(found[-1].trial, visited)
-    most = models.work.cost + effort.further_share * effort.most(models)
+    found = list(steps)
     while models.work.cost < most and _wants_more(found[-1].trial, visited):
         found[-1] = _varied(found[-1], visited)
         base = found[-1].trial
@@ -43,7 +58,7 @@ def with_further(
         if not cheaper or not criterion.earns(best.score, base.score, len(models.candidates(base))):
             break
         found.append(step_to(best, base))
-    return [*found, *settled(found[-1].trial)]
+    return found
 
 
 def _wants_more(trial: Trial, visited: Visited) -> bool:

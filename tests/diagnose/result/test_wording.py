@@ -6,9 +6,9 @@ import pytest
 
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
-from servosight.diagnose.evidence import Evidence
+from servosight.diagnose.evidence import Evidence, Stability
 from servosight.diagnose.result.caveats import compensating, ended
-from servosight.diagnose.result.wording import Levels, verdict_words
+from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
 
@@ -70,6 +70,23 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], None, LEVELS)
     assert headline == "Not fully explained"
     assert "times the floor" in summary
+
+
+def test_the_special_case_that_is_certain_is_called_missing() -> None:
+    """The effect that contains it stays uncertain, and the summary says why it is in the model."""
+    stable = Stability(
+        {"stribeck_friction": 0.4, "coulomb_friction": 0.9},
+        10,
+        contained={"stribeck_friction": "coulomb_friction"},
+    )
+    ladder = [step(1.0), step(0.03, "stribeck_friction")]
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    headline, summary = headline_and_summary(
+        Verdict.EXPLAINED, ladder, [], None, LEVELS, known, stable
+    )
+    assert headline == "What was missing: Coulomb friction; uncertain: Stribeck friction"
+    assert "9 name Coulomb friction" in summary
+    assert "Of Stribeck friction only Coulomb friction is called missing" in summary
 
 
 def test_a_search_that_ended_early_is_said() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from servosight.diagnose.evidence import Stability, motionless, undetermined, unmeasured
-from servosight.diagnose.evidence.stability import is_special
 from servosight.diagnose.evidence.stability._determined import sigmas
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Estimate
@@ -124,29 +123,3 @@ def test_without_a_known_t_a_weight_and_a_friction_are_named_alone(
     assert motionless(table(T=(value_s, 0.0)), effects, KNOWN) == ()
     assert motionless(table(T=(value_s, None)), effects, KNOWN) == ()
     assert Stability(motionless=found).uncertain == found
-
-
-@pytest.mark.parametrize(
-    ("values", "special"),
-    [
-        ({"excess": (1.9, 1.0), "level": (5.0, 1.0), "speed": (9.0, 1.0)}, True),
-        ({"excess": (2.1, 1.0), "level": (0.0, 1.0), "speed": (9.0, 1.0)}, False),
-        ({"excess": (0.0, None), "level": (0.0, 1.0)}, False),
-    ],
-    ids=["not measured", "measured", "no sigma"],
-)
-def test_an_effect_is_its_special_case_where_what_it_has_beyond_that_is_not_measured(
-    values: dict[str, tuple[float, float | None]], special: bool
-) -> None:
-    named = {f"stribeck_friction__{name}": value for name, value in values.items()}
-    found = is_special(table(**named), KNOWN["stribeck_friction"], KNOWN["coulomb_friction"])
-    assert found is special
-
-
-def test_a_speed_limit_far_above_every_speed_is_a_torque_limit() -> None:
-    """As a run of a simulated servo left it: a no-load speed of 25570 +- 16000 deg/s."""
-    found = table(speed_limit__stall=(10.9, 0.04), speed_limit__no_load_speed=(25570.0, 16000.0))
-    assert is_special(found, KNOWN["speed_limit"], KNOWN["torque_saturation"])
-    limit = KNOWN["current_limit"], KNOWN["torque_saturation"]
-    back_emf = table(current_limit__limit=(9.0, 0.1), current_limit__back_emf=(0.0, 0.1))
-    assert not is_special(back_emf, *limit)  # it has no neutral value

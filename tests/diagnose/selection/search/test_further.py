@@ -93,19 +93,32 @@ def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
 
 @pytest.mark.parametrize(
     ("special_deg", "dearer", "expected"),
-    [(1.0, False, ["a", "b"]), (1.2, False, ["b"]), (1.0, True, ["b"])],
+    [(1.0, False, ["a", "b"]), (1.2, False, []), (1.0, True, [])],
     ids=["as good", "dearer by an effect", "told apart"],
 )
-def test_an_effect_gives_way_to_its_special_case_first(
+def test_an_effect_gives_way_to_its_special_case_where_nothing_is_accepted_beside_it(
     special_deg: float, dearer: bool, expected: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """``g`` contains ``a``. Bound: log(1.2) is more than an effect costs, 0.1."""
     monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: dearer)
-    errors = {"": 9.0, "g": 1.0, "a": special_deg, "ab": 0.1, "bg": 0.1}
+    errors = {"": 9.0, "g": 1.0, "a": special_deg, "ab": 0.1, "bg": 1.0}
     models = InventedModels(errors, contains={"g": "a"})
     steps = steps_of(models.first(), models.fitted(("g",), "fit"))
     found = with_further(steps, visited(models), generous(100.0), lambda trial: ())
     assert [step.added for step in found[2:]] == expected
+
+
+@pytest.mark.parametrize(("beside_deg", "expected"), [(0.1, ("b", "g")), (1.0, ("g",))])
+def test_an_effect_stays_where_its_special_case_leads_no_further(
+    beside_deg: float, expected: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``g`` contains ``a``, which errs by 5 % more and gains nothing from ``b``."""
+    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: False)
+    errors = {"": 9.0, "g": 1.0, "a": 1.05, "ab": 1.05, "bg": beside_deg}
+    models = InventedModels(errors, contains={"g": "a"})
+    steps = steps_of(models.first(), models.fitted(("g",), "fit"))
+    found = with_further(steps, visited(models), generous(100.0), lambda trial: ())
+    assert found[-1].trial.effects == expected
 
 
 def test_an_effect_that_contains_one_that_is_there_is_none_more() -> None:
