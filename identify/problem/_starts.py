@@ -92,7 +92,8 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle
         pushed = recording.disturbance_at(recording.time_s)
-        columns.append((command, angle, speed, drive, angle - model[0], pushed))
+        asked = np.gradient(command, recording.time_s)
+        columns.append((command, angle, speed, drive, angle - model[0], pushed, asked))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
     filters = [loop_filter(T, xi, interval) for interval in intervals]
@@ -102,9 +103,9 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         return np.concatenate([problem.plant.filtered(*of, part) for of, part in parts], axis=1)
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
-    command, angle, speed, drive, residual, pushed = joined
+    command, angle, speed, drive, residual, pushed, asked = joined
     return ResidualFeatures(
-        command, angle, speed, drive, residual, intervals[-1], k, respond, pushed
+        command, angle, speed, drive, residual, intervals[-1], k, respond, pushed, asked
     )
 
 

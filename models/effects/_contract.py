@@ -66,6 +66,8 @@ class Effect:
     """One physical effect.
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
+    ``rest`` (COMMAND with states, before the parameters the command) returns the states behind a
+    command that has always been there; without it they are 0.
     ``switch`` (REDUCER, DRIVE and FRICTION, same arguments as the term) returns a number that
     changes sign where the term has a kink: the integrator ends a step there; ``second_switch`` is
     one for another kink, where a step may pass both. ``resolution`` returns
@@ -91,6 +93,7 @@ class Effect:
     starts: Callable[[GuessFeatures], tuple[tuple[float, ...], ...]]
     term: Term | None = None
     latency: Term | None = None
+    rest: Term | None = None
     switch: Term | None = None
     second_switch: Term | None = None
     resolution: Term | None = None
@@ -154,6 +157,7 @@ class Effect:
         signature = SIGNATURES[self.place]
         for name, given, allowed in (
             ("latency", self.latency is not None, self.place is Place.COMMAND),
+            ("rest", self.rest is not None, self.place is Place.COMMAND and self.states > 0),
             ("switch", bool(self.switches), signature.switched),
             ("state", self.states > 0, signature.stateful),
         ):
@@ -197,7 +201,7 @@ class Effect:
     @property
     def hooks(self) -> dict[str, Term]:
         """The functions that enter the kernel, by role."""
-        roles = ("term", "latency", *SWITCHES, "resolution")
+        roles = ("term", "latency", "rest", *SWITCHES, "resolution")
         return {role: getattr(self, role) for role in roles if getattr(self, role) is not None}
 
     def parameter(self, name: str) -> Parameter:
