@@ -12,6 +12,7 @@ from servosight.identify.fit import identify
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.effects.builtin.velocity_feedforward import term
+from servosight.models.excitation import standard
 from servosight.models.plant import Plant, Stimulus
 
 LEAD, T, XI = 0.03, 0.04, 0.9
@@ -158,3 +159,22 @@ def test_a_speed_that_a_host_sends_is_recovered(rate_hz: float, off: float) -> N
         assert own.sigma is not None
         print(f"{rate_hz} Hz, {name}: truth {value}, found {own.value:.5f} +- {own.sigma:.5f}")
         assert abs(own.value - value) < max(3.0 * own.sigma, off * value), name
+
+
+def test_a_derivative_that_a_firmware_takes_is_recovered() -> None:
+    """Truth: a controller that differences its set-point each millisecond, behind a sender of 250
+    Hz, with steps. The kick has the same size and time over two rows of 4 ms; what its shape
+    leaves is below the noise, and 1 % of each parameter bounds the rest."""
+    command = standard(12.0, 20.0, seed=3, rate_hz=250.0)
+    values = {"k": 1.0, "T": 0.02, "xi": 0.55, f"{EFFECT}.lead": 0.014}
+    plant, row = row_of(**{name.replace(".", "__"): value for name, value in values.items()})
+    cycles = np.repeat(command.command_deg, 4)
+    time_s = np.arange(0.0, 11.9, 1.0 / 120.0)
+    asked = Stimulus(np.arange(cycles.size) / 1000.0, cycles, False, time_s, np.ones(1))
+    angle = plant.simulate(row, asked) + np.random.default_rng(1).normal(0.0, 0.03, time_s.size)
+    log = Recording("pid", command.time_s, command.command_deg, time_s, angle)
+    found = identify([log], [EFFECT], catalogue=catalogue(), method="gradient")
+    assert found.rmse_deg < math.hypot(0.03, 0.03)
+    for name, value in values.items():
+        print(f"{name}: truth {value}, found {found.parameters[name].value:.5f}")
+        assert found.parameters[name].value == pytest.approx(value, rel=0.01)
