@@ -77,6 +77,10 @@ class Effect:
     ``contains`` names effects that this one becomes at a limit of its parameters; theirs come
     first among its own, in their order.
     ``usual`` marks what every servo has; of models that err alike it is assumed first.
+    ``lead`` names a parameter [s] by which the effect is early: a fit begins with a lag longer by
+    it as well.
+    The search tries it only where it promises, to first order, to take off ``least_share`` of the
+    squared error: for what can stand in for much else.
     ``for_several_gains`` names the effect in whose place the search tries this one first where
     recordings are at several gains of the position loop.
     """
@@ -101,6 +105,8 @@ class Effect:
     contains: tuple[str, ...] = ()
     usual: Usual | None = None
     for_several_gains: str | None = None
+    lead: str = ""
+    least_share: float = 0.0
 
     def __post_init__(self) -> None:
         """Raise InputError, in one sentence, for what no kernel and no search could use."""

@@ -43,8 +43,8 @@ def rest(value: float, lead: float) -> tuple[float, float]:
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
     """The time that explains the residual best to first order, where one does; else a short one."""
     curves, T = features.curves, features.T_s
-    read = -one(curves, curves.k * curves.command_speed_deg_s)
-    return ((0.2 * T,), (T,), (min(read, 10.0 * T),)) if read > 0.0 else ((0.2 * T,),)
+    read = min(-one(curves, curves.k * curves.command_speed_deg_s), 3.0 * T)
+    return ((T,), (3.0 * T,), (read,)) if read > 0.0 else ((T,),)
 
 
 EFFECT = Effect(
@@ -67,4 +67,6 @@ EFFECT = Effect(
     term=term,
     rest=rest,
     states=2,
+    lead="lead",
+    least_share=1.0 / 3.0,
 )
