@@ -80,7 +80,7 @@ class Effect:
     ``lead`` names a parameter [s] by which the effect is early: a fit begins with a lag longer by
     it as well.
     The search tries it only where it promises, to first order, to take off ``least_share`` of the
-    squared error: for what can stand in for much else.
+    squared error, and no other effect promises more: for what can stand in for much else.
     ``for_several_gains`` names the effect in whose place the search tries this one first where
     recordings are at several gains of the position loop.
     """

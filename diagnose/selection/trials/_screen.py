@@ -40,16 +40,17 @@ class Screen:
     def behind(cls, fit: Solution, names: Sequence[str], problems: Sequence[Problem]) -> Screen:
         """What each of ``names`` would change in the error of ``fit``.
 
-        ``problems`` are the fits that have it. Without effects that promise less than their
-        ``least_share`` of the squared error.
+        ``problems`` are the fits that have it. An effect with a ``least_share`` is left out where
+        it promises less of the squared error, or another one more.
         """
         changes = [initial_changes(problem, fit) for problem in problems]
         owners = [name for name, own in zip(names, changes, strict=True) for _ in own]
         joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
         found = cls.of(tuple(owners), joined, fit.residual, fit.jacobian)
-        squares = float(fit.residual @ fit.residual)
-        known = {one.id: one for problem in problems for one in problem.plant.layout.effects}
-        return found.promising({name: known[name].least_share * squares for name in names})
+        squares, most = float(fit.residual @ fit.residual), float(found.gains.max(initial=0.0))
+        known = {one.id: one.least_share for p in problems for one in p.plant.layout.effects}
+        asked = [name for name in names if known[name]]
+        return found.promising({name: max(known[name] * squares, most) for name in asked})
 
     @property
     def _promise(self) -> dict[str, float]:
