@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from servosight.identify.fit import Solution, initial_changes
-from servosight.identify.problem import Problem, score_directions
+from servosight.identify.problem import Problem, Work, score_directions
 from servosight.models.core import Array
 
 
@@ -41,14 +41,18 @@ class Screen:
         """What each of ``names`` would change in the error of ``fit``.
 
         ``problems`` are the fits that have it. An effect with a ``least_share`` is left out where
-        it promises less of the squared error, or another one more.
+        it promises less of the squared error, or another one more. To look at that does not
+        shorten the search.
         """
-        changes = [initial_changes(problem, fit) for problem in problems]
+        known = {one.id: one.least_share for p in problems for one in p.plant.layout.effects}
+        changes = [
+            initial_changes(replace(problem, work=Work()) if known[name] else problem, fit)
+            for name, problem in zip(names, problems, strict=True)
+        ]
         owners = [name for name, own in zip(names, changes, strict=True) for _ in own]
         joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
         found = cls.of(tuple(owners), joined, fit.residual, fit.jacobian)
         squares, most = float(fit.residual @ fit.residual), float(found.gains.max(initial=0.0))
-        known = {one.id: one.least_share for p in problems for one in p.plant.layout.effects}
         asked = [name for name in names if known[name]]
         return found.promising({name: max(known[name] * squares, most) for name in asked})
 
