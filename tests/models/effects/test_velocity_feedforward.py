@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import identify
+from servosight.identify.problem import BaseModel, Problem, effect_starts, linear_start
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 from servosight.models.effects.builtin.velocity_feedforward import term
@@ -85,6 +86,29 @@ def row_of(**values: float) -> tuple[Plant, Array]:
     for name, value in values.items():
         row[plant.index(name.replace("__", "."))] = value
     return plant, row
+
+
+def test_a_command_that_has_always_been_there_gives_no_kick() -> None:
+    plant, row = row_of(k=1.0, T=T, xi=XI, initial_angle=20.0, velocity_feedforward__lead=LEAD)
+    time_s = np.arange(0.0, 0.5, 0.003)
+    held = Stimulus(np.array([0.0, 0.3]), np.array([20.0, 20.0]), False, time_s, np.ones(1))
+    assert np.abs(plant.simulate(row, held) - 20.0).max() < 1e-9
+
+
+def test_a_fit_begins_with_a_lag_that_is_longer_by_the_lead() -> None:
+    time_s = np.arange(0.0, 3.0, 0.01)
+    wanted = smooth(time_s)
+    log = Recording("log", time_s, wanted, time_s, np.interp(time_s - 0.02, time_s, wanted))
+    linear = Problem.of([log], catalogue(), ())
+    base = BaseModel(linear, linear_start(linear))
+    led = Problem.of([log], catalogue(), (EFFECT,))
+    before = linear.values(base.point)
+    for point in effect_starts(led, base):
+        found = led.values(point)
+        added = 2.0 * (found["xi"] * found["T"] - before["xi"] * before["T"])
+        assert added == pytest.approx(0.0, abs=1e-9) or added == pytest.approx(
+            found[f"{EFFECT}.lead"]
+        )
 
 
 @pytest.mark.parametrize("frequency_hz", [0.7, 2.0, 5.0])
