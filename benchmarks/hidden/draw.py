@@ -31,7 +31,7 @@ FILMED_DEG = 0.02
 RATES_HZ = (30.0, 60.0, 120.0, 240.0)
 SIZE = (0.1, 1.5)
 """An effect's distance from neutral, as a share of what scenarios/draws.py draws."""
-ADDED = ("current_limit", "motion_profile")
+ADDED = ("current_limit", "motion_profile", "velocity_feedforward")
 """Effects that the catalogue has received since the first measurement, in their order."""
 SENDERS_HZ = (50.0, 100.0, 250.0)
 DURATION_S = (6.0, 10.0)

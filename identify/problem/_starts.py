@@ -18,6 +18,7 @@ Masks = tuple[Mask, ...]
 
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
 _SHORTER_LAGS = (0.5, 0.2)
+_LONGER_TIMES = (1.0, 2.0)
 _DAMPING_RATIOS = np.array([0.25, 0.6, 1.2, 3.0])
 
 
@@ -92,7 +93,8 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle
         pushed = recording.disturbance_at(recording.time_s)
-        columns.append((command, angle, speed, drive, angle - model[0], pushed))
+        asked = np.gradient(command, recording.time_s)
+        columns.append((command, angle, speed, drive, angle - model[0], pushed, asked))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
     filters = [loop_filter(T, xi, interval) for interval in intervals]
@@ -102,9 +104,9 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         return np.concatenate([problem.plant.filtered(*of, part) for of, part in parts], axis=1)
 
     joined = (np.concatenate(column) for column in zip(*columns, strict=True))
-    command, angle, speed, drive, residual, pushed = joined
+    command, angle, speed, drive, residual, pushed, asked = joined
     return ResidualFeatures(
-        command, angle, speed, drive, residual, intervals[-1], k, respond, pushed
+        command, angle, speed, drive, residual, intervals[-1], k, respond, pushed, asked
     )
 
 
@@ -174,16 +176,22 @@ def _guessed(
 
 
 def effect_starts(problem: Problem, base: BaseModel) -> list[Array]:
-    """The guesses, each with the lag 2 xi T as it is and shorter.
+    """The guesses, each with the lag 2 xi T as it is and shorter, or longer by a lead.
 
     A model that lacks a limit or friction fits their delay by a longer lag. A shorter lag is not
-    kept overdamped: its time constant would be shorter than any servo's.
+    kept overdamped: its time constant would be shorter than any servo's. One that lacks a lead fits
+    it by a shorter lag, and by a shorter time constant.
     """
-    return [
-        np.clip(point, *problem.bounds)
-        for guess in effect_guesses(problem, base)
-        for point in (guess, *(_shorter(guess, share) for share in _SHORTER_LAGS))
-    ]
+    leads = [f"{effect.id}.{effect.lead}" for effect in _new(problem, base) if effect.lead]
+    early = [c.name in leads for c in problem.coordinates]
+    found: list[Array] = []
+    for guess in effect_guesses(problem, base):
+        if any(early):
+            lead = float(guess[early].sum())
+            found += [guess, *(_longer(guess, lead, times) for times in _LONGER_TIMES)]
+        else:
+            found += [guess, *(_shorter(guess, share) for share in _SHORTER_LAGS)]
+    return [np.clip(point, *problem.bounds) for point in found]
 
 
 def _shorter(point: Array, share: float) -> Array:
@@ -191,6 +199,15 @@ def _shorter(point: Array, share: float) -> Array:
     found = point.copy()
     found[2] = min(point[2], 0.0)
     found[1] += np.log(share) + point[2] - found[2]
+    return found
+
+
+def _longer(point: Array, lead_s: float, times: float) -> Array:
+    """A search point with a lag longer by ``lead_s``, and ``times`` its time constant."""
+    found = point.copy()
+    found[1] += np.log(times)
+    lag = 2.0 * np.exp(point[1] + point[2]) + lead_s
+    found[2] = np.log(0.5 * lag) - found[1]
     return found
 
 

@@ -66,6 +66,8 @@ class Effect:
     """One physical effect.
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
+    ``rest`` (COMMAND with states, before the parameters the command) returns the states behind a
+    command that has always been there; without it they are 0.
     ``switch`` (REDUCER, DRIVE and FRICTION, same arguments as the term) returns a number that
     changes sign where the term has a kink: the integrator ends a step there; ``second_switch`` is
     one for another kink, where a step may pass both. ``resolution`` returns
@@ -75,6 +77,10 @@ class Effect:
     ``contains`` names effects that this one becomes at a limit of its parameters; theirs come
     first among its own, in their order.
     ``usual`` marks what every servo has; of models that err alike it is assumed first.
+    ``lead`` names a parameter [s] by which the effect is early: a fit begins with a lag longer by
+    it as well.
+    The search tries it only where it promises, to first order, to take off ``least_share`` of the
+    squared error, and no other effect promises more: for what can stand in for much else.
     ``for_several_gains`` names the effect in whose place the search tries this one first where
     recordings are at several gains of the position loop.
     """
@@ -91,6 +97,7 @@ class Effect:
     starts: Callable[[GuessFeatures], tuple[tuple[float, ...], ...]]
     term: Term | None = None
     latency: Term | None = None
+    rest: Term | None = None
     switch: Term | None = None
     second_switch: Term | None = None
     resolution: Term | None = None
@@ -98,6 +105,8 @@ class Effect:
     contains: tuple[str, ...] = ()
     usual: Usual | None = None
     for_several_gains: str | None = None
+    lead: str = ""
+    least_share: float = 0.0
 
     def __post_init__(self) -> None:
         """Raise InputError, in one sentence, for what no kernel and no search could use."""
@@ -154,6 +163,7 @@ class Effect:
         signature = SIGNATURES[self.place]
         for name, given, allowed in (
             ("latency", self.latency is not None, self.place is Place.COMMAND),
+            ("rest", self.rest is not None, self.place is Place.COMMAND and self.states > 0),
             ("switch", bool(self.switches), signature.switched),
             ("state", self.states > 0, signature.stateful),
         ):
@@ -197,7 +207,7 @@ class Effect:
     @property
     def hooks(self) -> dict[str, Term]:
         """The functions that enter the kernel, by role."""
-        roles = ("term", "latency", *SWITCHES, "resolution")
+        roles = ("term", "latency", "rest", *SWITCHES, "resolution")
         return {role: getattr(self, role) for role in roles if getattr(self, role) is not None}
 
     def parameter(self, name: str) -> Parameter:

@@ -33,7 +33,8 @@ class ResidualFeatures:
 
     ``residual_deg`` is measured minus model, ``command_deg`` in the command's own degrees, with the
     fitted gain ``k``. ``respond`` gives the loop's responses (shapes, samples) [deg] to torques
-    (shapes, samples) [deg]. ``disturbance`` is the known one, in its own unit.
+    (shapes, samples) [deg]. ``disturbance`` is the known one, in its own unit,
+    ``command_speed_deg_s`` the command's derivative, over two samples.
     """
 
     command_deg: Array = field(default_factory=lambda: _NONE)
@@ -45,6 +46,7 @@ class ResidualFeatures:
     k: float = 1.0
     respond: Callable[[Array], Array] = _itself
     disturbance: Array = field(default_factory=lambda: _NONE)
+    command_speed_deg_s: Array = field(default_factory=lambda: _NONE)
 
     @cached_property
     def _explained(self) -> Array:

@@ -16,6 +16,7 @@ CATALOGUE: tuple[str, ...] = (
     "command_quantization",
     "rate_limit",
     "motion_profile",
+    "velocity_feedforward",
     "asymmetric_gain",
     "dead_zone",
     "dead_band",

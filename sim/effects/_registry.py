@@ -36,6 +36,7 @@ from servosight.sim.effects.builtin import (
     stribeck_friction,
     supply_sag,
     torque_saturation,
+    velocity_feedforward,
 )
 
 HIDDEN_EFFECTS: Mapping[str, HiddenEffect] = {
@@ -45,6 +46,7 @@ HIDDEN_EFFECTS: Mapping[str, HiddenEffect] = {
         command_quantization.EFFECT,
         rate_limit.EFFECT,
         motion_profile.EFFECT,
+        velocity_feedforward.EFFECT,
         asymmetric_gain.EFFECT,
         dead_zone.EFFECT,
         dead_band.EFFECT,

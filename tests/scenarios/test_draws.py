@@ -20,6 +20,7 @@ WEAKEST = {
     "command_quantization": ({"step": 0}, 1, 1),
     "rate_limit": ({"rate": 1}, 1, 1),
     "motion_profile": ({"rate": 1, "acceleration": 1}, 1, 1),
+    "velocity_feedforward": ({"lead": 0}, 0, 1),
     "asymmetric_gain": ({"ratio": 1}, 0, 1),
     "dead_zone": ({"half_width": 0}, 1, 1),
     "torque_saturation": ({"limit": 1}, 0, 1),

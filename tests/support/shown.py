@@ -10,6 +10,7 @@ TRUE = {
     "command_quantization": (0.83,),
     "rate_limit": (220.0,),
     "motion_profile": (200.0, 8000.0),
+    "velocity_feedforward": (0.012,),
     "asymmetric_gain": (0.6,),
     "dead_zone": (1.3,),
     "dead_band": (1.3,),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from servosight.identify.fit import Solution, initial_changes
-from servosight.identify.problem import Problem, score_directions
+from servosight.identify.problem import Problem, Work, score_directions
 from servosight.models.core import Array
 
 
@@ -40,18 +40,40 @@ class Screen:
     def behind(cls, fit: Solution, names: Sequence[str], problems: Sequence[Problem]) -> Screen:
         """What each of ``names`` would change in the error of ``fit``.
 
-        ``problems`` are the fits that have it.
+        ``problems`` are the fits that have it. An effect with a ``least_share`` is left out where
+        it promises less of the squared error, or another one more. To look at that does not
+        shorten the search.
         """
-        changes = [initial_changes(problem, fit) for problem in problems]
+        known = {one.id: one.least_share for p in problems for one in p.plant.layout.effects}
+        changes = [
+            initial_changes(replace(problem, work=Work()) if known[name] else problem, fit)
+            for name, problem in zip(names, problems, strict=True)
+        ]
         owners = [name for name, own in zip(names, changes, strict=True) for _ in own]
         joined = np.concatenate([np.empty((0, fit.residual.size)), *changes])
-        return cls.of(tuple(owners), joined, fit.residual, fit.jacobian)
+        found = cls.of(tuple(owners), joined, fit.residual, fit.jacobian)
+        squares, most = float(fit.residual @ fit.residual), float(found.gains.max(initial=0.0))
+        asked = [name for name in names if known[name]]
+        return found.promising({name: max(known[name] * squares, most) for name in asked})
+
+    @property
+    def _promise(self) -> dict[str, float]:
+        """What each effect gains at most."""
+        found: dict[str, float] = {}
+        for name, gain in zip(self.names, self.gains, strict=True):
+            found[name] = max(found.get(name, 0.0), float(gain))
+        return found
+
+    def promising(self, least: Mapping[str, float]) -> Screen:
+        """Without the effects that promise less than the ``least`` gain of their name."""
+        promise = self._promise
+        kept = [i for i, name in enumerate(self.names) if promise[name] >= least.get(name, 0.0)]
+        names = tuple(self.names[i] for i in kept)
+        return Screen(names, self.gains[kept], self.pair_gains[np.ix_(kept, kept)])
 
     def best(self, count: int) -> list[str]:
         """The effects that promise most, best first."""
-        promise: dict[str, float] = {}
-        for name, gain in zip(self.names, self.gains, strict=True):
-            promise[name] = max(promise.get(name, 0.0), float(gain))
+        promise = self._promise
         return sorted(promise, key=lambda name: -promise[name])[:count]
 
     def best_pairs(self, count: int, among: Collection[str]) -> list[tuple[str, str]]:

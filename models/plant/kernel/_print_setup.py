@@ -125,13 +125,15 @@ def command(slots: Slots) -> str:
             continue
         call = symbol(effect, "term")
         own = range(slot + 1, slot + 1 + effect.states)
-        still = "0.0, " * effect.states
         kept = "".join(f"last[{j}], " for j in own)
         rates = "".join(f", s{j}" for j in own)
-        start.append(
-            f"if on[{i}]:\n"
-            f"    value = {call}(value, 0.0, 1.0, value, {still}{slots.values(i)})[0]\n"
-            f"v{slot} = value" + "".join(f"\nv{j} = 0.0" for j in own)
+        names = "".join(f"v{j}, " for j in own)
+        start.append("".join(f"v{j} = 0.0\n" for j in own) + f"if on[{i}]:")
+        if effect.rest is not None:
+            start[-1] += f"\n    {names}= {symbol(effect, 'rest')}(value, {slots.values(i)})"
+        start[-1] += (
+            f"\n    value = {call}(value, 0.0, 1.0, value, {names}{slots.values(i)})[0]"
+            f"\nv{slot} = value"
         )
         chain.append(
             "".join(f"v{j} = last[{j}]\ns{j} = 0.0\n" for j in own)

@@ -19,7 +19,7 @@ def sense(twin: Twin, values: EffectValues) -> Sense:
 
     def read(angle: float) -> float:
         place = angle * per_rad % _ENTRIES
-        below = int(place)
+        below = min(int(place), _ENTRIES - 1)  # a remainder just below zero rounds up to all
         return float(angle + error[below] + (place - below) * (error[below + 1] - error[below]))
 
     return read

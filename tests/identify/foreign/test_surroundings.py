@@ -37,6 +37,7 @@ AROUND: list[tuple[dict[str, float], float]] = [
     ({"k": 1.2, "backlash.gap": 1.5, "initial_speed": 0.0}, 5e-3),
     ({"rate_limit.rate": 60.0}, 5e-3),
     ({"motion_profile.rate": 100.0, "motion_profile.acceleration": 900.0}, 5e-3),
+    ({"velocity_feedforward.lead": 0.02}, 5e-3),
     ({"dead_time.delay": 0.033, "rate_limit.rate": 60.0, "backlash.gap": 1.0}, 1e-2),
 ]
 

@@ -224,6 +224,13 @@ def test_states_latencies_and_switches_stand_where_the_kernel_has_them() -> None
     assert declared(Place.COMMAND, None, latency=delay).latency is delay
     assert declared(Place.LOAD, lagged, states=1).states == 1
     assert declared(Place.COMMAND, ramped, states=1).states == 1
+
+    def begun(value: float, size: float) -> float:
+        return value
+
+    assert declared(Place.COMMAND, ramped, states=1, rest=begun).rest is begun
+    with pytest.raises(InputError, match="no rest"):
+        declared(Place.LOAD, lagged, states=1, rest=begun)
     with pytest.raises(InputError, match="no latency"):
         declared(Place.LOAD, None, latency=delay)
     with pytest.raises(InputError, match="no switch"):

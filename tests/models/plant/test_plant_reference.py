@@ -22,6 +22,8 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     "linear": {},
     "dead_time": {"dead_time": {"delay": 0.00777}},
     "rate_limit": {"rate_limit": {"rate": 150.0}},
+    "velocity_feedforward": {"velocity_feedforward": {"lead": 0.006}},
+    "late and led": {"dead_time": {"delay": 0.0123}, "velocity_feedforward": {"lead": 0.02}},
     "dead_zone": {"dead_zone": {"half_width": 1.3}},
     "dead_band": {"dead_band": {"half_width": 1.3}},
     "dead band under a weight": {

@@ -103,3 +103,14 @@ def test_starts_of_one_effect_are_no_pair() -> None:
     (pair,) = screen.best_pairs(9, "ab")
     assert set(pair) == {"a", "b"}
     assert screen.best_pairs(9, "a") == []
+
+
+def test_an_effect_that_promises_less_than_is_asked_of_it_is_left_out() -> None:
+    """By the best of its changes; the others stay as they are."""
+    gains = np.arange(16.0).reshape(4, 4)
+    screen = Screen(("a", "a", "b", "c"), np.array([1.0, 3.0, 2.0, 0.0]), gains)
+    assert screen.promising({"a": 3.0, "b": 0.0}).names == ("a", "a", "b", "c")
+    left = screen.promising({"a": 3.1})
+    assert left.names == ("b", "c")
+    assert left.gains.tolist() == [2.0, 0.0]
+    assert left.pair_gains.tolist() == [[10.0, 11.0], [14.0, 15.0]]
