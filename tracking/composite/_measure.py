@@ -241,9 +241,7 @@ def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
 
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:
     """The raster of a part in pictures larger by 1 / ``scale``, about a pivot, and its shape."""
-    reach = part.view.rows * part.view.step_px / scale
-    rows = np.flatnonzero(part.cover.any(1))
-    reach = min(reach, (float(part.view.radius_px[rows[-1]]) / scale) + 8.0)
+    reach = min(part.view.rows * part.view.step_px, part.radius_px + 8.0 * scale) / scale
     view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
     row = (view.radius_px * scale - 0.5) / 1.0
     column = np.arange(view.columns) * part.view.columns / view.columns

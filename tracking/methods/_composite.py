@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from servosight.models.core import FrameProgress
 from servosight.tracking.composite import FoundPart
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
+from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
@@ -25,9 +24,9 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     """The angle of the part that explains most of what changes while the camera rests.
 
     With hints, of the part that these point at. Where nothing is pointed at, and the frames do not
-    confirm a part in grey, it is looked for in colour. An uncertain angle is returned, with a note,
-    where nothing better is found. ``TrackRefused``, as in grey unless a part was measured in colour
-    alone, where there is none, or the frames do not confirm it.
+    confirm a part in grey, it is looked for in colour. Where nothing better is found, the surest of
+    the uncertain angles of one part is returned, with a note. ``TrackRefused``, as in grey unless a
+    part was measured in colour alone, where there is none, or the frames do not confirm it.
     """
     footage = Footage.of(film, options)
     try:
@@ -39,9 +38,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         try:
             return _in_one_channel(coloured, progress)
         except TrackRefused as in_colour:
-            better = in_colour.rough is not None if refused.measured else in_colour.uncertain
-            if better and refused.rough is None:
-                refused = in_colour
+            refused = more_telling(refused, in_colour)
     if refused.rough is None:
         raise refused
     return refused.rough
@@ -84,8 +81,17 @@ def surer(first: TrackRefused, second: TrackRefused) -> TrackRefused:
     """Of two refusals of one part that with the smaller sigma, if the second one has any."""
     if first.rough is None or second.rough is None:
         return first if second.rough is None else second
-    usual = [float(np.median(one.sigma_deg[one.found])) for one in (first.rough, second.rough)]
-    return first if usual[0] <= usual[1] else second
+    return first if surest(first.rough, second.rough) is first.rough else second
+
+
+def more_telling(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
+    """Of a refusal in grey and one in colour that with the smaller sigma, if both have one and are
+    of parts that turn alike; else the second one if it alone has an angle, or its sigma alone
+    refused it."""
+    if refused.rough is not None and again.rough is not None:
+        return surer(refused, again) if alike(refused.rough, again.rough) else refused
+    better = again.rough is not None if refused.measured else again.uncertain
+    return again if better and refused.rough is None else refused
 
 
 def _otherwise(

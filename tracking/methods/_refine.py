@@ -13,6 +13,7 @@ from servosight.tracking.appearance.layers import LayerEstimator, layer_estimato
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import TRUST, rough_note, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
+from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._delayed import late_rms_deg, with_delay
 from servosight.tracking.methods._frames import (
@@ -22,8 +23,6 @@ from servosight.tracking.methods._frames import (
     tracked_part,
 )
 from servosight.tracking.video import Film
-
-_LEAST_FRAMES, _ALIKE = 8, 0.98
 
 
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -95,20 +94,7 @@ def _better_timed(
         other = composite(film, options, progress)
     except TrackRefused:
         return measured
-    return min(measured, other, key=_usual_deg) if _alike(measured, other) else measured
-
-
-def _alike(one: Track, other: Track) -> bool:
-    """Whether two tracks are of the same part: it turns alike."""
-    both = one.found & other.found
-    if np.count_nonzero(both) < _LEAST_FRAMES:
-        return False
-    return bool(np.corrcoef(one.angle_deg[both], other.angle_deg[both])[0, 1] > _ALIKE)
-
-
-def _usual_deg(track: Track) -> float:
-    """The rms sigma [deg] of its angles, with what all share."""
-    return float(np.sqrt(np.mean(track.sigma_deg[track.found] ** 2)))
+    return surest(measured, other) if alike(measured, other) else measured
 
 
 def _may_be_composite(options: TrackOptions) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.tracking.core import TrackOptions, TrackRefused
-from servosight.tracking.methods._composite import instead
+from servosight.tracking.methods._composite import instead, more_telling
 from servosight.tracking.methods._composite import surer as surer_of
 from servosight.tracking.methods._footage import Footage
 
@@ -83,6 +83,22 @@ def test_of_one_part_the_refusal_with_the_smaller_sigma_counts() -> None:
     assert surer_of(none, TrackRefused("", PICTURE)) is none
 
 
-def uncertain_by(sigma_deg: float) -> Any:
+@pytest.mark.parametrize(("alike", "chosen"), [(True, 0.3), (False, 0.4)])
+def test_colour_that_is_surer_counts_if_the_same_part_turns_there(
+    alike: bool, chosen: float
+) -> None:
+    """A sigma of 0.4 deg in grey and of 0.3 deg in colour; and one in grey alone."""
+    grey = TrackRefused("", PICTURE, measured=True, uncertain=True, rough=uncertain_by(0.4))
+    other = uncertain_by(0.3, 1.0 if alike else -1.0)
+    colour = TrackRefused("", PICTURE, measured=True, uncertain=True, rough=other)
+    rough = more_telling(grey, colour).rough
+    assert rough is not None
+    assert rough.sigma_deg[0] == chosen
+    assert more_telling(grey, TrackRefused("", PICTURE, measured=True)) is grey
+
+
+def uncertain_by(sigma_deg: float, turned: float = 1.0) -> Any:
     """What is asked of a track."""
-    return SimpleNamespace(found=np.ones(5, bool), sigma_deg=np.full(5, sigma_deg))
+    return SimpleNamespace(
+        found=np.ones(9, bool), sigma_deg=np.full(9, sigma_deg), angle_deg=turned * np.arange(9.0)
+    )

@@ -64,6 +64,11 @@ class FoundPart:
         """The share of what changes in the pictures in which it was found."""
         return self.part.explained
 
+    @property
+    def radius_px(self) -> float:
+        """Of its farthest cell, in pixels of the given pictures."""
+        return self.part.radius_px / self.scale
+
 
 def find_parts(
     pictures: Single, hint: Hint | None = None, content: Mask | None = None
