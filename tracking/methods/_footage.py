@@ -24,6 +24,7 @@ from servosight.tracking.composite import (
     longest_sure,
     oblique_view,
     outline_of,
+    paces_rad,
     parts_otherwise,
     rough_enough,
     rough_note,
@@ -194,7 +195,9 @@ class Footage:
             seen, resting, draw, partial(_left_out, part, self.stabilised.content),
         )  # fmt: skip
         angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-        view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
+        sampled = meter.sampled(self.film.images[0].shape)
+        turns = (meter.in_sampled(one) for one in (angle_rad, paces_rad(angle_rad)))
+        view = oblique_view(sampled, *turns)
         track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
