@@ -18,11 +18,6 @@ def alike(one: Track, other: Track) -> bool:
 
 
 def surest(one: Track, other: Track) -> Track:
-    """That of two tracks of one part which has the smaller sigma, with what all its angles share;
-    the first one where both have the same."""
-    return min(one, other, key=_usual_deg)
-
-
-def _usual_deg(track: Track) -> float:
-    """The rms sigma [deg] of its angles."""
-    return float(np.sqrt(np.mean(track.sigma_deg[track.found] ** 2)))
+    """That of two tracks of one part which has the smaller sigma in most frames, with what all its
+    angles share; the first one where both have the same."""
+    return min(one, other, key=lambda track: float(np.median(track.sigma_deg[track.found])))

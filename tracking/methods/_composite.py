@@ -85,11 +85,13 @@ def surer(first: TrackRefused, second: TrackRefused) -> TrackRefused:
 
 
 def more_telling(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
-    """Of a refusal in grey and one in colour that with the smaller sigma, if both have one and are
-    of parts that turn alike; else the second one if it alone has an angle, or its sigma alone
-    refused it."""
+    """Of a refusal in grey and one in colour that with the smaller sigma, if both have an angle;
+    none has one where these are of parts that do not turn alike, as nothing tells which is meant.
+    Else the second one if it alone has an angle, or its sigma alone refused it."""
     if refused.rough is not None and again.rough is not None:
-        return surer(refused, again) if alike(refused.rough, again.rough) else refused
+        if alike(refused.rough, again.rough):
+            return surer(refused, again)
+        return TrackRefused(str(refused), refused.picture, measured=True)
     better = again.rough is not None if refused.measured else again.uncertain
     return again if better and refused.rough is None else refused
 

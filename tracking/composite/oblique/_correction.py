@@ -33,7 +33,7 @@ _KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
 # Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle
 # whose tip fades where it is fast, which depends on its angle, was taken for one seen from 34 deg
 # off the axis.
-_BLUR_SHARE = 0.05
+_BLUR_SHARE = 0.01
 
 
 @dataclass(frozen=True)
