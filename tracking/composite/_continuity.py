@@ -58,19 +58,21 @@ def doubtful(index: Index, angle_rad: Array, repeats_rad: Array) -> Mask:
     part may have turned by one of ``repeats_rad`` (m,) more; (n - 1,).
 
     It may where the speeds then change no faster than anywhere else, or than they do without it: as
-    where a hand hides a wheel for some frames. Elsewhere each turn is taken as the smallest at
-    which the part looks so.
+    where a hand hides a wheel for some frames. It did where it turned by less: one spoke was then
+    taken for another. Elsewhere each turn is taken as the smallest at which the part looks so.
     """
     if repeats_rad.size == 0 or index.size < 3:
         return np.zeros(max(index.size - 1, 0), bool)
     frames = np.diff(index)
     turn = np.angle(np.exp(1j * np.diff(angle_rad)))
     turns = np.column_stack([turn, np.angle(np.exp(1j * (turn[:, None] + repeats_rad)))])
-    least = np.take_along_axis(turns, np.abs(turns).argmin(1)[:, None], 1)[:, 0]
+    smallest = np.abs(turns).argmin(1)
+    least = np.take_along_axis(turns, smallest[:, None], 1)[:, 0]
     speed, speeds = least / frames, turns / frames[:, None]
     apart = 0.5 * (frames[1:] + frames[:-1])
     jolts = np.zeros(turns.shape)
     jolts[1:] = np.abs(speeds[1:] - speed[:-1, None]) / apart[:, None]
     jolts[:-1] = np.maximum(jolts[:-1], np.abs(speeds[:-1] - speed[1:, None]) / apart[:, None])
     usual = float((np.abs(np.diff(speed)) / apart).max())
-    return np.asarray((jolts[:, 1:] <= np.maximum(usual, jolts[:, :1])).any(1))
+    alike = (jolts[:, 1:] <= np.maximum(usual, jolts[:, :1])).any(1)
+    return np.asarray(alike | (smallest > 0))

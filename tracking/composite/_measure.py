@@ -34,6 +34,7 @@ _ROUNDS, _ENOUGH_PX = 7, 0.05
 _AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
 _AS_GOOD = 0.8
 _HOLE = 0.02
+_BESIDE_PX = (-12.0, -6.0, 6.0, 12.0)  # at the part's farthest cell
 
 
 @dataclass(frozen=True)
@@ -218,14 +219,23 @@ class PartMeter:
             colour = small(frame.seen_in(self.stabilised.channel), self.stabilised.scale)
             still = as_bright(aligned(colour, onto)[0], light)
         seen = Sighting.of(self.rough, self.rough_scale, still, near)
-        tried = (self.model.fit(still, angle) for angle in seen.likeliest)
-        fits = [fit for fit in tried if fit is not None and fit.shown]
+        fits = self._shown(still, seen.likeliest)
+        if all(fit.explained < _AS_GOOD for fit in fits):
+            # The coarse raster may be farther off than a fit reaches.
+            away_rad = np.array(_BESIDE_PX) / self.radius_px
+            beside = np.add.outer(seen.likeliest[:1], away_rad)
+            fits += self._shown(still, beside.ravel().tolist())
         if not fits:
             return None, np.empty(0)
         # A hand beside a spoke gains more than the part elsewhere, and explains no more.
         enough = _AS_GOOD * max(fit.explained for fit in fits)
         fit = next(one for one in fits if one.explained >= enough)
         return fit, seen.rivals(fit.angle_rad)
+
+    def _shown(self, picture: Single, starts_rad: Sequence[float]) -> list[PoseFit]:
+        """The fits from some angles that the picture confirms."""
+        tried = (self.model.fit(picture, angle) for angle in starts_rad)
+        return [fit for fit in tried if fit is not None and fit.shown]
 
 
 def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
@@ -241,9 +251,7 @@ def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:
 
 def _finer(part: TurningPart, scale: float, pivot: Array) -> tuple[PolarView, Single]:
     """The raster of a part in pictures larger by 1 / ``scale``, about a pivot, and its shape."""
-    reach = part.view.rows * part.view.step_px / scale
-    rows = np.flatnonzero(part.cover.any(1))
-    reach = min(reach, (float(part.view.radius_px[rows[-1]]) / scale) + 8.0)
+    reach = min(part.view.rows * part.view.step_px, part.radius_px + 8.0 * scale) / scale
     view = PolarView.around((float(pivot[0]), float(pivot[1])), reach)
     row = (view.radius_px * scale - 0.5) / 1.0
     column = np.arange(view.columns) * part.view.columns / view.columns

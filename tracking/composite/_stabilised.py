@@ -113,8 +113,8 @@ class StabilisedSample:
         usual = known_median(stack)
         stack = np.where(content, stack, usual).astype(np.float32)
         light = np.array([light_of(picture, usual) for picture in stack])
-        for number, picture in enumerate(stack):
-            stack[number] = picture * float(light[number])
+        for number, picture in enumerate(stack):  # what is not known does not change
+            stack[number, content] = picture[content] * np.float32(light[number])
         index = np.array(sample.index[low : high + 1])
         return cls(
             stack, index, grey[path.reference], content, path.moves, sample.scale,
@@ -138,7 +138,8 @@ class StabilisedSample:
         stack = np.stack([aligned(sample.pictures[row], self.onto[row])[0] for row in rows])
         stack = np.where(self.content, stack, known_median(stack)).astype(np.float32)
         for number, picture in enumerate(stack):
-            stack[number] = as_bright(picture, float(self.light[number]))
+            known = picture[self.content]
+            stack[number, self.content] = as_bright(known, float(self.light[number]))
         return stack
 
 

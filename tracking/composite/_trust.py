@@ -10,9 +10,6 @@ import numpy as np
 from servosight.models.core import Array
 from servosight.tracking.composite.model import PoseFit
 
-_AROUND = 2  # frames on either side
-_AT_REST = np.deg2rad(1.0)  # from frame to frame
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrustLimits:
@@ -33,11 +30,6 @@ class TrustLimits:
             hand or a shadow is as likely; and share of what it covers that it explains better than
             the background, in the worst third of its angles. Neither is asked of a part that the
             user points at.
-        largest_jump_deg: by how much a part turns from one frame to the next where it turns by a
-            quarter of that at most in the frames around. A wheel of which one spoke cannot be told
-            from the next one jumps farther.
-        most_jumps: how many larger ones may be, as where frames are missing; none may be against
-            the direction in which the part turns in all of the frames around.
     """
 
     largest_apart_deg: float = 0.5
@@ -46,8 +38,6 @@ class TrustLimits:
     largest_rough_share: float = 1.0 / 40.0
     least_measured: float = 0.5
     least_explained: float = 0.65
-    largest_jump_deg: float = 35.0
-    most_jumps: int = 2
 
     def most_deg(self, moved_deg: float) -> float:
         """The largest median sigma [deg] of a part that moved by ``moved_deg``.
@@ -101,14 +91,6 @@ def distrust(
             f"turns by angles that differ by {apart_deg:.2g} deg rms from those found without a "
             "pivot; expected a part that turns about one point"
         )
-    many, back = jumps(fits, np.deg2rad(limits.largest_jump_deg))
-    if many > limits.most_jumps or back:
-        times = "once" if many == 1 else f"{many} times"
-        return (
-            f"jumps by more than {limits.largest_jump_deg:.0f} deg between frames {times}, as one "
-            "that looks the same at several angles; expected a part with a mark, or more frames "
-            "per second"
-        )
     if pointed:
         return None
     angle_deg = np.rad2deg([fit.angle_rad for fit in fits if fit is not None])
@@ -129,25 +111,3 @@ def worst_third(fits: Sequence[PoseFit | None]) -> float:
     pairs = np.array([(fit.angle_rad, fit.explained) for fit in fits if fit is not None])
     ordered = pairs[np.argsort(pairs[:, 0]), 1]
     return min(float(np.median(third)) for third in np.array_split(ordered, 3))
-
-
-def jumps(fits: Sequence[PoseFit | None], least_rad: float) -> tuple[int, int]:
-    """How often the angle turns by more than ``least_rad`` from one frame to the next, and by a
-    quarter of that turn at most in the frames around; and how many of these jumps go back, while
-    all of the frames around turn the other way.
-
-    A servo's step within one frame begins and ends at rest: it is no jump of a part that turns on.
-    """
-    angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-    signed = np.angle(np.exp(1j * np.diff(angle)))
-    turn = np.abs(signed)
-    count = back = 0
-    for place in np.flatnonzero(turn > least_rad).tolist():
-        near = signed[max(place - _AROUND, 0) : place + _AROUND + 1]
-        around = np.delete(near, min(place, _AROUND))
-        known = around[np.isfinite(around)]
-        turns_on = known.size and np.abs(known).min() > _AT_REST
-        if turns_on and np.abs(known).max() <= 0.25 * turn[place]:
-            count += 1
-            back += bool(known.size == 2 * _AROUND and (known * signed[place] < 0.0).all())
-    return count, back

@@ -12,7 +12,14 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array
-from servosight.tracking.composite import TRUST, ObliqueView, SampledPart, evenly, oblique_view
+from servosight.tracking.composite import (
+    TRUST,
+    ObliqueView,
+    SampledPart,
+    evenly,
+    oblique_view,
+    paces_rad,
+)
 from servosight.tracking.core import Track, known_median, principal
 from servosight.tracking.verification import FrameSample, at_scale
 
@@ -76,7 +83,7 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
         middle_px=0.5 * (np.array(usual.shape[::-1]) - 1.0), longer_px=float(max(usual.shape)),
     )  # fmt: skip
     angle_rad = np.deg2rad(track.angle_deg)
-    view = oblique_view(part, angle_rad[index])
+    view = oblique_view(part, angle_rad[index], paces_rad(angle_rad)[index])
     if view is None:
         return track
     at = at_scale(view.pivot_px, 1.0 / sample.scale)

@@ -27,7 +27,8 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
     where those are no larger, or the frames do not confirm it there. Not of a part that is pointed
     at, whose uncertain angle is returned, nor in colour, of which a file holds half of the
     pixels."""
-    stabilised, radius_px = footage.stabilised, _radius_px(footage, part)
+    stabilised = footage.stabilised
+    radius_px = part.radius_px / stabilised.scale
     window = _window(footage, part, radius_px)
     if window is None:
         raise footage.nothing([])
@@ -57,18 +58,10 @@ def _window(footage: Footage, part: FoundPart, radius_px: float) -> Window | Non
     none is to be looked at."""
     stabilised, options = footage.stabilised, footage.options
     alone = options.beside is None and stabilised.channel.luma
-    if options.pointed or not alone or radius_px == 0.0:
+    if options.pointed or not alone:
         return None
     x, y = stabilised.in_video(np.array(part.pivot_px))
     side = max(_LEAST_PX, int(_AROUND * radius_px))
     window = Window.around((float(x), float(y)), side, footage.film.images[0].shape)
     larger = min(_LEAST_PX / max(window.width, window.height), 1.0) / stabilised.scale
     return window if larger >= _LARGER else None
-
-
-def _radius_px(footage: Footage, part: FoundPart) -> float:
-    """That of the part's farthest cell [px of the video], 0 where no cell is covered by half."""
-    rows = np.flatnonzero((part.part.cover > 0.5).any(1))
-    if rows.size == 0:
-        return 0.0
-    return float(part.part.view.radius_px[rows[-1]]) / part.scale / footage.stabilised.scale

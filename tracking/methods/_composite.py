@@ -6,13 +6,15 @@ No features, no texture and no camera at rest are needed; less exact, some hundr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from servosight.models.core import FrameProgress
-from servosight.tracking.composite import FoundPart
+from servosight.tracking.composite import CLICKED, FoundPart, uncertain
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
+from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
@@ -25,10 +27,51 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     """The angle of the part that explains most of what changes while the camera rests.
 
     With hints, of the part that these point at. Where nothing is pointed at, and the frames do not
-    confirm a part in grey, it is looked for in colour. An uncertain angle is returned, with a note,
-    where nothing better is found. ``TrackRefused``, as in grey unless a part was measured in colour
-    alone, where there is none, or the frames do not confirm it.
+    confirm a part in grey, it is looked for in colour. Where nothing better is found, the surest of
+    the uncertain angles of one part is returned, with a note. ``TrackRefused``, as in grey unless a
+    part was measured in colour alone, where there is none, or the frames do not confirm it.
+
+    A pivot alone that leads to no angle, or to an uncertain one, is to be no worse than none: what
+    is found without it is taken if it turns about that place and is surer.
     """
+    try:
+        track = _as_given(film, options, progress)
+    except TrackRefused:
+        other = _without_pivot(film, options, progress)
+        if other is None:
+            raise
+        return other
+    if not _uncertain(track):
+        return track
+    other = _without_pivot(film, options, progress)
+    return track if other is None else surest(track, other)
+
+
+def _without_pivot(
+    film: Film, options: TrackOptions, progress: FrameProgress | None
+) -> Track | None:
+    """The track that is found without the pivot that is given alone, if it turns about that place;
+    None if not, or where more or none is given."""
+    pivot = options.pivot
+    if pivot is None or options.template is not None or options.tip is not None:
+        return None
+    try:
+        found = _as_given(film, replace(options, pivot=None, at_s=None), progress)
+    except TrackRefused:
+        return None
+    away_px = float(np.hypot(*np.subtract(found.pivot_px, pivot)))
+    return found if away_px < CLICKED * max(film.images[0].shape) else None
+
+
+def _uncertain(track: Track) -> bool:
+    """Whether a track's angles are, without the errors that all share, as of the tilt."""
+    shared = 0.0 if track.shared_deg is None else (track.shared_deg**2).sum(1)
+    own_deg = np.sqrt(np.maximum(track.sigma_deg**2 - shared, 0.0))
+    return uncertain(track.angle_deg[track.found], own_deg[track.found]) is not None
+
+
+def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None) -> Track:
+    """The track of the part that the options point at, or of any that turns."""
     footage = Footage.of(film, options)
     try:
         return _in_one_channel(footage, progress)
@@ -39,9 +82,7 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
         try:
             return _in_one_channel(coloured, progress)
         except TrackRefused as in_colour:
-            better = in_colour.rough is not None if refused.measured else in_colour.uncertain
-            if better and refused.rough is None:
-                refused = in_colour
+            refused = more_telling(refused, in_colour)
     if refused.rough is None:
         raise refused
     return refused.rough
@@ -84,8 +125,19 @@ def surer(first: TrackRefused, second: TrackRefused) -> TrackRefused:
     """Of two refusals of one part that with the smaller sigma, if the second one has any."""
     if first.rough is None or second.rough is None:
         return first if second.rough is None else second
-    usual = [float(np.median(one.sigma_deg[one.found])) for one in (first.rough, second.rough)]
-    return first if usual[0] <= usual[1] else second
+    return first if surest(first.rough, second.rough) is first.rough else second
+
+
+def more_telling(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
+    """Of a refusal in grey and one in colour that with the smaller sigma, if both have an angle;
+    none has one where these are of parts that do not turn alike, as nothing tells which is meant.
+    Else the second one if it alone has an angle, or its sigma alone refused it."""
+    if refused.rough is not None and again.rough is not None:
+        if alike(refused.rough, again.rough):
+            return surer(refused, again)
+        return TrackRefused(str(refused), refused.picture, measured=True)
+    better = again.rough is not None if refused.measured else again.uncertain
+    return again if better and refused.rough is None else refused
 
 
 def _otherwise(

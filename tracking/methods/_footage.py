@@ -9,7 +9,7 @@ from functools import partial
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, FrameProgress, Image, Mask, Single
+from servosight.models.core import Array, FrameProgress, Image
 from servosight.tracking.acquisition import POINT, pointed_box
 from servosight.tracking.composite import (
     TRUST,
@@ -19,11 +19,11 @@ from servosight.tracking.composite import (
     PoseFit,
     StabilisedSample,
     distrust,
-    entering,
     find_parts,
     longest_sure,
     oblique_view,
     outline_of,
+    paces_rad,
     parts_otherwise,
     rough_enough,
     rough_note,
@@ -46,6 +46,7 @@ from servosight.tracking.methods._composite_track import (
     track_of,
 )
 from servosight.tracking.methods._delayed import with_delay
+from servosight.tracking.methods._entered import clear_of, left_out_of
 from servosight.tracking.methods._told import left_out
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, sampled_where_it_moves, small
@@ -191,10 +192,12 @@ class Footage:
         resting = np.array([self.stabilised.rests(number) for number in range(len(fits))])
         verify(
             self.film, self.options, track, track.pivot_px - origin, lines,
-            seen, resting, draw, partial(_left_out, part, self.stabilised.content),
+            seen, resting, draw, partial(left_out_of, part, self.stabilised.content),
         )  # fmt: skip
         angle_rad = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-        view = oblique_view(meter.sampled(self.film.images[0].shape), meter.in_sampled(angle_rad))
+        sampled = meter.sampled(self.film.images[0].shape)
+        turns = (meter.in_sampled(one) for one in (angle_rad, paces_rad(angle_rad)))
+        view = oblique_view(sampled, *turns)
         track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
@@ -203,7 +206,9 @@ class Footage:
         x, y = track.pivot_px
         sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
         by_sigma = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
-        if why is not None and not (by_sigma and rough_enough(seen_deg, sigma_deg)):
+        # Of what enters the picture, an uncertain angle is as likely someone's at the border.
+        rough = by_sigma and rough_enough(seen_deg, sigma_deg) and clear_of(part, self.stabilised)
+        if why is not None and not rough:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma)
         if view is not None:
             pivot_px = self.stabilised.in_video(view.pivot_px)
@@ -281,12 +286,6 @@ def _hint(
         frame = frame_at(film.path, options.at_s).image
     index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
     return Hint.of(stabilised, small(frame, stabilised.scale), index, options.pivot, box)
-
-
-def _left_out(part: FoundPart, content: Mask, pictures: Single) -> Mask:
-    """Where pictures (n, height, width) show what was left out when the part was found."""
-    gone = entering(pictures, content) if part.inside else np.zeros(pictures.shape, bool)
-    return gone if part.beside is None else gone | part.beside
 
 
 def _as_it_is(image: Image) -> Image:

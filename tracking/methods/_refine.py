@@ -13,6 +13,7 @@ from servosight.tracking.appearance.layers import LayerEstimator, layer_estimato
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import TRUST, rough_note, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
+from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._delayed import late_rms_deg, with_delay
 from servosight.tracking.methods._frames import (
@@ -23,7 +24,7 @@ from servosight.tracking.methods._frames import (
 )
 from servosight.tracking.video import Film
 
-_LEAST_FRAMES, _ALIKE = 8, 0.98
+_PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
 
 
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -31,7 +32,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
 
     Exposure and readout are found from the video where they are not given. Where no track is found
     so that the frames confirm, or one whose angles or times are too uncertain, ``composite`` is
-    tried.
+    tried; and where a piece of the part that is pointed at leaves its angles uncertain.
     """
     if options.pick > 1:  # the candidates are those of ``composite``
         check_hints(film.path, options, film.images[0].shape)
@@ -51,9 +52,10 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         return _surer(part, why, film, options, progress)
     measured = with_delay(part.along_axis())
     enough_deg = TRUST.most_deg(float(np.ptp(measured.angle_deg[measured.found])))
-    if late_rms_deg(measured) <= enough_deg or not _may_be_composite(options):
-        return measured
-    return _better_timed(measured, film, options, progress)
+    late = late_rms_deg(measured) > enough_deg
+    if _may_be_composite(options) and (late or _of_a_piece(part, options)):
+        return _surer_of_both(measured, film, options, progress)
+    return measured
 
 
 def _surer(
@@ -86,29 +88,23 @@ def _farther(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
     return refused if refused.found else TrackRefused(str(refused), again.picture)
 
 
-def _better_timed(
+def _of_a_piece(part: TrackedPart, options: TrackOptions) -> bool:
+    """Whether the user points at a piece of the part, from which the surface was learnt, and that
+    tells the angle so roughly that the whole part may tell it better."""
+    piece = options.tip is not None or options.template is not None
+    return piece and float(np.median(part.track.sigma_deg[part.track.found])) > _PIECE_DEG
+
+
+def _surer_of_both(
     measured: Track, film: Film, options: TrackOptions, progress: FrameProgress | None
 ) -> Track:
-    """The track of ``composite`` in place of one whose times are uncertain, if in most frames its
-    angles are the surer ones: the edges of a plain part show its blur, its interior does not."""
+    """The track of ``composite`` in place of another one of the part, if in most frames its angles
+    are the surer ones: the edges of a plain part show its blur, its interior does not."""
     try:
         other = composite(film, options, progress)
     except TrackRefused:
         return measured
-    return min(measured, other, key=_usual_deg) if _alike(measured, other) else measured
-
-
-def _alike(one: Track, other: Track) -> bool:
-    """Whether two tracks are of the same part: it turns alike."""
-    both = one.found & other.found
-    if np.count_nonzero(both) < _LEAST_FRAMES:
-        return False
-    return bool(np.corrcoef(one.angle_deg[both], other.angle_deg[both])[0, 1] > _ALIKE)
-
-
-def _usual_deg(track: Track) -> float:
-    """The rms sigma [deg] of its angles, with what all share."""
-    return float(np.sqrt(np.mean(track.sigma_deg[track.found] ** 2)))
+    return surest(measured, other) if alike(measured, other) else measured
 
 
 def _may_be_composite(options: TrackOptions) -> bool:

@@ -36,6 +36,15 @@ def test_a_spoke_taken_for_the_next_one_ends_the_run() -> None:
     assert longest_sure(fits_at(wrong), [SPOKES] * 120).tolist() == [n >= 59 for n in range(120)]
 
 
+def test_a_wheel_that_jumps_from_spoke_to_spoke_is_not_followed_beyond() -> None:
+    """Truth: it turns on by 11 deg from frame to frame. Five spokes are 72 deg apart, so that a
+    search within a range of 144 deg takes another one each 13th frame."""
+    wheel_deg = 11.0 * np.arange(75)
+    spokes = np.deg2rad([-144.0, -72.0, 72.0, 144.0])
+    assert longest_sure(fits_at(wheel_deg), [spokes] * 75).all()
+    assert longest_sure(fits_at(wheel_deg % 144.0), [spokes] * 75).sum() == 14
+
+
 @pytest.mark.parametrize(("hidden", "joined"), [(1, True), (6, False)])
 def test_frames_that_hide_a_turn_from_spoke_to_spoke_end_the_run(hidden: int, joined: bool) -> None:
     """A step takes four frames: one hidden frame hides none, six may."""

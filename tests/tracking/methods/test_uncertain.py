@@ -114,6 +114,24 @@ def test_the_second_way_takes_the_place_of_a_track_whose_times_are_uncertain(
     assert refined(monkeypatch, late, REFUSED).shutters is late.shutters
 
 
+@pytest.mark.parametrize(
+    ("given", "sigma_deg", "taken"),
+    [
+        ({"tip": (20.0, 20.0)}, 0.2, True),
+        ({"template": (10, 10, 20, 20)}, 0.2, True),
+        ({"tip": (20.0, 20.0)}, 0.04, False),
+        ({"pivot": (50.0, 40.0)}, 0.2, False),
+        ({}, 0.2, False),
+    ],
+)
+def test_a_piece_that_is_pointed_at_gives_way_to_a_surer_whole(
+    monkeypatch: pytest.MonkeyPatch, given: dict[str, Any], sigma_deg: float, taken: bool
+) -> None:
+    """The second way knows the angle to 0.03 deg; not asked where the piece is sure enough."""
+    piece, whole = (replace(ROUGH, sigma_deg=np.full(9, sigma)) for sigma in (sigma_deg, 0.03))
+    assert (refined(monkeypatch, piece, whole, **given) is whole) == taken
+
+
 def test_a_track_that_is_uncertain_in_its_fastest_frames_alone_is_kept(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

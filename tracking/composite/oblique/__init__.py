@@ -3,3 +3,4 @@
 from servosight.tracking.composite.oblique._correction import ObliqueView as ObliqueView
 from servosight.tracking.composite.oblique._correction import SampledPart as SampledPart
 from servosight.tracking.composite.oblique._correction import oblique_view as oblique_view
+from servosight.tracking.composite.oblique._poses import paces_rad as paces_rad

@@ -17,7 +17,7 @@ from servosight.tracking.composite._rigid_check import shifting_rad, sides_apart
 from servosight.tracking.composite.model import CompositeModel, PoseFit
 from servosight.tracking.composite.oblique._estimate import TiltEstimate, estimated_tilt, filled
 from servosight.tracking.composite.oblique._plane import ExpectedTilts, in_plane, plane_matrix
-from servosight.tracking.composite.oblique._poses import pose_sensitivity
+from servosight.tracking.composite.oblique._poses import blurred_less, pose_sensitivity
 from servosight.tracking.core import mapped, one_sigma, threaded
 from servosight.tracking.verification import PolarView
 
@@ -30,6 +30,10 @@ _SLOWEST = 0.95  # of a round's change, the next one
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
 _KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
+# Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle
+# whose tip fades where it is fast, which depends on its angle, was taken for one seen from 34 deg
+# off the axis.
+_BLUR_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -102,18 +106,19 @@ class _Round:
         return np.array([np.nan if fit is None else fit.angle_rad for fit in self.fits])
 
 
-def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
+def oblique_view(part: SampledPart, angle_rad: Array, pace_rad: Array) -> ObliqueView | None:
     """By how much the camera looks at a part from off the axis, from its angles (n,) in the sampled
-    pictures, NaN where it is not found; None where too few pictures show it."""
+    pictures, NaN where it is not found, and how far it turns from frame to frame there (n,) [rad];
+    None where too few pictures show it."""
     known = np.isfinite(angle_rad)
     if known.sum() < _LEAST_PICTURES:
         return None
-    pictures, angle_rad = part.pictures[known], angle_rad[known]
+    pictures, angle_rad, pace_rad = part.pictures[known], angle_rad[known], pace_rad[known]
     expected = ExpectedTilts.of(part.farthest_px, part.longer_px, part.pivot_px - part.middle_px)
     rounds: list[_Round] = []
     now, shape, pivot = angle_rad, np.zeros(4), part.pivot_px
     for _ in range(_ROUNDS):
-        one = _round(part, pictures, now, shape, pivot, expected)
+        one = _round(part, pictures, now, pace_rad, shape, pivot, expected)
         if one is None:
             break
         rounds.append(one)
@@ -126,8 +131,8 @@ def oblique_view(part: SampledPart, angle_rad: Array) -> ObliqueView | None:
 
 
 def _round(
-    part: SampledPart, pictures: Single, angle_rad: Array, shape_px: Array, pivot_px: Array,
-    expected: ExpectedTilts,
+    part: SampledPart, pictures: Single, angle_rad: Array, pace_rad: Array, shape_px: Array,
+    pivot_px: Array, expected: ExpectedTilts,
 ) -> _Round | None:  # fmt: skip
     """Learn and fit the part in the plane ``shape_px`` about a pivot there; None where too few
     pictures show it."""
@@ -142,11 +147,15 @@ def _round(
     near = zip(seen, angle_rad.tolist(), strict=True)
     fits = [fit if fit and fit.shown else None for fit in (model.fit(*one) for one in near)]
     pairs = list(zip(seen, fits, strict=True))
-    shown = [(picture, fit) for picture, fit in pairs if fit]
+    blur_px = (_BLUR_SHARE * part.farthest_px * pace_rad).tolist()
+    shown = [(picture, fit, px) for (picture, fit), px in zip(pairs, blur_px, strict=True) if fit]
     if len(shown) < _LEAST_PICTURES:
         return None
-    poses = [pose_sensitivity(model, picture, fit, part.farthest_px) for picture, fit in shown]
-    angles = np.array([fit.angle_rad for _, fit in shown])
+    poses = [
+        blurred_less(pose_sensitivity(model, picture, fit, part.farthest_px), px)
+        for picture, fit, px in shown
+    ]
+    angles = np.array([fit.angle_rad for _, fit, _ in shown])
     estimate = estimated_tilt(angles, poses, shape_px, expected)
     left = [_left(model, picture, fit) if fit else np.nan for picture, fit in pairs]
     return _Round(shape_px, pivot_px, model, seen, fits, np.array(left), estimate)

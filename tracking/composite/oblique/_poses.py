@@ -11,6 +11,18 @@ from servosight.tracking.fit import PoseSensitivity
 _SLIGHT = 1e-9
 
 
+def paces_rad(angle_rad: Array) -> Array:
+    """How far a part turns from frame to frame at angles (frames,) [rad], those that are not known
+    (NaN) taken from both sides.
+
+    >>> paces_rad(np.array([0.0, 0.1, np.nan, 0.3, 0.1])).round(2).tolist()
+    [0.1, 0.1, 0.1, 0.05, 0.2]
+    """
+    known = np.flatnonzero(np.isfinite(angle_rad))
+    turned = np.interp(np.arange(angle_rad.size), known, np.unwrap(angle_rad[known]))
+    return np.asarray(np.abs(np.gradient(turned)))
+
+
 def pose_sensitivity(
     model: CompositeModel, picture: Single, fit: PoseFit, farthest_px: float
 ) -> PoseSensitivity:
@@ -30,6 +42,12 @@ def pose_sensitivity(
     across = normal[0, 1:] / normal[0, 0]
     own = normal[1:, 1:] - np.outer(normal[1:, 0], across)
     return PoseSensitivity(own / variance, (right[1:] - right[0] * across) / variance, -across)
+
+
+def blurred_less(pose: PoseSensitivity, sigma_px: float) -> PoseSensitivity:
+    """The same where its picture shows each of the pose's numbers with a further error [px]."""
+    share = np.linalg.inv(np.eye(len(pose.weight)) + sigma_px**2 * pose.weight)
+    return PoseSensitivity(share @ pose.weight, share @ pose.right, pose.turn)
 
 
 def _by_pose(model: CompositeModel, slopes: Array, angle_rad: float, farthest_px: float) -> Array:

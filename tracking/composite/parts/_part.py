@@ -44,6 +44,11 @@ class TurningPart:
     cover: Single
     explained: float
 
+    @property
+    def radius_px(self) -> float:
+        """Of its farthest cell."""
+        return float(self.view.radius_px[np.flatnonzero(self.cover.any(1))[-1]])
+
 
 def diverse(pictures: Single, count: int) -> list[int]:
     """Pictures (n, height, width) that differ most from each other, by number; rising.

@@ -36,7 +36,7 @@ _REFINED = 2
 _LEFT_SHARE = 0.015  # of the squared change, beside a part, for which another one is looked for
 _MUCH_LEFT = 0.1  # of it: what is less is to be explained as well as by a part that is believed
 _GAP_PX, _SHADOW_PX = 15, 11
-_CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
+CLICKED = 0.06  # of the longer side: how far from the pivot itself a click may be
 _COVERED = 0.1
 _RIVAL = 0.6  # of what the best part explains: less is not made up for by a better pivot
 
@@ -63,6 +63,11 @@ class FoundPart:
     def explained_there(self) -> float:
         """The share of what changes in the pictures in which it was found."""
         return self.part.explained
+
+    @property
+    def radius_px(self) -> float:
+        """Of its farthest cell, in pixels of the given pictures."""
+        return self.part.radius_px / self.scale
 
 
 def find_parts(
@@ -257,7 +262,7 @@ def _pointed_at(part: TurningPart, hint: Hint) -> bool:
     """Whether a part turns about the pivot, and lies at the place, that the user points at."""
     if hint.pivot_px is not None:
         away = np.hypot(*(np.array(part.view.pivot_px) - hint.pivot_px))
-        if away > _CLICKED * max(hint.picture.shape):
+        if away > CLICKED * max(hint.picture.shape):
             return False
     if hint.region is None:
         return True

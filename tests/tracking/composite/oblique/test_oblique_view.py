@@ -10,7 +10,9 @@ from servosight.models.core import Array
 from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
 from servosight.tracking.composite.oblique._correction import ahead_rad
 from servosight.tracking.composite.oblique._plane import _PER_FOCAL, ExpectedTilts, plane_matrix
+from servosight.tracking.composite.oblique._poses import blurred_less
 from servosight.tracking.core import mapped
+from servosight.tracking.fit import PoseSensitivity
 
 SIZE = (240, 180)
 PIVOT = np.array([118.0, 92.0])
@@ -62,7 +64,7 @@ def filmed(
         pictures, behind, still.astype(np.float32), PIVOT, 82.0, 78.0, grain=1, middle_px=PIVOT,
         longer_px=240.0,
     )  # fmt: skip
-    view = oblique_view(part, direction)
+    view = oblique_view(part, direction, np.zeros(direction.size))
     after = direction if view is None else direction + view.correction_rad(direction)
     return view, relative_deg(direction - swing_rad), relative_deg(after - swing_rad)
 
@@ -168,3 +170,15 @@ def test_rounds_that_have_not_settled_are_as_uncertain_as_what_is_ahead() -> Non
     assert np.rad2deg(ahead_rad(slow)) == pytest.approx(4.0 * last)
     settled = [np.deg2rad(-(0.02**n)) * alternating for n in range(4)]
     assert np.rad2deg(ahead_rad(settled)) == pytest.approx(0.98 * 0.02**2)
+
+
+def test_what_a_blurred_picture_shows_of_the_pose_is_as_much_less_sure() -> None:
+    """The covariance of the pose grows by the square of the further error, its value stays."""
+    rng = np.random.default_rng(4)
+    known = rng.standard_normal((6, 6))
+    pose = PoseSensitivity(known @ known.T + np.eye(6), rng.standard_normal(6), np.zeros(6))
+    less = blurred_less(pose, 0.3)
+    expected = np.linalg.inv(pose.weight) + 0.09 * np.eye(6)
+    np.testing.assert_allclose(np.linalg.inv(less.weight), expected, rtol=1e-9)
+    shown = np.linalg.solve(pose.weight, pose.right)
+    np.testing.assert_allclose(np.linalg.solve(less.weight, less.right), shown, rtol=1e-9)
