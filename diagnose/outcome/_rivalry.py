@@ -9,7 +9,7 @@ from servosight.diagnose.outcome._data import DiagnosisData
 from servosight.diagnose.outcome._outcome import Outcome
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.result import Candidate
-from servosight.diagnose.selection import Resolution, Trial, alternatives, confounded
+from servosight.diagnose.selection import Resolution, Trial, alternatives, confounded, new_in
 from servosight.models.core import Table
 from servosight.models.excitation import CommandLimits
 
@@ -29,8 +29,8 @@ def rivalry(outcome: Outcome, data: DiagnosisData, limits: CommandLimits | None)
     """What the recordings do not distinguish, and the command within ``limits`` that does."""
     noise, tolerance = data.levels.noise_deg, data.levels.tolerance_deg
     resolution = Resolution(noise, outcome.criterion)
-    found = _candidates(outcome, resolution)
     rivals = _rivals(outcome, resolution)
+    found = _candidates(outcome, resolution)
     proposal = None
     if len(rivals) > 1:
         proposal = propose(rivals, outcome.models, noise, tolerance, limits)
@@ -42,16 +42,18 @@ def accepted(outcome: Outcome) -> str | None:
     singles, first = outcome.selected.singles, outcome.linear
     if not singles or not outcome.criterion.earns(singles[0].score, first.score, len(singles)):
         return None
-    (name,) = set(singles[0].effects) - set(first.effects)
-    return name
+    return new_in(singles[0], first)
 
 
 def _candidates(outcome: Outcome, resolution: Resolution) -> Table[Candidate]:
+    """All single candidates; what promised too little to be tried is fitted roughly for them."""
     models, selected, linear = outcome.models, outcome.selected, outcome.linear
-    groups = confounded(selected.singles, linear, resolution, models.whole)
+    tried = {new_in(trial, linear): trial for trial in selected.singles}
+    rest = [name for name in models.candidates(linear) if name not in tried]
+    tried |= {name: models.judge(models.sketched(linear, name).fit) for name in rest}
+    groups = confounded(list(tried.values()), linear, resolution, models.whole)
     found = []
-    for trial in selected.singles:
-        (name,) = set(trial.effects) - set(linear.effects)
+    for name, trial in tried.items():
         found.append(
             Candidate(
                 effect=name,

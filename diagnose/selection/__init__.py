@@ -15,6 +15,7 @@ from servosight.diagnose.selection._split import Split as Split
 from servosight.diagnose.selection._steps import SearchEffort as SearchEffort
 from servosight.diagnose.selection._steps import Selected as Selected
 from servosight.diagnose.selection._steps import Step as Step
+from servosight.diagnose.selection._steps import new_in as new_in
 from servosight.diagnose.selection._stepwise import StepwiseSelector as StepwiseSelector
 from servosight.diagnose.selection._stretches import MOST_ROWS as MOST_ROWS
 from servosight.diagnose.selection._stretches import Spans as Spans

@@ -86,9 +86,14 @@ class Film:
     @cached_property
     def stabilised(self) -> Film:
         """The same video with every frame aligned with the first one, where the camera moves."""
-        camera = CameraMotion.of(self.images)
-        stabiliser = Stabiliser.of(self.images[0]) if camera.rms_px > LEAST_PX else None
-        film = replace(self, stabiliser=stabiliser, camera=camera)
+        first, *others = self.images
+        bench = Stabiliser.of(first)
+        camera = CameraMotion.of(bench, others)
+        if bench is not None and camera.rms_px > LEAST_PX:
+            bench = bench.steady_in(others)
+            camera = replace(camera, rms_px=CameraMotion.of(bench, others).rms_px)
+        moves = camera.rms_px > LEAST_PX
+        film = replace(self, stabiliser=bench if moves else None, camera=camera)
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
     def frames(self) -> Iterator[Frame]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, Image
+from servosight.models.core import Array, Image, Mask
 from servosight.tracking.core import most_agree_on
 
 LEAST_PX = 0.2
@@ -66,13 +66,35 @@ class Stabiliser:
 
     def seen(self, image: Image) -> tuple[Array, Array]:
         """Where features are in the picture and in another image; (found, 2) each."""
+        return self._seen(image)[:2]
+
+    def _seen(self, image: Image) -> tuple[Array, Array, Mask]:
+        """The same, and which of all features are found (n,)."""
         bright = float(np.median(self.picture)) / max(float(np.median(image)), 1.0)
         even = cv2.convertScaleAbs(image, alpha=bright)
         nothing = np.empty(0, np.float32)
         found, status, _ = cv2.calcOpticalFlowPyrLK(self.picture, even, self.points, nothing)
         kept = status.ravel() > 0
         before, after = self.points[kept].reshape(-1, 2), found[kept].reshape(-1, 2)
-        return np.asarray(before, np.float64), np.asarray(after, np.float64)
+        return np.asarray(before, np.float64), np.asarray(after, np.float64), kept
+
+    def steady_in(self, images: Sequence[Image]) -> Stabiliser:
+        """With those features alone that move as most do in most of the images.
+
+        A part with more texture than what is behind it has most of the features that agree closely
+        in single images, where it is near its place in the picture: its own turn would be removed
+        from these. All features where too few are left.
+        """
+        seen, alike = np.zeros(len(self.points)), np.zeros(len(self.points))
+        for image in images:
+            before, after, kept = self._seen(image)
+            found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FOUND)
+            if found is not None:
+                seen[kept] += 1.0
+                alike[kept] += found[1]
+        steady = alike > 0.5 * seen
+        enough = np.count_nonzero(steady) >= _LEAST_FOUND
+        return replace(self, points=self.points[steady]) if enough else self
 
     def motion(self, image: Image) -> SimilarityMotion | None:
         """Shift and roll of most features from the picture to an image, None where these disagree,
@@ -107,17 +129,16 @@ class CameraMotion:
     unclear: float
 
     @classmethod
-    def of(cls, images: Sequence[Image]) -> CameraMotion:
-        """From features of the first picture.
+    def of(cls, bench: Stabiliser | None, images: Sequence[Image]) -> CameraMotion:
+        """From where ``images`` show the features of a picture.
 
         Most features lie on the background, so their median shift is the camera's. It is taken to
         be mounted where too few are found, or where they do not move at all alike, as in noise.
         """
-        bench = Stabiliser.of(images[0])
         if bench is None:
             return cls(0.0, 0.0)
         shifts, unclear = [np.zeros(2)], []
-        for image in images[1:]:
+        for image in images:
             before, after = bench.seen(image)
             motion = _motion(before, after)
             if motion is not None:

@@ -50,6 +50,9 @@ def outcome(
         tested=tested,
         known=PriorKnowledge(**known),
         alike=lambda chosen: [LINEAR, trial("x", 0.2), trial("y", 0.2)],
+        candidates=lambda base: [one.effects[-1] for one in singles] + ["d"] * bool(singles),
+        sketched=lambda base, name: SimpleNamespace(fit=trial(name, 0.8)),
+        judge=lambda fit: fit,
     )
     selected = SimpleNamespace(singles=singles)
     return SimpleNamespace(
@@ -82,7 +85,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 def test_candidates_come_by_their_evidence(seen: dict[str, Any]) -> None:
     singles = trial("b", 0.5), trial("a", 0.3), trial("c", 0.9)
     found = _rivalry.rivalry(outcome(LINEAR, singles), DATA, None).candidates
-    assert [one.effect for one in found] == ["a", "b", "c"]
+    assert [one.effect for one in found] == ["a", "b", "d", "c"]  # d was not tried in the search
     first = found[0]
     assert first.evidence == pytest.approx(COUNT * np.log(1.0 / 0.3) - 0.5 * np.log(COUNT))
     assert first.validation_rmse_deg == 0.3
