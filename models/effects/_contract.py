@@ -105,7 +105,7 @@ class Effect:
     contains: tuple[str, ...] = ()
     usual: Usual | None = None
     for_several_gains: str | None = None
-    lead: str = ""
+    lead: str | None = None
     least_share: float = 0.0
 
     def __post_init__(self) -> None:
@@ -138,6 +138,11 @@ class Effect:
                 self.for_several_gains is None or is_a(self.for_several_gains, str),
                 "an effect id or None",
             ),
+            (
+                "least_share",
+                is_a(self.least_share, float) and 0.0 <= self.least_share <= 1.0,
+                "a share from 0.0 to 1.0",
+            ),
             ("starts", callable(self.starts), "a function"),
             *(
                 (role, inspect.isfunction(hook), "a function defined with def")
@@ -153,6 +158,10 @@ class Effect:
         if twice:
             raise InputError(
                 f"effect {self.id}: two parameters are named {min(twice)}, expected a name for each"
+            )
+        if self.lead is not None and self.lead not in names:
+            raise InputError(
+                f"effect {self.id}: lead is {self.lead!r}, expected the name of a parameter or None"
             )
         if all(parameter.neutral is None for parameter in self.parameters):
             raise InputError(f"effect {self.id}: at least one parameter needs a neutral value")

@@ -12,8 +12,6 @@ from servosight.models.effects import Effect
 
 FEWEST_SIGMAS = 1.0
 """A parameter less than so many sigmas from its neutral value has not been measured."""
-APART = 2.0
-"""Nearer than so many sigmas two values may be the same: those of two runs, or a limit."""
 
 Parameters = Mapping[str, Estimate | tuple[Estimate, ...]]
 

@@ -289,3 +289,12 @@ def test_what_numba_cannot_compile_is_one_sentence() -> None:
     times = np.linspace(0.0, 0.1, 11)
     with pytest.raises(InputError, match=r"effect tried \(load\): term cannot be compiled"):
         plant.simulate(row, Stimulus(times, times, False, times, np.ones(1)))
+
+
+@pytest.mark.parametrize(
+    ("field", "given"),
+    [("lead", "speed"), ("lead", 3), ("least_share", 1.5), ("least_share", "a third")],
+)
+def test_a_lead_is_a_parameter_and_what_is_to_be_promised_a_share(field: str, given: Any) -> None:
+    with pytest.raises(InputError, match=f"effect .?tried.?: {field} is "):
+        declared(Place.LOAD, load, **{field: given})

@@ -8,27 +8,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.drawn_part import drawn_part
 
 from servosight.tracking.composite import TRUST
-from servosight.tracking.core import PICTURE, Shutters, Track, TrackOptions, TrackRefused
+from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _refine
 from servosight.tracking.methods._composite_track import excess_noise
 from servosight.tracking.methods._frames import TrackedPart
 from servosight.tracking.verification import FrameSample
 
 Found = Track | TrackRefused
-ROUGH = Track(
-    video=Path("fin.mp4"),
-    method="refine",
+CORNERS = np.array([[0.0, -10.0], [20.0, -10.0], [20.0, 10.0]])
+ROUGH = replace(
+    drawn_part(
+        (50.0, 40.0), np.array([[0.0, -10.0], [20.0, -10.0], [20.0, 10.0]]), np.linspace(0, 40, 9)
+    ),
     time_s=np.arange(9) / 30.0,
-    angle_deg=np.linspace(0.0, 40.0, 9),
     sigma_deg=np.full(9, 1.5 * TRUST.largest_sigma_deg),
-    flags=np.zeros(9, np.uint8),
-    pivot_px=(50.0, 40.0),
-    template_px=(10, 10, 20, 20),
-    outline_px=np.array([[10.0, 10.0], [30.0, 10.0], [30.0, 30.0]]),
-    plane=PICTURE,
-    notes=(),
 )
 SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
@@ -102,7 +98,7 @@ def timed(track: Track, doubt_s: float) -> Track:
     return replace(track, shutters=Shutters(np.array([0.01]), 0.0, exposure_doubt_s=doubt_s))
 
 
-def test_the_second_way_takes_the_place_of_a_track_whose_times_are_uncertain(
+def test_the_composite_method_takes_the_place_of_a_track_whose_times_are_uncertain(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Times off by 3 ms are 0.45 deg; by 1 ms 0.15 deg, with which the first track is kept."""

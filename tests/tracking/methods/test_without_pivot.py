@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from support.drawn_part import drawn_part
 
 from servosight.tracking.composite import TRUST
-from servosight.tracking.core import PICTURE, Track, TrackOptions, TrackRefused
+from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _composite
 
-ROUGH = Track(
-    video=Path("fin.mp4"),
-    method="refine",
-    time_s=np.arange(9) / 30.0,
-    angle_deg=np.linspace(0.0, 40.0, 9),
+CORNERS = np.array([[0.0, -10.0], [20.0, -10.0], [20.0, 10.0]])
+ROUGH = replace(
+    drawn_part(
+        (61.0, 40.0), np.array([[0.0, -10.0], [20.0, -10.0], [20.0, 10.0]]), np.linspace(0, 40, 9)
+    ),
     sigma_deg=np.full(9, 2.0 * TRUST.largest_sigma_deg),
-    flags=np.zeros(9, np.uint8),
-    pivot_px=(61.0, 40.0),
-    template_px=(10, 10, 20, 20),
-    outline_px=np.array([[10.0, 10.0], [30.0, 10.0], [30.0, 30.0]]),
-    plane=PICTURE,
-    notes=(),
 )
 SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 ROUGHER = replace(ROUGH, sigma_deg=2.0 * ROUGH.sigma_deg)
