@@ -202,3 +202,27 @@ def test_a_known_disturbance_is_drawn_below_the_error(
     assert "the known disturbance drawn in the lowest panel" in section(written, "angle")
     assert "predicted from the command alone" in section(page, "angle")
     assert "disturbance [N]" not in page
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_a_special_case_has_the_size_of_the_effect_that_contains_it(
+    found: Diagnosis, recording: Recording, tmp_path: Path
+) -> None:
+    """Of a speed limit only the torque limit is certain: its size is the stall torque."""
+    limit = {
+        "speed_limit.stall": Estimate(4.321, 0.1, "deg"),
+        "speed_limit.no_load_speed": Estimate(25e3, 16e3, "deg/s"),
+    }
+    *before, last = found.ladder
+    ends = replace(
+        last,
+        effects=(*last.effects, "speed_limit"),
+        parameters={**last.parameters, **limit},
+        correlation=None,
+        sampling_correlation=None,
+    )
+    named = replace(found, effects=("backlash", "torque_saturation"), ladder=Table((*before, ends)))
+    write_report(tmp_path / "report.html", named, [recording])
+    said = section((tmp_path / "report.html").read_text(encoding="utf-8"), "verdict")
+    assert "What that means: torque saturation" in said
+    assert "4.32" in said.split("What that means: torque saturation")[1]

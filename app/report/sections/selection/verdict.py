@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from servosight.app.report.section import Section
@@ -94,18 +94,25 @@ def _levels(result: Diagnosis | Comparison) -> list[dict[str, str]]:
 
 
 def _effects(result: Diagnosis, catalogue: Mapping[str, Effect]) -> list[dict[str, Any]]:
-    """Each effect that was missing: its words and its fitted parameters."""
-    found = result.ladder[-1].parameters
-    return [
-        {
-            "effect": catalogue[name],
-            "parameters": [
-                (parameter, found[f"{name}.{parameter.name}"])
-                for parameter in catalogue[name].parameters
-            ],
-        }
-        for name in result.effects
-    ]
+    """Each effect that was missing: its words and its fitted parameters.
+
+    Of a special case that alone is certain these are the first ones of the effect that has it.
+    """
+    last = result.ladder[-1]
+    shown = []
+    for name in result.effects:
+        owner = catalogue[_owner(name, last.effects, catalogue)]
+        pairs = zip(catalogue[name].parameters, owner.parameters, strict=False)
+        values = [(one, last.parameters[f"{owner.id}.{its.name}"]) for one, its in pairs]
+        shown.append({"effect": catalogue[name], "parameters": values})
+    return shown
+
+
+def _owner(name: str, effects: Sequence[str], catalogue: Mapping[str, Effect]) -> str:
+    """The effect of a model that has the named one: itself, or what contains it."""
+    if name in effects:
+        return name
+    return next(one for one in effects if name in catalogue[one].contains)
 
 
 def _doubt(story: Story, result: Diagnosis) -> str | None:
