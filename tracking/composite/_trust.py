@@ -54,7 +54,7 @@ TRUST = TrustLimits()
 def uncertain(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -> str | None:
     """That a part's angles (found,) have too large a sigma, as the end of a sentence that begins
     with it; None where they have not."""
-    usual_deg, most_deg = float(np.median(sigma_deg)), limits.most_deg(float(np.ptp(angle_deg)))
+    usual_deg, most_deg = float(np.median(sigma_deg)), limits.most_deg(swept_deg(angle_deg))
     if usual_deg <= most_deg:
         return None
     return f"is measured with a sigma of {usual_deg:.3g} deg; expected {most_deg:.3g} deg at most"
@@ -63,10 +63,22 @@ def uncertain(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -
 def rough_enough(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST) -> bool:
     """Whether a part's angles (found,) are worth returning with a note, however uncertain.
 
-    >>> rough_enough(np.linspace(0.0, 40.0, 9), np.full(9, 0.9))
+    >>> rough_enough(np.linspace(0.0, 40.0, 81), np.full(81, 0.9))
     True
     """
-    return float(np.median(sigma_deg)) <= limits.largest_rough_share * float(np.ptp(angle_deg))
+    return float(np.median(sigma_deg)) <= limits.largest_rough_share * swept_deg(angle_deg)
+
+
+def swept_deg(angle_deg: Array) -> float:
+    """The range of angles (found,), without the widest gap in which there is none.
+
+    Someone at the border who looks alike at two angles 90 deg apart does not turn through them.
+
+    >>> swept_deg(np.array([0.0, 2.0, 4.0, 94.0, 96.0]))
+    6.0
+    """
+    ordered = np.sort(angle_deg)
+    return float(ordered[-1] - ordered[0] - np.diff(ordered).max(initial=0.0))
 
 
 def rough_note(angle_deg: Array, sigma_deg: Array) -> str:

@@ -26,13 +26,18 @@ class Shutter:
 class Shutters:
     """Those of a video's frames: ``exposures_s`` of each (frames,), or of all of them (1,), and the
     ``readout_s`` of all, below zero where the last row came first; sigma of both [s], and a
-    sentence on how they were found, if so."""
+    sentence on how they were found, if so.
+
+    ``likely_s`` is the mean of a readout that may be there and does not show: times are later by
+    half of it, rows are not corrected. Sigma of the readout is then about zero.
+    """
 
     exposures_s: Array
     readout_s: float
     readout_doubt_s: float = 0.0
     note: str | None = None
     exposure_doubt_s: float = 0.0
+    likely_s: float = 0.0
 
     def __call__(self, index: int) -> Shutter:
         """A frame's, by its number."""
@@ -42,12 +47,13 @@ class Shutters:
     @property
     def middle_s(self) -> float:
         """From the start of the first exposure to the middle of the middle row's."""
-        return 0.5 * (self.usual_s + abs(self.readout_s))
+        return 0.5 * (self.usual_s + abs(self.readout_s) + self.likely_s)
 
     @property
     def middle_doubt_s(self) -> float:
         """Sigma of that time."""
-        return 0.5 * float(np.hypot(self.exposure_doubt_s, self.readout_doubt_s))
+        about_likely = self.readout_doubt_s**2 - self.likely_s**2
+        return 0.5 * float(np.sqrt(self.exposure_doubt_s**2 + about_likely))
 
     @property
     def usual_s(self) -> float:

@@ -99,12 +99,28 @@ def _surer_of_both(
     measured: Track, film: Film, options: TrackOptions, progress: FrameProgress | None
 ) -> Track:
     """The track of ``composite`` in place of another one of the part, if in most frames its angles
-    are the surer ones: the edges of a plain part show its blur, its interior does not."""
+    are the surer ones: the edges of a plain part show its blur, its interior does not.
+
+    Where they are not, but tell exposure and readout better, it is measured again with these.
+    """
     try:
         other = composite(film, options, progress)
     except TrackRefused:
         return measured
-    return surest(measured, other) if alike(measured, other) else measured
+    if not alike(measured, other):
+        return measured
+    if _tells_times(other, measured):
+        timed = replace(film, shutters=other.shutters)
+        again = with_delay(tracked_part(timed, options, progress, prepare).along_axis())
+        return surest(again, other)
+    return surest(measured, other)
+
+
+def _tells_times(track: Track, other: Track) -> bool:
+    """Whether exposure and readout of a track make its times surer than those of another one."""
+    if track.shutters is None or other.shutters is None:
+        return False
+    return track.shutters.middle_doubt_s < other.shutters.middle_doubt_s
 
 
 def _may_be_composite(options: TrackOptions) -> bool:

@@ -91,7 +91,8 @@ def test_blur_tells_the_exposure_and_times_are_its_middle(fast: Track) -> None:
     assert track.shutters is not None
     assert track.shutters.exposure_doubt_s < 0.003
     assert abs(track.shutters.usual_s - EXPOSURE_S) < 2.0 * track.shutters.exposure_doubt_s
-    np.testing.assert_allclose(track.time_s - START_S, 0.5 * track.shutters.usual_s, atol=2e-5)
+    np.testing.assert_allclose(track.time_s - START_S, track.shutters.middle_s, atol=2e-5)
+    assert abs(track.shutters.middle_s - 0.5 * EXPOSURE_S) < 2.0 * track.shutters.middle_doubt_s
     error = error_deg(track, FAST_HZ)
     assert np.sqrt(np.mean(error**2)) < 0.3
     assert np.sqrt(np.mean((error / track.sigma_deg) ** 2)) < 1.3

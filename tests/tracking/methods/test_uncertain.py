@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,14 @@ SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
 
 
+@dataclass(frozen=True)
+class Film:
+    """What of a film is looked at here."""
+
+    path: Path
+    shutters: Shutters | None = None
+
+
 def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **given: Any) -> Track:
     """What ``refine`` returns where both ways return these, or refuse so."""
 
@@ -38,15 +46,16 @@ def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **give
             raise second
         return second
 
-    def tracked_part(*_: object) -> TrackedPart:
+    def tracked_part(film: Film, *_: object) -> TrackedPart:
         if isinstance(first, TrackRefused):
             raise first
         sample = FrameSample(lambda image: image)
-        return TrackedPart(first, sample, first.outline_px, np.zeros(2), True)
+        track = first if film.shutters is None else replace(first, shutters=film.shutters)
+        return TrackedPart(track, sample, first.outline_px, np.zeros(2), True)
 
     monkeypatch.setattr(_refine, "tracked_part", tracked_part)
     monkeypatch.setattr(_refine, "composite", composite)
-    film: Any = type("Film", (), {"path": Path("fin.mp4")})()
+    film: Any = Film(Path("fin.mp4"))
     return _refine.refine(film, TrackOptions(**given))
 
 
@@ -108,6 +117,16 @@ def test_the_composite_method_takes_the_place_of_a_track_whose_times_are_uncerta
     assert refined(monkeypatch, late, rough).shutters is late.shutters
     assert refined(monkeypatch, better, SURE).shutters is better.shutters
     assert refined(monkeypatch, late, REFUSED).shutters is late.shutters
+
+
+def test_a_track_is_measured_again_where_a_rougher_one_tells_its_times_better(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Times off by 3 ms are 0.45 deg, by 1 ms 0.15 deg; the other track's angles by 0.4 deg."""
+    rough = replace(timed(ROUGH, 2e-3), sigma_deg=np.full(9, 0.4))
+    again = refined(monkeypatch, timed(SURE, 6e-3), rough)
+    assert again.shutters is rough.shutters
+    np.testing.assert_allclose(again.sigma_deg, np.hypot(SURE.sigma_deg, 0.15), rtol=0.01)
 
 
 @pytest.mark.parametrize(

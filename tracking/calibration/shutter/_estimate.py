@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
 
 from servosight.models.core import Array
+from servosight.tracking.calibration.shutter._likely import LikelyReadout, likely_share
 from servosight.tracking.core import Index, Shutter, Shutters
 
 LEAST = 8  # frames
@@ -22,14 +22,16 @@ _STEPS = 8  # of a frame time, at first
 _FINER = 3
 _AROUND = 2
 _ROUNDS = 8  # of the finer steps, three steps at most each
-_SURE = 4.0
+_SURE, _UNLIKELY = 0.9, 0.25  # probability of a rolling shutter
 _TIMES, _EXPOSURE_AT_LEAST, _READOUT_AT_LEAST = 2.0, 0.025, 0.02
 _LIKE = 0.005  # of the residuals: by so much the best value may leave more
 # By so much the mean square width of the blur in fast pictures and in those that the part is
 # learnt from may differ otherwise, as of a codec, a shadow or a focus that changes: 0.12 (rms) in
 # 17 composed clips of moderate speed.
 _WIDTH_PX2 = 0.15
-_GRID = 201
+# A blur as of nearly a whole frame time, where that is below some pixels, has such a cause: in
+# three clips that were exposed for 0.06 to 0.4 of it.
+_WHOLE, _SLOW_PX = 0.94, 6.0
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
 
@@ -82,48 +84,56 @@ def found_shutters(
     """
     found = best_shutter(left, frame_s, rough)
     share = found.shutter.exposure_s / frame_s
+    if share >= _WHOLE and pace_px < _SLOW_PX:
+        return unknown_shutters(frame_s)
     scatter = _TIMES * found.exposure_doubt_s / frame_s
     opens = _norm(scatter, _EXPOSURE_AT_LEAST, found.exposure_like)
     share, opens = likely_share(share, opens, 12.0 * _WIDTH_PX2 / max(pace_px, 1e-3) ** 2)
-    rolls_s = found.shutter.readout_s
+    rolls = found.shutter.readout_s / frame_s
     scatter = _TIMES * found.readout_doubt_s / frame_s
-    rolls = _norm(scatter, _READOUT_AT_LEAST, alike * found.readout_like)
-    if applied and abs(rolls_s) >= _SURE * rolls * frame_s:
-        return _noted(share * frame_s, opens * frame_s, rolls_s, rolls * frame_s)
-    doubt = _norm(*_combined((rolls_s / frame_s, rolls), (0.0, _UNKNOWN)))
-    return _noted(share * frame_s, opens * frame_s, 0.0, doubt * frame_s)
+    doubt = _norm(scatter, _READOUT_AT_LEAST, alike * found.readout_like)
+    likely = LikelyReadout.of(rolls, doubt)
+    if applied and likely.rolls >= _SURE:
+        upwards = " from the last row up" if rolls < 0.0 else ""
+        shear = f"readout {1e3 * frame_s * abs(rolls):.2g} ms{upwards}, found from shear,"
+        return _noted(frame_s, (share, opens), (rolls, doubt), 0.0, shear)
+    return _unseen(frame_s, (share, opens), likely)
 
 
 def unknown_shutters(frame_s: float) -> Shutters:
     """Those of a camera of which nothing is known but the time from frame to frame."""
-    return _noted(_HALF * frame_s, _UNKNOWN * frame_s, 0.0, _UNKNOWN * frame_s)
+    return _unseen(frame_s, (_HALF, _UNKNOWN), LikelyReadout.of(0.0, np.inf))
 
 
 def _norm(*parts: float) -> float:
     return float(np.linalg.norm(parts))
 
 
-def _combined(*known: tuple[float, float]) -> tuple[float, float]:
-    """The mean of values with their sigma, as of normal distributions, and its sigma."""
-    weight = np.array([sigma**-2 for _, sigma in known])
-    mean = float(weight @ [value for value, _ in known] / weight.sum())
-    return mean, float(weight.sum() ** -0.5)
+def _unseen(frame_s: float, opens: tuple[float, float], likely: LikelyReadout) -> Shutters:
+    """Shutters with a readout that does not show: rows are not corrected."""
+    shear = f"readout {1e3 * frame_s * likely.size:.2g} ms, the mean of what shear leaves open,"
+    if likely.rolls < _UNLIKELY:
+        shear = "no rolling shutter, which no shear shows,"
+    return _noted(frame_s, opens, (0.0, likely.rms), likely.size, shear)
 
 
-def _noted(opens_s: float, opens_doubt_s: float, rolls_s: float, rolls_doubt_s: float) -> Shutters:
-    upwards = " from the last row up" if rolls_s < 0.0 else ""
-    shear = (
-        f"readout {1e3 * abs(rolls_s):.2g} ms{upwards}, found from shear,"
-        if rolls_s
-        else "no rolling shutter, which no shear shows,"
-    )
+def _noted(
+    frame_s: float, opens: tuple[float, float], rolls: tuple[float, float], likely: float,
+    shear: str,
+) -> Shutters:  # fmt: skip
+    """Shutters by exposure, readout and their sigma as shares of the frame time."""
+    sigma = float(np.sqrt(rolls[1] ** 2 - likely**2))
     note = (
         "exposure and readout of the camera are not given: taken as exposure "
-        f"{1e3 * opens_s:.2g} ms, found from motion blur, with a sigma of "
-        f"{1e3 * opens_doubt_s:.2g} ms, and {shear} with a sigma of {1e3 * rolls_doubt_s:.2g} ms, "
-        "which sigma includes: values given in [camera] of recording.toml are more accurate"
+        f"{1e3 * frame_s * opens[0]:.2g} ms, found from motion blur, with a sigma of "
+        f"{1e3 * frame_s * opens[1]:.2g} ms, and {shear} with a sigma of "
+        f"{1e3 * frame_s * sigma:.2g} ms, which sigma includes: values given in [camera] of "
+        "recording.toml are more accurate"
     )
-    return Shutters(np.array([opens_s]), rolls_s, rolls_doubt_s, note, opens_doubt_s)
+    return Shutters(
+        np.array([frame_s * opens[0]]), frame_s * rolls[0], frame_s * rolls[1], note,
+        frame_s * opens[1], frame_s * likely,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -172,26 +182,6 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
             return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s, *like)
     unknown = _UNKNOWN * frame_s
     return ShutterEstimate(Shutter(opens_s, rolls_s), unknown, unknown, *like)
-
-
-def likely_share(found: float, doubt: float, width: float) -> tuple[float, float]:
-    """Mean and sigma of an exposure, as a share of the frame time, that may be anything up to it.
-
-    It was ``found`` with a sigma ``doubt``, and from a blur whose square is wrong by ``width`` (one
-    sigma, of the blur in a whole frame time): by Bayes' rule, on a grid. Blur of other causes
-    makes a short exposure longer by more than a lack of it makes it shorter.
-
-    >>> [round(value, 3) for value in likely_share(0.5, 0.025, 0.001)]
-    [0.5, 0.025]
-    >>> [round(value, 2) for value in likely_share(0.3, 0.025, 0.1)]
-    [0.26, 0.14]
-    """
-    share = np.linspace(0.0, 1.0, _GRID)
-    wrong = width * ndtri((np.arange(_GRID) + 0.5) / _GRID)
-    seen = np.sqrt(np.maximum(share[:, None] ** 2 + wrong, 0.0))
-    likely = np.exp(-0.5 * ((found - seen) / doubt) ** 2).mean(1)
-    mean = float(likely @ share / likely.sum())
-    return mean, float(np.sqrt(likely @ (share - mean) ** 2 / likely.sum()))
 
 
 def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:

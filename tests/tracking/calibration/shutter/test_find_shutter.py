@@ -95,12 +95,15 @@ def test_a_flat_least_tells_less_and_the_rest_is_the_middle_of_what_is_possible(
     if bend < 1e-3:
         assert share == pytest.approx(0.5, abs=0.03)
         assert sigma == pytest.approx(uniform, rel=0.05)
-        assert found.readout_doubt_s / frame_s == pytest.approx(uniform, rel=0.1)
+        # Half of the cameras have no readout, the others one that is uniform up to a frame time.
+        assert found.likely_s / frame_s == pytest.approx(0.25, abs=0.05)
+        assert found.readout_doubt_s / frame_s == pytest.approx(np.sqrt(0.5 / 3.0), rel=0.15)
     elif bend < 1.0:
         assert sigma == pytest.approx((bend / 0.005 + uniform**-2) ** -0.5, rel=0.1)
     else:
         assert share == pytest.approx(0.2, abs=0.02)
         assert sigma < 0.06
+        assert found.likely_s < 0.01 * frame_s
 
 
 def test_a_readout_that_cannot_be_applied_is_part_of_its_sigma() -> None:
@@ -117,6 +120,25 @@ def test_a_readout_that_cannot_be_applied_is_part_of_its_sigma() -> None:
     error = found_shutters(left, left, frame_s, 20.0, applied=False)
     assert error.readout_s == 0.0
     assert error.readout_doubt_s / frame_s == pytest.approx(0.6, abs=0.05)
+    assert error.middle_s == pytest.approx(applied.middle_s, abs=0.02 * frame_s)
+    assert error.middle_doubt_s == pytest.approx(applied.middle_doubt_s, rel=0.1)
+
+
+def test_blur_as_of_a_whole_frame_time_has_another_cause_where_it_is_small() -> None:
+    """Of a part that moves by 3 px from frame to frame: as of a codec. Ten times as fast, it is an
+    exposure."""
+    frame_s = 1.0 / 50.0
+    noise = 1.0 + 1e-5 * np.random.default_rng(5).standard_normal(24)
+
+    def left(shutter: Shutter) -> np.ndarray:
+        away = (shutter.exposure_s / frame_s - 1.0, shutter.readout_s / frame_s)
+        return noise + 10.0 * float(np.square(away).sum())
+
+    slow, fast = (found_shutters(left, left, frame_s, pace_px) for pace_px in (3.0, 30.0))
+    assert slow.usual_s == 0.5 * frame_s
+    assert slow.exposure_doubt_s > 0.28 * frame_s
+    assert fast.usual_s > 0.95 * frame_s
+    assert fast.exposure_doubt_s < 0.1 * frame_s
 
 
 @pytest.mark.parametrize("share", [-0.98, 0.98, 1.0])
