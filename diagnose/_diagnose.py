@@ -189,7 +189,7 @@ def _warnings(
         *outcome.latencies,
         *assumed(outcome.last.fit.problem.held, models.held),
         *measured_by_servo(data.whole, models.known.fixed),
-        *compensating(verdict, outcome.effects, evidence),
+        *compensating(verdict, last.effects, evidence),
         *doubts(verdict, last, data.levels),
         *ended(verdict, outcome.selected.cut_short, outcome.simulations),
     )

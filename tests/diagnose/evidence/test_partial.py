@@ -174,11 +174,11 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         "Squared error on tes",
         "25 % of the first mo",
         "20 % of the error re",
-        "Not called missing: ",
+        "Not called missing, ",
         "These data cannot te",
         "Not tried, as ruled ",
     ]
-    assert summary.splitlines()[-2].endswith("All have one of backlash and dead zone.")
+    assert summary.splitlines()[-2].endswith("All have one of backlash and a dead zone.")
 
 
 def proposal() -> Proposal:

@@ -100,7 +100,7 @@ def test_a_search_that_ended_early_is_said() -> None:
 def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
     known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
     (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known)
-    assert "the model with dead time and backlash" in warning
+    assert "the model with a dead time and backlash" in warning
     assert warning.endswith("they are not physical: do not use them")
     assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
     assert compensating(Verdict.UNEXPLAINED, (), known) == []

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, COMMAND, FAINT, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, compared_model
-from servosight.diagnose import Comparison, listed, named_model
+from servosight.diagnose import Comparison, named_model, phrased
 from servosight.identify.fit import Dynamics, dynamics, step_response, step_size_deg, step_times
 from servosight.models.core import Actuator, Array, Estimate, rounded, uncertain
 from servosight.models.effects import Effect
@@ -61,7 +61,7 @@ def _models(story: Story, size_deg: float) -> list[Named]:
         return [("model", model, _unsure(story, model, size_deg))]
     named = [(named_model(result.ladder[0].effects, result.ladder[0].base), result.ladder[0])]
     if len(result.ladder) > 1:
-        named.append((f"with {listed(result.ladder[-1].effects)}", result.ladder[-1]))
+        named.append((f"with {phrased(result.ladder[-1].effects)}", result.ladder[-1]))
     return [
         (
             name,
