@@ -62,6 +62,16 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     ]
 
 
+def unmoved(last: LadderStep) -> list[str]:
+    """A warning where the test data do not move, and so test little."""
+    if last.fit_percent is not None:
+        return []
+    return [
+        "the test data move no more than the floor, so that their error says nothing about motion: "
+        "test on a recording that moves (--test REC)"
+    ]
+
+
 def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> list[str]:
     """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 

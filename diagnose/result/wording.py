@@ -164,14 +164,26 @@ def verdict_words(
             _lawful(law, effects, levels),
         )
     if added:
+        missed = _missed(ladder[-1], levels, "still ")
         return (
             "Not fully explained",
-            f"With {phrased(added)} added to the {base}, {fell}, still {levels.words(last)}"
+            f"With {phrased(added)} added to the {base}, {fell}, {missed}"
             + ("." if by_chance else ": something remains that no known effect accounts for."),
         )
     error = f"The rms error of the {base} on test data is {degrees(first)}"
-    error += f", {levels.words(first)}; {_best_single(candidates, first)}."
+    error += f", {_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
     return f"The {base} misses something", error
+
+
+def _missed(step: LadderStep, levels: Levels, still: str = "") -> str:
+    """How the errors of a step miss the floor: that of the test, else that of the validation."""
+    tested, chosen = step.held_out_rmse_deg, step.validation_rmse_deg
+    if tested > EXPLAINED * levels.floor_deg:
+        return f"{still}{levels.words(tested)}"
+    return (
+        f"{levels.words(tested)}; but on validation data it is {degrees(chosen)}, "
+        f"{levels.words(chosen)}"
+    )
 
 
 def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
-from servosight.diagnose.result.caveats import compensating, ended
+from servosight.diagnose.result.caveats import compensating, ended, unmoved
 from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -70,6 +72,20 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], None, LEVELS)
     assert headline == "Not fully explained"
     assert "times the floor" in summary
+
+
+def test_where_validation_data_alone_miss_the_floor_the_sentence_says_so() -> None:
+    """The test data may stand still; then their error is none of the model's motion."""
+    last = replace(step(0.003, "backlash"), validation_rmse_deg=1.02)
+    _, summary = verdict_words(Verdict.UNEXPLAINED, [step(1.0), last], [], None, LEVELS)
+    assert "still no more" not in summary
+    assert (
+        "falls from 1.00 deg to 0.00300 deg, no more than the noise of the measurement, 0.0300 "
+        "deg, accounts for; but on validation data it is 1.02 deg, 32 times the floor" in summary
+    )
+    assert unmoved(replace(last, fit_percent=99.0)) == []
+    (warning,) = unmoved(replace(last, fit_percent=None))
+    assert "--test REC" in warning
 
 
 def test_the_special_case_that_is_certain_is_called_missing() -> None:
