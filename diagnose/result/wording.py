@@ -187,14 +187,32 @@ def _missed(step: LadderStep, levels: Levels, still: str = "") -> str:
 
 
 def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
-    """The effect that lowers the error most, or that none does."""
+    """The effect with the most evidence, and why it is not accepted, or that none helps."""
     best = candidates[0] if candidates else None
     if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * error_deg:
         return (
-            f"of the known effects, {phrased([best.effect])} alone would help most and lower it to "
-            f"{degrees(best.held_out_rmse_deg)}"
+            f"of the known effects, {phrased([best.effect])} alone has the most evidence and "
+            f"lowers it to {degrees(best.held_out_rmse_deg)}{_driven(best.at_bounds)}"
         )
     return "no single known effect accounts for it"
+
+
+def _driven(at_bounds: Sequence[str]) -> str:
+    """Why a candidate is not accepted that drives something to a bound.
+
+    >>> _driven(["T"])
+    ', but is not accepted: with it T rests on a bound of its range, a value that no servo has'
+    >>> _driven([])
+    ''
+    """
+    if not at_bounds:
+        return ""
+    rest = (
+        "rests on a bound of its range, a value"
+        if len(at_bounds) == 1
+        else "rest on bounds of their ranges, values"
+    )
+    return f", but is not accepted: with it {listed(at_bounds)} {rest} that no servo has"
 
 
 def _missing(certain: Sequence[str]) -> str:

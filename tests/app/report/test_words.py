@@ -25,7 +25,7 @@ from servosight.models.excitation import CommandLimits, design
 def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
     one, levels = found.ladder[:1], Levels(noise_deg=0.02, tolerance_deg=0.015, floor_deg=0.025)
     ranked = verdict_words(Verdict.UNEXPLAINED, one, found.candidates, None, levels)
-    assert "backlash alone would help most" in ranked[1]
+    assert "backlash alone has the most evidence" in ranked[1]
     assert (
         "the floor of 0.0250 deg (noise 0.0200 deg and tolerance 0.0150 deg together)" in ranked[1]
     )

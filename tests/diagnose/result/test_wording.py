@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from servosight.diagnose import LadderStep, Verdict
+from servosight.diagnose import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
 from servosight.diagnose.result.caveats import compensating, ended, unmoved
@@ -86,6 +86,24 @@ def test_where_validation_data_alone_miss_the_floor_the_sentence_says_so() -> No
     assert unmoved(replace(last, fit_percent=99.0)) == []
     (warning,) = unmoved(replace(last, fit_percent=None))
     assert "--test REC" in warning
+
+
+def test_a_candidate_at_a_bound_is_said_not_to_be_accepted() -> None:
+    """It has the most evidence, and the search added nothing."""
+    best = Candidate(
+        effect="dead_zone",
+        validation_rmse_deg=0.5,
+        held_out_rmse_deg=0.5,
+        evidence=300.0,
+        confounded_with=(),
+        at_bounds=("T", "xi"),
+    )
+    _, summary = verdict_words(Verdict.UNEXPLAINED, [step(1.0)], [best], None, LEVELS)
+    assert summary.endswith(
+        "of the known effects, a dead zone alone has the most evidence and lowers it to 0.500 deg, "
+        "but is not accepted: with it T and xi rest on bounds of their ranges, values that no "
+        "servo has."
+    )
 
 
 def test_the_special_case_that_is_certain_is_called_missing() -> None:
