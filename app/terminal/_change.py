@@ -32,7 +32,7 @@ def show_change(out: Console, result: Mapping[str, Any]) -> None:
         )
         difference = one["difference"]
         shown, spread = ("-", "-") if difference is None else uncertain(difference, one["sigma"])
-        ratio = "-" if one["sigmas"] is None else f"{one['sigmas']:+.1f}"
+        ratio = "-" if one["sigmas"] is None or not one["sigma"] else f"{one['sigmas']:+.1f}"
         cells = [before, after, shown, spread, ratio]
         name = f"{one['name']} *" if one["changed"] else one["name"]
         table.add_row(name, *(cell.replace("−", "-") for cell in cells), one["unit"])
@@ -40,8 +40,10 @@ def show_change(out: Console, result: Mapping[str, Any]) -> None:
     _show_steps(out, result)
     if any(one["changed"] for one in result["parameters"]):
         out.print("* changed by more than chance accounts for")
+    out.print(result["summary"])
     for words in result["sentences"]:
-        out.print(words)
+        if words not in result["summary"]:
+            out.print(words)
     for name in "ab":
         side = result[name]
         if side["rmse_deg"] is not None:
