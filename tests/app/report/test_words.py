@@ -149,5 +149,5 @@ def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
     assert "Beyond the fitted data" in page.text
     assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08 deg" in page.text
     assert f"{beyond.sentence}." in page.text
-    assert "could not have shown, whatever its size: cogging" in page.text
+    assert "could not have shown, whatever the size: cogging" in page.text
     assert "a dead zone would have shown from" in page.text

@@ -51,6 +51,12 @@ def test_a_play_that_grew_is_told() -> None:
     assert found.freedom == 4
 
 
+def test_a_change_is_printed_with_its_parameters() -> None:
+    shown = str(between(servo(), servo(backlash__gap=(0.84, 0.04))))
+    assert "backlash.gap grew from 0.310 to 0.840 deg (11 sigma)" in shown
+    assert "\nbacklash.gap " in shown
+
+
 def test_the_same_model_has_not_changed() -> None:
     found = between(servo(), servo())
     assert (found.changed, found.headline) == ((), "No difference was found")
