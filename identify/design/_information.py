@@ -170,7 +170,10 @@ class Information:
                 f"The command determines {_and(list(self.names))} to {percent(spread)} or better; "
                 f"{words}."
             )
-        return f"The command does not determine {_and(list(self.unsure))}: {words}."
+        (first, *more) = self.unsure
+        alone = f"{first} is determined worst"
+        words = words.removeprefix(alone) if not more else f"; {words}"
+        return f"The command does not determine {_and(list(self.unsure))}{words}."
 
     def to_dict(self) -> dict[str, Any]:
         """The summary's JSON."""
