@@ -189,7 +189,7 @@ def show_regimes(out: Console, regimes: Sequence[Mapping[str, Any]]) -> None:
 
     title = "beyond the fitted data: share of samples and of the squared error of the last model"
     table = table_of(
-        "recording", "", "quantity", "fitted up to", "reached", "samples", "error", title=title
+        "recording", "use", "quantity", "fitted up to", "reached", "samples", "error", title=title
     )
     for one in regimes[:REGIMES]:
         end = one["fitted_high"] if one["beyond"] == "above" else one["fitted_low"]

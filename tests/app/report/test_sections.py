@@ -76,10 +76,11 @@ def test_residuals_name_the_samples_that_are_tested(
     path = tmp_path / "report.html"
     write_report(path, ss.compare(found.actuator, recording), [recording])
     assert "All samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
+    other = replace(recording, angle_deg=recording.angle_deg + 1e-3)
     whole = ss.diagnose(
-        recording, test=recording, with_effects=KNOWN[:1], without_effects=OTHERS, auto=False
+        recording, test=other, with_effects=KNOWN[:1], without_effects=OTHERS, auto=False
     )
-    write_report(path, whole, [recording, recording])
+    write_report(path, whole, [recording, other])
     assert "Test samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
 
 
