@@ -11,6 +11,7 @@ from servosight.diagnose.evidence import with_detectable as with_detectable
 from servosight.diagnose.fmu import compare_fmu as compare_fmu
 from servosight.diagnose.fmu import diagnose_fmu as diagnose_fmu
 from servosight.diagnose.residuals import listed as listed
+from servosight.diagnose.residuals import phrased as phrased
 from servosight.diagnose.result import Candidate as Candidate
 from servosight.diagnose.result import Diagnosis as Diagnosis
 from servosight.diagnose.result import LadderStep as LadderStep

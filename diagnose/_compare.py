@@ -200,7 +200,7 @@ def comparison_of(
         findings=Table(found),
         sentences=(lead(judged, found, floor), *(one.sentence for one in found)),
         warnings=(*left_out, *unused_disturbances(seen, effects, known), *notes),
-        fit_percent=fit_percent(rmse, [one.recording.angle_deg for one in judged]),
+        fit_percent=fit_percent(rmse, [one.recording.angle_deg for one in judged], floor),
     )
 
 

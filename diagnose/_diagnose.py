@@ -26,6 +26,7 @@ from servosight.diagnose.result.caveats import (
     compensating,
     doubts,
     ended,
+    unmoved,
 )
 from servosight.diagnose.result.next_step import next_experiment
 from servosight.diagnose.result.wording import headline_and_summary
@@ -189,7 +190,8 @@ def _warnings(
         *outcome.latencies,
         *assumed(outcome.last.fit.problem.held, models.held),
         *measured_by_servo(data.whole, models.known.fixed),
-        *compensating(verdict, outcome.effects, evidence),
+        *compensating(verdict, last.effects, evidence),
+        *unmoved(last),
         *doubts(verdict, last, data.levels),
         *ended(verdict, outcome.selected.cut_short, outcome.simulations),
     )

@@ -56,6 +56,14 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "identify-nothing": ("none is given", lambda: ss.identify([])),
     "diagnose-nothing": ("none is given", lambda: ss.diagnose([], validate=recorded())),
+    "diagnose-twice": (
+        "is given to fit and to validate",
+        lambda: ss.diagnose(recorded(), validate=recorded()),
+    ),
+    "diagnose-thrice": (
+        "is given to validate and to test",
+        lambda: ss.diagnose(ss.simulate(seed=1), validate=recorded(), test=recorded()),
+    ),
     "compare-nothing": ("none is given", lambda: ss.compare(model(), [])),
     "compare-nothing-twice": ("none is given", lambda: ss.compare([], [])),
     "add-nothing": ("none is given", lambda: ss.add(model(), "backlash", [])),

@@ -12,8 +12,8 @@ from servosight.diagnose import (
     Diagnosis,
     judge,
     law_predictions,
-    listed,
     named_model,
+    phrased,
     predictions,
 )
 from servosight.diagnose.residuals import Judged, Window
@@ -60,7 +60,7 @@ class Story:
             first = result.ladder[0]
             before = NamedModel(named_model(first.effects, first.base), linear)
             if result.ladder[-1].effects and len(result.ladder) > 1:
-                name = f"with {listed(result.ladder[-1].effects)}"
+                name = f"with {phrased(result.ladder[-1].effects)}"
                 after = NamedModel(name, predictions(result, recordings, catalogue=catalogue))
             if result.law is not None:
                 judged = law_predictions(result, recordings, catalogue=catalogue)

@@ -3,6 +3,7 @@
 Loads neither numbers nor rich until something is shown.
 """
 
+from servosight.app.terminal._change import show_change as show_change
 from servosight.app.terminal._output import check_outputs as check_outputs
 from servosight.app.terminal._output import check_target as check_target
 from servosight.app.terminal._output import console as console
@@ -14,7 +15,6 @@ from servosight.app.terminal._progress import Shown as Shown
 from servosight.app.terminal._progress import progress as progress
 from servosight.app.terminal._progress import quiet as quiet
 from servosight.app.terminal._progress import set_amount as set_amount
-from servosight.app.terminal._results import show_change as show_change
 from servosight.app.terminal._results import show_diagnosis as show_diagnosis
 from servosight.app.terminal._results import show_findings as show_findings
 from servosight.app.terminal._results import show_fit as show_fit

@@ -5,31 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from servosight.app.terminal._table import deg, table_of
+
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 BAR = 24
 EIGHTHS = " ▏▎▍▌▋▊▉"
 CANDIDATES = 6
 FINDINGS = 5
 REGIMES = 6
-LEAST_DEG = 1e-9
-STEP_METRICS = {
-    "bandwidth_hz": ("bandwidth", 1.0, "Hz"),
-    "rise_time_s": ("rise time, 10 to 90 %", 1e3, "ms"),
-    "overshoot": ("overshoot", 100.0, "%"),
-    "settling_time_s": ("settling time, to 2 %", 1e3, "ms"),
-}
-"""What is compared of two servos' motion: in words, with the factor to the unit shown."""
 
 
 def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     """Parameters with their uncertainty, error against floor, warnings."""
     show_parameters(out, result["parameters"])
     out.print(
-        f"rmse {_deg(result['rmse_deg'])} over {result['samples']} samples; noise "
-        f"{_deg(result['noise_deg'])}, floor {_deg(result['floor_deg'])}"
+        f"rmse {deg(result['rmse_deg'])} over {result['samples']} samples; noise "
+        f"{deg(result['noise_deg'])}, floor {deg(result['floor_deg'])}"
     )
     show_fit(out, result["fit_percent"])
     _show_transmissions(out, result.get("transmissions", ()))
@@ -61,9 +54,9 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     show_ladder(out, result["ladder"], result["floor_deg"])
     show_fit(out, result["ladder"][-1]["fit_percent"], " of the last model on test data:")
     show_verdict(out, result)
-    show_parameters(out, result["ladder"][-1]["parameters"])
+    _show_model(out, result["ladder"][-1], result["warnings"])
     _show_transmissions(out, result.get("transmissions", ()))
-    show_candidates(out, result["candidates"])
+    show_candidates(out, result["candidates"], first)
     show_blind(out, result.get("detectable", ()))
     if result["verdict"] != "no_effect_missing":
         show_where(out, result["where"], f"where the {first} fails")
@@ -71,6 +64,14 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
         show_regimes(out, result["regimes"])
     if result.get("findings"):
         show_findings(out, result["findings"], f"What the error of the {first} shows:")
+
+
+def _show_model(out: Console, step: Mapping[str, Any], said: Sequence[str]) -> None:
+    """A step's parameters, and why some of them are uncertain, unless that is ``said`` before."""
+    show_parameters(out, step["parameters"])
+    for warning in step["warnings"]:
+        if warning not in (*said, *step["held"]):
+            out.print(f"note: {warning}")
 
 
 def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
@@ -93,19 +94,19 @@ def show_verdict(out: Console, result: Mapping[str, Any]) -> None:
 def show_ladder(out: Console, ladder: Sequence[Mapping[str, Any]], floor_deg: float) -> None:
     """One step a line with its error on test data as a bar, the floor, and what steps hold."""
     largest = max([floor_deg, *(step["held_out_rmse_deg"] or 0.0 for step in ladder)])
-    table = _table(
+    table = table_of(
         "model", "test data", "", "validation", "fitted", title="error of the model, rms"
     )
     for step in ladder:
         error = step["held_out_rmse_deg"]
         table.add_row(
             _change(step),
-            _deg(error),
+            deg(error),
             _bar(error, largest),
-            _deg(step["validation_rmse_deg"]),
-            _deg(step["train_rmse_deg"]),
+            deg(step["validation_rmse_deg"]),
+            deg(step["train_rmse_deg"]),
         )
-    table.add_row("floor", _deg(floor_deg), _bar(floor_deg, largest), "", "")
+    table.add_row("floor", deg(floor_deg), _bar(floor_deg, largest), "", "")
     out.print(table)
     for step in ladder:
         for words in step.get("held", ()):
@@ -116,7 +117,7 @@ def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:
     """Each parameter, rounded to its standard deviation, with that and its unit."""
     from servosight.models.core import uncertain
 
-    table = _table("parameter", "value", "+- sigma", "unit")
+    table = table_of("parameter", "value", "+- sigma", "unit")
     for name, entry in parameters.items():
         entries = entry if isinstance(entry, list) else [entry]
         for place, one in enumerate(entries, 1):
@@ -126,16 +127,20 @@ def show_parameters(out: Console, parameters: Mapping[str, Any]) -> None:
     out.print(table)
 
 
-def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]]) -> None:
-    """The best candidates for the first step."""
+def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]], first: str) -> None:
+    """The best candidates for the first step, each of them added to the ``first`` model."""
+    from servosight.diagnose.selection import SelectionPolicy
+
     if not candidates:
         return
-    table = _table("candidate", "test data", "evidence", "indistinguishable from")
+    least = SelectionPolicy().min_evidence
+    title = f"each effect alone added to the {first}; evidence above {least:g} excludes chance"
+    table = table_of("candidate", "test data", "evidence", "indistinguishable from", title=title)
     for one in candidates[:CANDIDATES]:
         table.add_row(
             one["effect"],
-            _deg(one["held_out_rmse_deg"]),
-            "-" if one["evidence"] is None else f"{one['evidence']:.1f}",
+            deg(one["held_out_rmse_deg"]),
+            "-" if one["evidence"] is None else f"{one['evidence']:+.0f}",
             ", ".join(one["confounded_with"]),
         )
     out.print(table)
@@ -157,13 +162,21 @@ def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> 
     """The windows with the largest share of the error of a model that misses the floor."""
     if not where:
         return
-    table = _table("recording", "from", "to", "rms", "share", "while", title=title)
+    table = table_of(
+        "recording",
+        "from",
+        "to",
+        "rms",
+        "share",
+        "while",
+        title=f"{title}; share of its squared error",
+    )
     for one in where:
         table.add_row(
             str(one["recording"]),
             f"{one['start_s']:.2f} s",
             f"{one['end_s']:.2f} s",
-            _deg(one["rmse_deg"]),
+            deg(one["rmse_deg"]),
             f"{100 * one['share']:.0f} %",
             one["what"].replace("_", " "),
         )
@@ -172,9 +185,11 @@ def show_where(out: Console, where: Sequence[Mapping[str, Any]], title: str) -> 
 
 def show_regimes(out: Console, regimes: Sequence[Mapping[str, Any]]) -> None:
     """Where held-out data go beyond the fitted ones, and how much of the error is there."""
+    from servosight.models.core import rounded
+
     title = "beyond the fitted data: share of samples and of the squared error of the last model"
-    table = _table(
-        "recording", "", "quantity", "fitted up to", "reached", "samples", "error", title=title
+    table = table_of(
+        "recording", "use", "quantity", "fitted up to", "reached", "samples", "error", title=title
     )
     for one in regimes[:REGIMES]:
         end = one["fitted_high"] if one["beyond"] == "above" else one["fitted_low"]
@@ -182,8 +197,8 @@ def show_regimes(out: Console, regimes: Sequence[Mapping[str, Any]]) -> None:
             str(one["recording"]),
             one["use"],
             one["quantity"],
-            f"{end:.4g} {one['unit']}",
-            f"{one['reached']:.4g} {one['unit']}",
+            f"{rounded(end)} {one['unit']}",
+            f"{rounded(one['reached'])} {one['unit']}",
             f"{100 * one['share_samples']:.0f} %",
             f"{100 * one['share_error']:.0f} %",
         )
@@ -194,65 +209,10 @@ def show_findings(out: Console, findings: Sequence[Mapping[str, Any]], title: st
     """The largest findings, one a line, each with the rms that it describes."""
     out.print(title)
     for one in findings[:FINDINGS]:
-        out.print(f"  {_deg(one['size_deg'], 2):>10}  {one['sentence']}")
+        out.print(f"  {deg(one['size_deg'], 2):>10}  {one['sentence']}")
     if len(findings) > FINDINGS:
         out.print(f"  {len(findings) - FINDINGS} more in the report and the JSON")
     out.print()
-
-
-def show_change(out: Console, result: Mapping[str, Any]) -> None:
-    """What differs between two servos: in words, each parameter, what it can mean."""
-    from servosight.models.core import uncertain
-
-    out.print(f"{result['headline']}.")
-    table = _table("parameter", "a", "b", "difference", "+- sigma", "sigmas", "unit")
-    for one in result["parameters"]:
-        before, after = (
-            "-" if one[side] is None else uncertain(one[side], one[f"{side}_sigma"])[0]
-            for side in "ab"
-        )
-        difference = one["difference"]
-        shown, spread = ("-", "-") if difference is None else uncertain(difference, one["sigma"])
-        ratio = "-" if one["sigmas"] is None else f"{one['sigmas']:+.1f}"
-        cells = [before, after, shown, spread, ratio]
-        name = f"{one['name']} *" if one["changed"] else one["name"]
-        table.add_row(name, *(cell.replace("−", "-") for cell in cells), one["unit"])
-    out.print(table)
-    _show_steps(out, result)
-    if any(one["changed"] for one in result["parameters"]):
-        out.print("* changed by more than chance accounts for")
-    for words in result["sentences"]:
-        out.print(words)
-    for name in "ab":
-        side = result[name]
-        if side["rmse_deg"] is not None:
-            out.print(
-                f"{name} ({', '.join(side['recordings'])}): error {_deg(side['rmse_deg'])}, with "
-                f"the other's model {_deg(side['other_rmse_deg'])}, floor {_deg(side['floor_deg'])}"
-            )
-    for warning in result["warnings"]:
-        out.print(f"note: {warning}")
-
-
-def _show_steps(out: Console, result: Mapping[str, Any]) -> None:
-    """How fast either servo is and how it answers a step, with the sigma that its fit leaves."""
-    from servosight.models.core import uncertain
-
-    sides = [result[name]["dynamics"] for name in "ab"]
-    if None in sides:
-        return
-    table = _table(f"step of {sides[0]['step_deg']:g} deg", "a", "b", "unit")
-    for name, (words, factor, unit) in STEP_METRICS.items():
-        cells = []
-        for one in (side[name] for side in sides):
-            if one is None:
-                cells.append("-")
-                continue
-            sigma = None if one["sigma"] is None else factor * one["sigma"]
-            value, spread = uncertain(factor * one["value"], sigma)
-            cells.append(f"{value} +- {spread}" if sigma else value)
-        table.add_row(words, *(cell.replace("−", "-") for cell in cells), unit)
-    out.print(table)
 
 
 def _change(step: Mapping[str, Any]) -> str:
@@ -268,17 +228,3 @@ def _bar(value: float | None, largest: float) -> str:
         return ""
     eighths = max(1, round(8 * BAR * value / largest))
     return "█" * (eighths // 8) + EIGHTHS[eighths % 8].strip()
-
-
-def _deg(value: float | None, digits: int = 4) -> str:
-    return "-" if value is None else f"{value:.{digits}g} deg"
-
-
-def _table(*columns: str, title: str | None = None) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE, title=title, title_justify="left", title_style="")
-    for column in columns:
-        table.add_column(column, no_wrap=True)
-    return table

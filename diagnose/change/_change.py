@@ -173,7 +173,14 @@ def change_between(
     found = [one.sentence for one in changed]
     if alike:
         unknown = [one.name for one in rows if one.sigmas is None]
-        headline, summary = summary_words(found, same, unknown, p, _differ(first, second, policy))
+        headline, summary = summary_words(
+            found,
+            same,
+            unknown,
+            p,
+            _differ(first, second, policy),
+            together=p is not None and p < policy.chance,
+        )
         notes = warnings
     else:
         headline, summary = mixed_words(a.effects, b.effects)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.models.core import Estimate, chance, rounded, uncertain
+from servosight.diagnose.residuals import phrased
+from servosight.models.core import Estimate, chance, rounded, spoken, uncertain
 from servosight.models.effects import Effect
 
 LEAST_SIGMAS_SHOWN = 100.0
@@ -68,7 +69,7 @@ def meaning(
     """What a change of a parameter can mean."""
     effect = name.partition(".")[0]
     if effect in catalogue and "." in name:
-        return f"{effect.replace('_', ' ')}: {catalogue[effect].cause}"
+        return f"{spoken(effect)}: {catalogue[effect].cause}"
     return CORE_MEANINGS[name, direction(before, after)]
 
 
@@ -78,24 +79,30 @@ def summary_words(
     unknown: Sequence[str],
     p: float | None,
     differ: bool,
+    together: bool,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
-    ``unknown``: parameters whose sigma is not known on either side; ``differ``: each servo is
-    predicted far worse by the other's model, so that something does differ.
+    ``unknown``: parameters whose sigma is not known on either side; ``differ``: a servo is
+    predicted far worse by the other's model; ``together``: ``p`` is too small for chance.
     """
     unchanged = [f"unchanged: {', '.join(same)}"] if same else []
+    worse = "with the other's model the error is far larger than with the own"
     if changed:
         open_ = [cannot_tell(unknown)] if unknown else []
         return changed[0], f"{'; '.join([*changed, *unchanged, *open_])}."
     if unknown and differ:
-        why = "with the other's model the error is far larger than with the own, so something does"
+        why = f"{worse}, so they differ in this or in something that the model lacks"
         return _capital(cannot_tell(unknown)), _capital(f"{'; '.join([why, *unchanged])}.")
     headline = "No difference was found"
+    if together:
+        headline, unchanged = "They differ, but no parameter by itself does so surely", []
     headline += f"; {cannot_tell(unknown)}" if unknown else ""
     sure = [] if p is None else [f"a difference as large comes by chance with {chance(p)}"]
     none = [] if same else ["no parameter can be compared"]
-    return headline, _capital(f"{'; '.join([*none, *unchanged, *sure])}.")
+    far = f"{worse}, which these sigmas allow: compare runs of one command that determines all"
+    alike = [far] if differ and not together else []
+    return headline, _capital(f"{'; '.join([*none, *unchanged, *sure, *alike])}.")
 
 
 def cannot_tell(names: Sequence[str]) -> str:
@@ -113,7 +120,7 @@ def cannot_tell(names: Sequence[str]) -> str:
 def mixed_words(a: Sequence[str], b: Sequence[str]) -> tuple[str, str]:
     """Headline and summary where the models hold different effects."""
     only = [
-        f"{side} alone has {', '.join(one for one in own if one not in other)}"
+        f"{side} alone has {phrased([one for one in own if one not in other])}"
         for side, own, other in (("a", a, b), ("b", b, a))
         if set(own) - set(other)
     ]

@@ -8,7 +8,7 @@ from servosight.diagnose.evidence._equivalents import interchangeable as interch
 from servosight.diagnose.evidence._equivalents import special_case as special_case
 from servosight.diagnose.evidence._evidence import Evidence as Evidence
 from servosight.diagnose.evidence._evidence import gather as gather
-from servosight.diagnose.evidence._partial import RECORD_AGAIN as RECORD_AGAIN
+from servosight.diagnose.evidence._next_steps import RECORD_AGAIN as RECORD_AGAIN
 from servosight.diagnose.evidence._partial import Unexplained as Unexplained
 from servosight.diagnose.evidence._partial import partial as partial
 from servosight.diagnose.evidence._partial import taken as taken

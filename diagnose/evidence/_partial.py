@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servosight.diagnose.evidence._next_steps import RECORD_AGAIN, step_for
 from servosight.diagnose.evidence._repeats import Repeated
 from servosight.diagnose.evidence._spread import Spread
 from servosight.diagnose.residuals import (
@@ -49,29 +50,6 @@ WORDS = {
     "gain": "the gain of the loop",
     "disturbance": "the known disturbance",
 }
-STEPS = {
-    "angle": "Record slow triangles over the whole range, up and down: an error that depends "
-    "on the angle alone does not change when the speed is halved.",
-    "speed": "Record the same motion at half and at double the speed: friction and drag depend on "
-    "the speed, a limit acts only above a certain speed.",
-    "acceleration": "Record the same motion at half and at double the acceleration, and once with "
-    "another load: inertia, compliance and torque limits show there.",
-    "history": "Record slow triangles at two amplitudes, with a rest of half a second at each "
-    "turn: play, friction and hysteresis show there, and scale differently with the amplitude.",
-    "amplitude": "Repeat the recording at half and at double the amplitude: an error that does "
-    "not scale with it indicates friction, play or resolution; one that grows faster, a limit.",
-    "time": "Repeat the recording with the servo warm, and log temperature and supply voltage.",
-    "frequency": "Record a slow sweep of the frequency at two small amplitudes: an error that "
-    "is the same at both is linear, such as a resonance or a delay.",
-    "load": "Record the same command without load and with two known loads (relative_load in "
-    "recording.toml).",
-    "gain": "Record the same command at two more gains of the loop (relative_gain in "
-    "recording.toml).",
-    "disturbance": "Fit a run with the known disturbance as well (effect known_disturbance), or "
-    "fit and test on runs without it and compare the model with this run: what remains is what "
-    "the disturbance moves.",
-}
-"""The next step for what the error depends on most."""
 DURING = {
     "reversal": ("at reversals", "history"),
     "standstill": ("at standstill", "history"),
@@ -80,11 +58,6 @@ DURING = {
     "high_frequency": ("in fast oscillation", "frequency"),
 }
 """Each kind of motion in words, and what an error there most often depends on."""
-RECORD_AGAIN = (
-    "Record the same command three times more and diagnose all runs together: how far they differ "
-    "from one another is how much of this error is chance, and the parameters become surer."
-)
-"""The next step where chance may be all of the error."""
 MOST = 0.5
 """From this share of the remaining squared error on, a kind of motion holds most of it."""
 LEAST = 0.1
@@ -158,7 +131,7 @@ def partial(
     if worst is not None:
         parts.append(_place(during, worst))
     likely = kinds or tuple(DURING[one][1] for one, part in during.items() if part >= MOST)
-    by_kind = STEPS[likely[0]] if likely else None
+    by_kind = step_for(likely[0], [one.recording for one in judged]) if likely else None
     return Unexplained(
         share=share,
         depends_on=kinds,
@@ -186,12 +159,12 @@ def _left(share: float, first_deg: float, last_deg: float) -> str:
 def _place(during: Mapping[str, float], worst: Window) -> str:
     """In which motion and when the error remains."""
     parts = [
-        f"{100.0 * part:.0f} % {DURING[kind][0]}"
-        for kind, part in list(during.items())[:2]
+        f"{100.0 * part:.0f} % {place}{DURING[kind][0]}"
+        for place, (kind, part) in zip(("of it is ", ""), during.items(), strict=False)
         if part >= LEAST
     ]
     return (
-        f"of it {listed(parts)}, counted over all samples; the worst part is from "
+        f"{listed(parts)}, counted over all samples; the worst part is from "
         f"{worst.start_s:.2f} to {worst.end_s:.2f} s in the recording {worst.recording} "
         f"({degrees(worst.rmse_deg)} rms)"
     )

@@ -39,8 +39,8 @@ class Spread:
         return (
             f"parameters moved within their sigma change the prediction of the test data by "
             f"{degrees(self.test_deg)} rms and that of the fitted data by "
-            f"{degrees(self.fitted_deg)}, as where it is a matter of chance whether a part sticks: "
-            f"whether an effect is missing, this error does not tell"
+            f"{degrees(self.fitted_deg)}: the fitted data do not determine them well enough to say "
+            f"whether an effect is missing"
         )
 
 

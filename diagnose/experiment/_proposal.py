@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection import SelectionPolicy
-from servosight.models.core import Array, Frozen
+from servosight.models.core import Array, Frozen, rounded
 from servosight.models.excitation import CommandLimits, Design, Excitation
 
 DECIDES = SelectionPolicy().tie
@@ -103,8 +103,9 @@ class Proposal(Frozen):
         if widest.difference_deg < self.tolerance_deg:
             return (
                 f"{none}: with the best, the {self.command}, they differ by up to "
-                f"{widest.difference_deg:.2g} deg, less than the tolerance of "
-                f"{self.tolerance_deg:.2g} deg, so for the angle it does not matter which is right."
+                f"{rounded(widest.difference_deg, 2)} deg, less than the tolerance of "
+                f"{rounded(self.tolerance_deg, 2)} deg, so for the angle it does not matter "
+                f"which is right."
             )
         return (
             f"{none} reliably: with the best, the {self.command}, they differ by up to "
@@ -114,7 +115,7 @@ class Proposal(Frozen):
 
     def _size(self, one: Separation) -> str:
         return (
-            f"{one.difference_deg:.2g} deg, {one.difference_deg / self.noise_deg:.2g} times the "
-            f"noise (a log-likelihood difference of {one.log_likelihood:.3g} over all frames; "
-            f"{DECIDES:g} is enough)"
+            f"{rounded(one.difference_deg, 2)} deg, "
+            f"{rounded(one.difference_deg / self.noise_deg, 2)} times the noise (a log-likelihood "
+            f"difference of {rounded(one.log_likelihood)} over all frames; {DECIDES:g} is enough)"
         )

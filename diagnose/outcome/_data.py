@@ -6,6 +6,8 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from servosight.diagnose.evidence import run_floor
 from servosight.diagnose.result.wording import Levels
 from servosight.diagnose.selection import PriorKnowledge, Spans, cut, stretches
@@ -16,8 +18,11 @@ from servosight.identify.problem import (
     thinned,
     usable_views,
 )
-from servosight.models.core import Recording
+from servosight.models.core import InputError, Recording
 from servosight.models.effects import Effect
+
+USES = "fit", "validate", "test"
+"""What recordings are for, in the order in which they are given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,8 +63,9 @@ def diagnosis_data(
 
     ``tolerance`` [deg] is what no model need be right within (None: 0.05 % of the moved range);
     recordings with more than ``most_rows`` rows are cut to stretches. Raises InputError where a
-    required effect cannot show in the fitted recordings.
+    required effect cannot show in the fitted recordings, and where one recording has two uses.
     """
+    _refuse_two_uses(groups)
     usable, left_out = zip(*map(usable_views, groups), strict=True)
     whole = tuple(itertools.chain(*usable))
     known = offered(catalogue, usable[0], prior.first)
@@ -85,6 +91,23 @@ def diagnosis_data(
         left_out=(*itertools.chain(*left_out), *repeats),
         shortened=(*notes, *thinning),
     )
+
+
+def _refuse_two_uses(groups: Sequence[Sequence[Recording]]) -> None:
+    """InputError where a recording that is to validate or to test is fitted too, or does both."""
+    used = [(use, one) for use, group in zip(USES, groups, strict=True) for one in group]
+    for (first, one), (second, other) in itertools.combinations(used, 2):
+        if first != second and _is_same(one, other):
+            raise InputError(
+                f"{other.name}: the same recording is given to {first} and to {second}, expected "
+                f"one use of each; give another run to {second}, or none: parts of the recordings "
+                f"then {second}"
+            )
+
+
+def _is_same(one: Recording, other: Recording) -> bool:
+    pairs = (one.time_s, other.time_s), (one.angle_deg, other.angle_deg)
+    return all(np.array_equal(a, b) for a, b in pairs)
 
 
 def _levels(

@@ -66,7 +66,7 @@ def _step(
         correlation=covariance.correlation,
         dynamics=dynamics(actuator, covariance, size_deg, models.catalogue),
         base=base_of(models.catalogue),
-        fit_percent=held_out_fit_percent(judged),
+        fit_percent=held_out_fit_percent(judged, criterion.floor_deg),
         sampling_correlation=fit.uncertainty.matrix(table, sampling=True).correlation,
         shared_error=fit.uncertainty.shared_shares(table),
     )

@@ -9,7 +9,7 @@ from servosight.diagnose.outcome._data import DiagnosisData
 from servosight.diagnose.outcome._outcome import Outcome
 from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.result import Candidate
-from servosight.diagnose.selection import Resolution, Trial, alternatives, confounded, new_in
+from servosight.diagnose.selection import Resolution, Score, Trial, alternatives, confounded, new_in
 from servosight.models.core import Table
 from servosight.models.excitation import CommandLimits
 
@@ -61,9 +61,16 @@ def _candidates(outcome: Outcome, resolution: Resolution) -> Table[Candidate]:
                 held_out_rmse_deg=held_out_rms(models.tested(trial)),
                 evidence=resolution.criterion.evidence(trial.score, linear.score),
                 confounded_with=groups[name],
+                at_bounds=_driven(trial.score, linear.score),
             )
         )
     return Table(sorted(found, key=lambda one: -one.evidence))
+
+
+def _driven(score: Score, first: Score) -> tuple[str, ...]:
+    """What rests on a bound of its range and did not in the ``first`` model."""
+    begun = {*first.core_at_bounds, *first.at_bounds}
+    return tuple(name for name in (*score.core_at_bounds, *score.at_bounds) if name not in begun)
 
 
 def _rivals(outcome: Outcome, resolution: Resolution) -> tuple[Trial, ...]:

@@ -34,3 +34,4 @@ from servosight.diagnose.residuals.findings import Finding as Finding
 from servosight.diagnose.residuals.findings import findings as findings
 from servosight.diagnose.residuals.findings import lead as lead
 from servosight.diagnose.residuals.findings import listed as listed
+from servosight.diagnose.residuals.findings import phrased as phrased

@@ -81,11 +81,11 @@ def held_out_rms(judged: Sequence[Judged]) -> float:
     return rms([one.error_deg[mask] for one, mask in zip(judged, _held_out(judged), strict=True)])
 
 
-def held_out_fit_percent(judged: Sequence[Judged]) -> float:
+def held_out_fit_percent(judged: Sequence[Judged], floor_deg: float) -> float | None:
     """:func:`fit_percent` of the samples that :func:`held_out_rms` is over."""
     masks = _held_out(judged)
     angles = [one.recording.angle_deg[mask] for one, mask in zip(judged, masks, strict=True)]
-    return fit_percent(held_out_rms(judged), angles)
+    return fit_percent(held_out_rms(judged), angles, floor_deg)
 
 
 def held_out_samples_of(judged: Sequence[Judged]) -> int:

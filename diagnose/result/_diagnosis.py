@@ -128,13 +128,18 @@ class LadderStep(Frozen):
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """One effect tried alone on the linear model; ``evidence`` is its gain in log-likelihood."""
+    """One effect tried alone on the linear model; ``evidence`` is its gain in log-likelihood.
+
+    ``at_bounds`` are the parameters of the linear core, and effects, that this drives to a bound of
+    their range: then the effect is not accepted.
+    """
 
     effect: str
     validation_rmse_deg: float
     held_out_rmse_deg: float
     evidence: float
     confounded_with: tuple[str, ...]
+    at_bounds: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.diagnose.residuals import listed
+from servosight.diagnose.evidence.stability import LEAST
+from servosight.diagnose.residuals import listed, phrased
 from servosight.diagnose.result._diagnosis import LadderStep
 
 MOST_MODELS = 4
@@ -16,17 +17,29 @@ def stability_words(effects: Sequence[str], shares: Mapping[str, float], resampl
 
     >>> stability_words(["backlash"], {"backlash": 1.0, "cogging": 0.3}, 10)
     'Of 10 parts of the data, 10 name backlash. Not called missing: cogging (3 of 10).'
+    >>> stability_words([], {"backlash": 0.8}, 10)
+    'Not called missing, though at least half of the parts name it: backlash (8 of 10).'
     """
     if not shares:
         return ""
     firm = [f"{_count(shares[n], resamples)} name {listed([n])}" for n in effects if n in shares]
-    rare = [
-        f"{listed([n])} ({_count(share, resamples)} of {resamples})"
-        for n, share in shares.items()
-        if n not in effects
+    others = {name: share for name, share in shares.items() if name not in effects}
+    rare = [name for name, share in others.items() if share < LEAST]
+    open_ = [name for name in others if name not in rare]
+    it = "it" if len(open_) == 1 else "them"
+    counted = {
+        name: f"{listed([name])} ({_count(share, resamples)} of {resamples})"
+        for name, share in others.items()
+    }
+    lines = [
+        (f"Of {resamples} parts of the data, ", firm),
+        ("Not called missing: ", [counted[name] for name in rare]),
+        (
+            f"Not called missing, though at least half of the parts name {it}: ",
+            [counted[name] for name in open_],
+        ),
     ]
-    named = [f"Of {resamples} parts of the data, {', '.join(firm)}."] if firm else []
-    return " ".join([*named, *([f"Not called missing: {', '.join(rare)}."] if rare else [])])
+    return " ".join(f"{begin}{', '.join(names)}." for begin, names in lines if names)
 
 
 def contained_words(contained: Mapping[str, str]) -> str:
@@ -37,7 +50,7 @@ def contained_words(contained: Mapping[str, str]) -> str:
     """
     if not contained:
         return ""
-    pairs = [f"of {listed([name])} only {listed([one])}" for name, one in contained.items()]
+    pairs = [f"of {phrased([name])} only {phrased([one])}" for name, one in contained.items()]
     are = "is called missing" if len(pairs) == 1 else "are called missing"
     return (
         f"O{', '.join(pairs)[1:]} {are}: what the model has beyond that lowers the error, but is "
@@ -55,7 +68,7 @@ def undetermined_words(effects: Sequence[str]) -> str:
         return ""
     which = "its" if len(effects) == 1 else "their"
     return (
-        f"The data do not determine {listed(effects)}: none of {which} parameters differs from "
+        f"The data do not determine {phrased(effects)}: none of {which} parameters differs from "
         f"its neutral value by more than its sigma, so that another run may name something else."
     )
 
@@ -70,7 +83,7 @@ def motionless_words(effects: Sequence[str]) -> str:
         return ""
     return (
         f"T is known to no better than its own size, so the data show no motion of the servo's own "
-        f"by which {listed(effects)} could be told from what else is left of the torque: record "
+        f"by which {phrased(effects)} could be told from what else is left of the torque: record "
         f"faster motion as well."
     )
 
@@ -85,7 +98,7 @@ def unmeasured_words(effects: Sequence[str]) -> str:
         return ""
     it, stays = ("it", "it stays") if len(effects) == 1 else ("them", "they stay")
     return (
-        f"No sigma is known of any size of {listed(effects)} (the warnings say why): how large is "
+        f"No sigma is known of any size of {listed(effects)} (the warnings say why): its size is "
         f"open, and {stays} named because the error falls with {it}."
     )
 
@@ -100,17 +113,17 @@ def equivalent_words(
     >>> others = [["gravity_load", "backlash"]]
     >>> words = equivalent_words(
     ...     ["gravity_load", "coulomb_friction"], others, {"coulomb_friction": ["backlash"]})
-    >>> words.endswith("All have gravity load, and one of Coulomb friction and backlash.")
+    >>> words.endswith("All have a gravity load, and one of Coulomb friction and backlash.")
     True
     """
     if not others:
         return ""
-    models = "; ".join(f"with {listed(other)}" for other in others[:MOST_MODELS])
+    models = "; ".join(f"with {phrased(other)}" for other in others[:MOST_MODELS])
     more = len(others) - MOST_MODELS
     models += f"; or {more} more" if more > 0 else ""
     common = [name for name in effects if name not in one_of]
-    groups = [f"one of {listed([name, *instead])}" for name, instead in one_of.items() if instead]
-    shared = ", and ".join([*([listed(common)] if common else []), *groups])
+    groups = [f"one of {phrased([name, *instead])}" for name, instead in one_of.items() if instead]
+    shared = ", and ".join([*([phrased(common)] if common else []), *groups])
     return (
         f"These data cannot tell the model from the one {models}: the errors differ by no more "
         f"than they scatter from second to second, so another run may name another. "

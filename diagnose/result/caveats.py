@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from servosight.diagnose.evidence import Evidence
-from servosight.diagnose.residuals import listed
+from servosight.diagnose.residuals import phrased
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
 from servosight.models.core import rounded
@@ -62,8 +62,18 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     ]
 
 
+def unmoved(last: LadderStep) -> list[str]:
+    """A warning where the test data do not move, and so test little."""
+    if last.fit_percent is not None:
+        return []
+    return [
+        "the test data move no more than the floor, so that their error says nothing about motion: "
+        "test on a recording that moves (--test REC)"
+    ]
+
+
 def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> list[str]:
-    """A warning where fitted values stand for something else that the model lacks.
+    """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 
     None where most of the error is beyond the fitted data, or where parameters within their sigma
     may be all of it: then nothing need be missing.
@@ -72,7 +82,7 @@ def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> l
     if verdict is not Verdict.UNEXPLAINED or not effects or not lacking:
         return []
     return [
-        f"the fitted values of the model with {listed(effects)} compensate for an effect that is "
+        f"the fitted values of the model with {phrased(effects)} compensate for an effect that is "
         f"not in the catalogue; they are not physical: do not use them"
     ]
 

@@ -13,7 +13,7 @@ from servosight.diagnose.evidence import (
     Stability,
     Unexplained,
 )
-from servosight.diagnose.residuals import EXPLAINED, listed
+from servosight.diagnose.residuals import EXPLAINED, listed, phrased
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
 from servosight.diagnose.result._stability_words import (
     contained_words,
@@ -71,9 +71,9 @@ def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
     """A model by its effects; without any, by what they would act on.
 
     >>> named_model([]), named_model(["dead_zone"]), named_model([], "FMU")
-    ('linear model', 'model with dead zone', 'FMU model')
+    ('linear model', 'model with a dead zone', 'FMU model')
     """
-    return f"model with {listed(effects)}" if effects else f"{base} model"
+    return f"model with {phrased(effects)}" if effects else f"{base} model"
 
 
 def headline_and_summary(
@@ -142,18 +142,18 @@ def verdict_words(
     if verdict is not Verdict.UNEXPLAINED and not added:
         return (
             f"Not needed: {listed(gone)}",
-            f"The {base} of this servo does not need {listed(gone)}: without it, the rms error on "
+            f"The {base} of this servo does not need {phrased(gone)}: without it, the rms error on "
             f"test data is {degrees(last)}, {levels.words(last)}.",
         )
     if verdict is not Verdict.UNEXPLAINED:
         return (
             _missing(named(added)),
-            f"The {base} of this servo {_wrong(added, gone)}. With {listed(effects) or 'none'} in "
+            f"The {base} of this servo {_wrong(added, gone)}. With {phrased(effects) or 'none'} in "
             f"the model, {fell}, {levels.words(last)}.",
         )
     if regime is not None:
         error = f"Over all test data the rms error of the {base} is {degrees(first)}"
-        error = f"With {listed(added)} added to the {base}, {fell}" if added else error
+        error = f"With {phrased(added)} added to the {base}, {fell}" if added else error
         return (
             "The error is outside the fitted data",
             f"{regime.words} {error}, {levels.words(last)}.",
@@ -164,25 +164,55 @@ def verdict_words(
             _lawful(law, effects, levels),
         )
     if added:
+        missed = _missed(ladder[-1], levels, "still ")
         return (
             "Not fully explained",
-            f"With {listed(added)} added to the {base}, {fell}, still {levels.words(last)}"
+            f"With {phrased(added)} added to the {base}, {fell}, {missed}"
             + ("." if by_chance else ": something remains that no known effect accounts for."),
         )
     error = f"The rms error of the {base} on test data is {degrees(first)}"
-    error += f", {levels.words(first)}; {_best_single(candidates, first)}."
+    error += f", {_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
     return f"The {base} misses something", error
 
 
+def _missed(step: LadderStep, levels: Levels, still: str = "") -> str:
+    """How the errors of a step miss the floor: that of the test, else that of the validation."""
+    tested, chosen = step.held_out_rmse_deg, step.validation_rmse_deg
+    if tested > EXPLAINED * levels.floor_deg:
+        return f"{still}{levels.words(tested)}"
+    return (
+        f"{levels.words(tested)}; but on validation data it is {degrees(chosen)}, "
+        f"{levels.words(chosen)}"
+    )
+
+
 def _best_single(candidates: Sequence[Candidate], error_deg: float) -> str:
-    """The effect that lowers the error most, or that none does."""
+    """The effect with the most evidence, and why it is not accepted, or that none helps."""
     best = candidates[0] if candidates else None
     if best is not None and best.held_out_rmse_deg <= (1.0 - HELPS) * error_deg:
         return (
-            f"of the known effects, {listed([best.effect])} alone would help most and lower it to "
-            f"{degrees(best.held_out_rmse_deg)}"
+            f"of the known effects, {phrased([best.effect])} alone has the most evidence and "
+            f"lowers it to {degrees(best.held_out_rmse_deg)}{_driven(best.at_bounds)}"
         )
     return "no single known effect accounts for it"
+
+
+def _driven(at_bounds: Sequence[str]) -> str:
+    """Why a candidate is not accepted that drives something to a bound.
+
+    >>> _driven(["T"])
+    ', but is not accepted: with it T rests on a bound of its range, a value that no servo has'
+    >>> _driven([])
+    ''
+    """
+    if not at_bounds:
+        return ""
+    rest = (
+        "rests on a bound of its range, a value"
+        if len(at_bounds) == 1
+        else "rest on bounds of their ranges, values"
+    )
+    return f", but is not accepted: with it {listed(at_bounds)} {rest} that no servo has"
 
 
 def _missing(certain: Sequence[str]) -> str:
@@ -192,8 +222,8 @@ def _missing(certain: Sequence[str]) -> str:
 
 def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
     """What a first model lacks, and what it has and does not need."""
-    lacks = [f"lacks {listed(added)}"] if added else []
-    return " and ".join([*lacks, *([f"does not need {listed(gone)}"] if gone else [])])
+    lacks = [f"lacks {phrased(added)}"] if added else []
+    return " and ".join([*lacks, *([f"does not need {phrased(gone)}"] if gone else [])])
 
 
 def partial_words(
@@ -212,7 +242,17 @@ def _change_words(step: LadderStep) -> str:
     """What a step did to the squared error: ``backlash added, -12 %``."""
     done = [(step.added, "added"), (step.removed, "removed")]
     change = " and ".join(f"{listed([name])} {verb}" for name, verb in done if name)
-    return f"{change}, {-100.0 * step.taken:+.0f} %"
+    return f"{change}, {_signed_percent(-step.taken)}"
+
+
+def _signed_percent(share: float) -> str:
+    """A share in per cent with its sign, if it is not 0 once it is rounded.
+
+    >>> _signed_percent(-0.59), _signed_percent(0.03), _signed_percent(-0.004)
+    ('-59 %', '+3 %', '0 %')
+    """
+    percent = round(100.0 * share)
+    return f"{percent:+d} %" if percent else "0 %"
 
 
 def _closed(law: Law) -> str:
@@ -222,7 +262,7 @@ def _closed(law: Law) -> str:
 
 def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
     """What was found for what no effect of the catalogue accounts for."""
-    named = f" with {listed(effects)}" if effects else ""
+    named = f" with {phrased(effects)}" if effects else ""
     terms = ", and ".join(term.words for term in law.terms)
     return (
         f"Something remains that no known effect accounts for: a torque that {terms}. With "
@@ -245,11 +285,11 @@ def alternative_words(effects: Sequence[str], alternatives: Sequence[Sequence[st
     """That other models predict the same as the one with ``effects``, and what follows.
 
     >>> alternative_words(["dead_time"], [["flexible_shaft"], ["backlash", "cogging"]])[:87]
-    'These recordings cannot distinguish dead time from flexible shaft; or from backlash and'
+    'These recordings cannot distinguish a dead time from a flexible shaft; or from backlash'
     """
-    others = "; or from ".join(listed(other) for other in alternatives)
+    others = "; or from ".join(phrased(other) for other in alternatives)
     return (
-        f"These recordings cannot distinguish {listed(effects)} from {others}: their predictions "
+        f"These recordings cannot distinguish {phrased(effects)} from {others}: their predictions "
         f"differ by less than the noise. Do not rely on the name until another experiment has "
         f"decided."
     )

@@ -5,13 +5,14 @@ Here the models are fitted in the order that the decisions of ``_criterion.py`` 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from servosight.diagnose.selection._candidates import Candidates
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._score import Score
+from servosight.diagnose.selection._settled import Settling
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (
     BestSoFar,
@@ -25,7 +26,6 @@ from servosight.diagnose.selection.search import (
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
-from servosight.models.effects import covered
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,17 @@ class StepwiseSelector:
     @cached_property
     def _candidates(self) -> Candidates:
         return Candidates(self.models, self.criterion, self.effort, self._show)
+
+    @cached_property
+    def _settling(self) -> Settling:
+        return Settling(
+            self.models,
+            self.criterion,
+            self._candidates,
+            self.effort,
+            self._show,
+            lambda: self._spent,
+        )
 
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""
@@ -74,13 +85,13 @@ class StepwiseSelector:
             return self._selected(found, first)
         steps = self._extended(list(first.steps), first.singles)
         if len(steps) == 1 and self.models.known.start_effects:
-            steps += self._settled(linear)
+            steps += self._settling.steps(linear)
         last = steps[-1].trial
         open_ = last.effects != linear.effects and not self.criterion.explained(last.score)
         if open_ and not self._tried_pairs_first(first):
             pair = self._pair(linear, first.singles)
             if pair and self.criterion.beats(pair[-1].trial.score, last.score):
-                steps = self._extended([*first.steps, *pair, *self._settled(pair[-1].trial)])
+                steps = self._extended([*first.steps, *pair, *self._settling.steps(pair[-1].trial)])
         return self._selected(self._searched_widely(steps), first)
 
     def _searched_first(self, first: Selected) -> list[Step]:
@@ -97,7 +108,7 @@ class StepwiseSelector:
         visited = Visited(self.models, self.criterion)
         steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
         if self.effort.is_spent(self.models):
-            steps = with_further(steps, visited, self.effort, self._settled)
+            steps = with_further(steps, visited, self.effort, self._settling.steps)
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
@@ -122,7 +133,7 @@ class StepwiseSelector:
             return steps
         if far:
             return searched_widely(steps, visited, self.effort, self._show)
-        return with_further(steps, visited, self.effort, self._settled)
+        return with_further(steps, visited, self.effort, self._settling.steps)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
         """More steps while something is accepted; ``ranked``: known single candidates."""
@@ -142,7 +153,7 @@ class StepwiseSelector:
             if not added or added[-1].trial.effects in [step.trial.effects for step in steps]:
                 break  # nothing is accepted, or only what was removed before
             steps += added
-            steps += self._settled(steps[-1].trial)
+            steps += self._settling.steps(steps[-1].trial)
             ranked = None
         return steps
 
@@ -172,7 +183,7 @@ class StepwiseSelector:
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """A step for the best single candidate within its bounds if it is accepted."""
         within = (one for one in ranked if self.criterion.within_bounds(one.score, base.score))
-        best = next((one for one in within if self._is_told(one, base)), None)
+        best = next((one for one in within if self._settling.is_told(one, base)), None)
         if best is None or not self.criterion.earns(best.score, base.score, self._tried(base)):
             return None
         return [step_to(best, base)]
@@ -189,18 +200,13 @@ class StepwiseSelector:
             return []
         for name in self.models.known.removable(tuple(sorted(driven))):
             left = self.models.without(best, name)
-            swaps = self._swaps(left, name)
+            swaps = self._settling.swaps(left, name)
             other = new_in(swaps[0], left) if swaps else name
             if other != name and self.criterion.earns(
                 swaps[0].score, base.score, self._tried(base)
             ):
                 return [step_to(best, base), Step(swaps[0], other, name)]
         return []
-
-    def _swaps(self, left: Trial, name: str) -> list[Trial]:
-        """Effects in the place of ``name``, which ``left`` lacks, best first."""
-        tried = self._candidates.tried_behind(left, f"in place of {name}", self.effort.swapped)
-        return self._candidates.led(tried, 1)
 
     def _pair(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """Two steps for the best pair, if it is accepted against the best single candidate.
@@ -233,69 +239,6 @@ class StepwiseSelector:
 
     def _tried(self, base: Trial) -> int:
         return len(self.models.candidates(base))
-
-    def _settled(self, trial: Trial) -> Iterator[Step]:
-        """Try simpler forms, to do without each earlier effect, then to swap each for another."""
-        simpler = self._simpler(trial)
-        if simpler is not None:
-            yield simpler
-            yield from self._settled(simpler.trial)
-            return
-        removable = self.models.known.removable(trial.effects)
-        # One effect that was added to the linear model is needed; one that was given may not be.
-        given = trial.effects == self.models.first().effects
-        for name in removable if len(trial.effects) > 1 or given else ():
-            if self._spent:
-                return
-            self._show(f"trying without {name}", 0, 1)
-            smaller = self.models.reduced(trial, name)
-            if not self._needed(trial, smaller):
-                yield Step(smaller, removed=name)
-                yield from self._settled(smaller)
-                return
-            left = self.models.without(trial, name)
-            swaps = self._swaps(left, name)
-            other = new_in(swaps[0], left) if swaps else name
-            if other != name and self._better(swaps[0], trial, smaller):
-                yield Step(swaps[0], other, name)
-                simpler = self._simpler(swaps[0])
-                if simpler is not None:
-                    yield simpler
-                return
-
-    def _better(self, swap: Trial, trial: Trial, smaller: Trial) -> bool:
-        """True where ``swap`` beats ``trial`` by an effect that the fitted samples determine."""
-        learnt = self.criterion.learnt(swap.score, smaller.score)
-        learnt = learnt and self.criterion.within_bounds(swap.score, smaller.score)
-        beats = self.criterion.beats(swap.score, trial.score)
-        return learnt and beats and self._is_told(swap, trial)
-
-    def _is_told(self, trial: Trial, base: Trial) -> bool:
-        """False where it has an effect in its special case's place that is not clearly better."""
-        whole = covered(trial.effects, self.models.catalogue) - set(trial.effects)
-        return whole.isdisjoint(base.effects) or self.criterion.is_told(trial.score, base.score)
-
-    def _simpler(self, trial: Trial) -> Step | None:
-        """The step to a special case of an effect that does as well as the whole of it."""
-        known = self.models.known
-        for name in known.removable(trial.effects):
-            for simple in set(self.models.catalogue[name].contains) - set(known.without_effects):
-                special = self.models.swapped(trial, name, simple)
-                if not self.criterion.worth_its_parameters(trial.score, special.score):
-                    return Step(special, simple, name)
-        return None
-
-    def _needed(self, trial: Trial, smaller: Trial) -> bool:
-        """True where ``trial`` is accepted, and the smaller model cannot do as well.
-
-        Where the validation samples hold what the fitted ones do not show, a model fitted without
-        them fails there for want of data only: so it may see them before it is given up.
-        """
-        if not self.criterion.earns(trial.score, smaller.score, 1):
-            return False
-        return self.criterion.explained(smaller.score) or not self.models.explained_whole(
-            smaller, self.criterion
-        )
 
 
 def _score_of_pair(pair: tuple[Trial, Trial]) -> Score:

@@ -21,7 +21,7 @@ from servosight.identify.problem import (
     difference_quotient,
     projected_out,
 )
-from servosight.models.core import Array, Frozen, plain
+from servosight.models.core import Array, Frozen, plain, rounded
 
 ENOUGH = 0.05
 """A parameter counts as determined where its predicted sigma is at most this share of it."""
@@ -53,13 +53,13 @@ class Direction(Frozen):
             f"{'raising' if part > 0.0 else 'lowering'} {name} by {percent(abs(part))}"
             for name, part in named.items()
         ]
-        size = f"changes the angle by {self.difference_deg:.2g} deg rms, "
+        size = f"changes the angle by {rounded(self.difference_deg, 2)} deg rms, "
         if self.difference_deg < noise_deg:
-            size += f"less than the noise of {noise_deg:.2g} deg"
+            size += f"less than the noise of {rounded(noise_deg, 2)} deg"
         elif self.difference_deg < blur_deg:
-            size += f"less than the {blur_deg:.2g} deg to which a model may be wrong"
+            size += f"less than the {rounded(blur_deg, 2)} deg to which a model may be wrong"
         else:
-            size += f"{self.difference_deg / noise_deg:.2g} times the noise"
+            size += f"{rounded(self.difference_deg / noise_deg, 2)} times the noise"
         if len(named) == 1:
             return f"{next(iter(named))} is determined worst: {moves[0]} {size}"
         return f"{_and(list(named))} are determined only together: {_and(moves)} {size}"
@@ -170,7 +170,10 @@ class Information:
                 f"The command determines {_and(list(self.names))} to {percent(spread)} or better; "
                 f"{words}."
             )
-        return f"The command does not determine {_and(list(self.unsure))}: {words}."
+        (first, *more) = self.unsure
+        alone = f"{first} is determined worst"
+        words = words.removeprefix(alone) if not more else f"; {words}"
+        return f"The command does not determine {_and(list(self.unsure))}{words}."
 
     def to_dict(self) -> dict[str, Any]:
         """The summary's JSON."""
@@ -238,7 +241,7 @@ def _eigen(fisher: Array) -> tuple[Array, Array]:
 
 
 def percent(share: float) -> str:
-    return "no finite value" if not np.isfinite(share) else f"{100.0 * share:.2g} %"
+    return "no finite value" if not np.isfinite(share) else f"{rounded(100.0 * share, 2)} %"
 
 
 def _and(words: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from servosight.identify.fit._solution import Solution
 from servosight.identify.problem import Problem, effect_guesses, neutral_start, projected_out
-from servosight.models.core import Array, Parameter, rounded, spoken
+from servosight.models.core import Array, Parameter, rounded, with_article
 
 COUNT = 9
 """Sizes that are simulated, from a small share of the first guess up to the parameter's bound."""
@@ -119,7 +119,7 @@ def smallest(sizes: Array, change_deg: Array, least_deg: float) -> float | None:
 
 
 def _words(name: str, parameter: Parameter, value: float | None, still: bool) -> str:
-    effect = spoken(name)
+    effect = with_article(name)
     if value is None:
         motion = "the motion, which never reverses," if still else "the motion"
         return f"{effect} could not have shown: {motion} does not excite it"
@@ -128,8 +128,8 @@ def _words(name: str, parameter: Parameter, value: float | None, still: bool) ->
     if parameter.reciprocal:
         size = f"below {rounded(value, 2)}{unit}"
     elif parameter.low < neutral:
-        off = "" if neutral == 0.0 else f"{neutral:g} "
-        size = f"from {off}± {rounded(abs(value - neutral), 2)}{unit}"
+        off = f"{rounded(abs(value - neutral), 2)}{unit}"
+        size = f"from ± {off}" if neutral == 0.0 else f"from {off} above or below {neutral:g}"
     else:
         size = f"from {rounded(value, 2)}{unit}"
     return f"{effect} would have shown {size} ({parameter.meaning})"

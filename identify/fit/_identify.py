@@ -141,6 +141,7 @@ def identify(
         fit_percent=fit_percent(
             solution.rmse_deg,
             [one.angle_deg[mask] for one, mask in zip(scored, problem.masks, strict=True)],
+            floor,
         ),
         discrete=to_difference(linear, sample_time_s),
         dynamics=dynamics(model, covariance, step_size_deg(whole), known),

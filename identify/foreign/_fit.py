@@ -101,7 +101,7 @@ def identify_fmu(
         recordings=tuple(one.name for one in whole),
         paths=tuple(one.path for one in whole),
         evaluations=end.evaluations,
-        fit_percent=fit_percent(rmse_deg, [one.angle_deg for one in scored]),
+        fit_percent=fit_percent(rmse_deg, [one.angle_deg for one in scored], floor),
     )
 
 

@@ -54,5 +54,5 @@ def measured_by_servo(recordings: Sequence[Recording], fixed: Mapping[str, float
     return [
         f"the angle is read by the servo's own sensor, with which its loop compares the command: "
         f"{'' if 'k' in fixed else gain}what lies behind the sensor, such as backlash and "
-        f"linkage_geometry, is not among the effects"
+        f"linkage geometry, is not among the effects"
     ]

@@ -78,6 +78,7 @@ from servosight.models.core.display import signed as signed
 from servosight.models.core.display import spoken as spoken
 from servosight.models.core.display import times as times
 from servosight.models.core.display import uncertain as uncertain
+from servosight.models.core.display import with_article as with_article
 from servosight.models.schema import APART as APART
 from servosight.models.schema import check_fields as check_fields
 from servosight.models.schema import read_typed as read_typed

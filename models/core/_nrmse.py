@@ -8,20 +8,19 @@ import numpy as np
 
 from servosight.models.core._arrays import Array
 
-_LEAST_DEG = 1e-9
-"""An angle that moves less does not divide the error."""
 
-
-def fit_percent(rmse_deg: float, angles_deg: Sequence[Array]) -> float:
+def fit_percent(rmse_deg: float, angles_deg: Sequence[Array], floor_deg: float) -> float | None:
     """100 (1 - NRMSE), in percent: 100 for a model without error, 0 for the mean angle as model.
 
     NRMSE is ``rmse_deg`` over the rms distance of the measured angles, (samples,) of each
     recording, from their recording's mean (Ljung, System Identification, 2nd ed., 1999, section
-    16.4).
+    16.4). None where that distance is no more than ``floor_deg``, the smallest error that counts:
+    there is no motion to reproduce.
 
-    >>> fit_percent(0.1, [np.array([-1.0, 1.0]), np.array([4.0, 6.0])])
+    >>> fit_percent(0.1, [np.array([-1.0, 1.0]), np.array([4.0, 6.0])], 0.03)
     90.0
+    >>> fit_percent(0.1, [np.array([5.0, 5.0])], 0.03)
     """
     away = np.concatenate([angle - angle.mean() for angle in angles_deg if angle.size])
     spread = float(np.sqrt(np.mean(away**2)))
-    return 100.0 * (1.0 - rmse_deg / max(spread, _LEAST_DEG))
+    return 100.0 * (1.0 - rmse_deg / spread) if spread > floor_deg else None

@@ -163,10 +163,11 @@ class Result(Frozen):
         found: dict[str, Rows] = {}
         for f in fields(self):
             value = getattr(self, f.name)
-            if f.name == "parameters":
+            if isinstance(value, Table):
+                if value:
+                    found[f.name] = value.to_list()
+            elif f.name == "parameters":
                 found[f.name] = parameter_rows(value)
-            elif isinstance(value, Table) and value:
-                found[f.name] = value.to_list()
         return found
 
     def __eq__(self, other: object) -> bool:

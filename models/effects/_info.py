@@ -53,6 +53,9 @@ class EffectInfo(Result):
     def _summary(self) -> str:
         return f"{self.id} acts on the {self.place}: {self.equation}"
 
+    def _sentences(self) -> list[str]:
+        return []  # the equation is in the summary, and the rest in the first table
+
     def _tables(self) -> Mapping[str, Rows]:
         words = ("looks_like", "cause", "confirm", "remedy", "source")
         about = [{"": word.replace("_", " "), "what": getattr(self, word)} for word in words]

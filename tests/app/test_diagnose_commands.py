@@ -30,7 +30,7 @@ def test_diagnose_tells_the_story(
     for word in (
         "linear",
         "+ backlash",
-        "0.032 deg",
+        "0.0320 deg",
         "fit (NRMSE) of the last model on test data: 99.68 %",
         "█",
         "+ backlash: k held at 1 from here",
@@ -39,10 +39,28 @@ def test_diagnose_tells_the_story(
         "dead_zone",
         "bias (2)",
         "not known",
+        "note: xi: its sigma is not known",
+        "each effect alone added to the linear model; evidence above 10 excludes chance",
+        "+812",
+        "where the linear model fails; share of its squared error",
         "two amplitudes",
         "Next: servosight compare",
     ):
         assert word in told, told
+    assert "note: k held" not in told
+
+
+def test_what_a_search_found_is_saved_before_the_report_is_written(
+    tmp_path: Path, asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_report(*_: Any, **__: Any) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr("servosight.app.report.write_report", no_report)
+    words = ["diagnose", str(log(tmp_path / "log.csv")), "--auto"]
+    found = tmp_path / "found.json"
+    assert main([*words, "--json", str(found), "--report", str(tmp_path / "r.html")]) == 1
+    assert json.loads(found.read_text()) == values_of(True)
 
 
 def test_diagnose_without_auto_says_so(

@@ -185,3 +185,13 @@ def test_demo_writes_its_four_parts(
     assert "seed 5" in told
     assert "What was hidden" in told
     assert asked["auto"] is True
+
+
+def test_the_help_of_track_names_every_method(capsys: pytest.CaptureFixture[str]) -> None:
+    from servosight.tracking.methods import METHODS
+
+    assert main(["track", "--help"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    for name in METHODS:
+        assert f"{name}: " in told
+    assert "(default: refine)" in told

@@ -23,6 +23,10 @@ def test_effects_show_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     for word in ("equation", "vanishes at infinity", "deg/s", "looks like", "confirm", "cause"):
         assert word in told
     assert "backlash  (" not in told
+    assert main(["effects", "flexible_shaft"]) == 0
+    told = capsys.readouterr().out
+    assert "    inertia_ratio far inertia over the total, 0 to 0.8\n" in told
+    assert "\n  equation        far'' =" in told
 
 
 PLUGIN = """

@@ -89,6 +89,7 @@ def values_of(auto: bool) -> dict[str, Any]:
                 "parameters": parameters,
                 "fit_percent": 100.0 - 10.0 * error,
                 "held": ["k held at 1 from here"] if added else [],
+                "warnings": ["k held at 1 from here", "xi: its sigma is not known"],
             }
             for added, error, explained in steps
         ],
@@ -110,5 +111,6 @@ def values_of(auto: bool) -> dict[str, Any]:
                 "what": "high_frequency",
             }
         ],
+        "warnings": [],
         "next_experiment": "Record triangles at two amplitudes.",
     }

@@ -1,7 +1,7 @@
 """Ways to measure the angle, one file each, in one registry.
 
 A new method is a function ``(film, options, progress) -> Track`` in a file of its own, and one line
-in ``METHODS``.
+in ``METHOD_WORDS``.
 """
 
 from servosight.tracking.methods._box import choose_box as choose_box

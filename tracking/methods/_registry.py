@@ -5,17 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 
 from servosight.models.core import InputError, did_you_mean
+from servosight.tracking.method_names import METHOD_WORDS
 from servosight.tracking.methods._contract import Method
 
-_NAMES = (
-    "refine",
-    "match",
-    "marker",
-)
-"""A method NAME is the function ``NAME`` in the file ``_NAME.py`` of this folder."""
-
 METHODS: dict[str, Method] = {
-    name: getattr(import_module(f"servosight.tracking.methods._{name}"), name) for name in _NAMES
+    name: getattr(import_module(f"servosight.tracking.methods._{name}"), name)
+    for name in METHOD_WORDS
 }
 
 

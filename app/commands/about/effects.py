@@ -27,6 +27,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_force(parser)
 
 
+LABEL = 12
+"""Width of the first column, but for longer names of parameters."""
+
+
 def run(args: argparse.Namespace) -> None:
     """Print each effect's equation, parameters, look, cause and how to confirm it."""
     from servosight.models.effects import EffectTable, catalogue, effect_info, select
@@ -58,16 +62,19 @@ def _show(out: Console, effect: Effect) -> None:
     }
     if effect.contains:
         lines["contains"] = f"{', '.join(effect.contains)}, at a limit of its parameters"
+    width = max(LABEL, *map(len, lines))
     for label, text in lines.items():
-        out.print(f"  {label:<12} {text}")
+        out.print(f"  {label:<{width}} {text}")
     out.print()
 
 
 def _parameter(parameter: Parameter) -> str:
     neutral = parameter.neutral
     vanishes = "" if neutral is None else f", vanishes at {_plain(neutral)}"
-    bounds = f"{_plain(parameter.low)} to {_plain(parameter.high)} {parameter.unit}"
-    return f"{parameter.meaning} [{parameter.unit}], {bounds}{vanishes}"
+    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
+    shown = f" [{unit.strip()}]" if unit else ""
+    bounds = f"{_plain(parameter.low)} to {_plain(parameter.high)}{unit}"
+    return f"{parameter.meaning}{shown}, {bounds}{vanishes}"
 
 
 def _plain(value: float) -> str:

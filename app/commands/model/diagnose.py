@@ -203,6 +203,7 @@ def _show(
     if args.output is not None:
         result.actuator.save(args.output)
     values = result.to_dict()
+    write_json(args.json, values)  # first, so that no error of a later output costs the search
     out = console(args)
     show_diagnosis(out, values)
     if args.next_command is not None:
@@ -223,7 +224,6 @@ def _show(
         with progress("writing the report"):
             write_report(args.report, result, recordings, effects, **made(args))
         out.print(f"report: {args.report}")
-    write_json(args.json, values)
     out.print(next_command(*_next(args, values)))
 
 

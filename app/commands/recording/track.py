@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from servosight.app.arguments import add_force, add_json, any_path, box, number, point, rank
 from servosight.app.terminal import check_outputs, check_target, console, progress, write_json
 from servosight.models.base import Kind
+from servosight.tracking.method_names import METHOD_WORDS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,9 +29,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME",
-        default="refine",
-        help="refine: fit to all pixels (default); match: template matching as in the paper; "
-        "marker: as --marker",
+        default=next(iter(METHOD_WORDS)),
+        help="; ".join(f"{name}: {words}" for name, words in METHOD_WORDS.items())
+        + " (default: %(default)s)",
     )
     parser.add_argument(
         "-o", "--output", metavar="angle.csv", type=any_path, help="default: into the recording"

@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._samples import Samples, all_samples, held_out_samples
-from servosight.models.core import Recording, spoken
+from servosight.models.core import Recording, rounded, spoken, with_article
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,16 +74,37 @@ class Case:
 Test = Callable[[Case], Iterator[Finding]]
 
 
+def shown(value: float, digits: int = 2) -> str:
+    """A number as sentences give it: no exponent, also where it is large."""
+    return rounded(float(value), digits).replace("−", "-")
+
+
 def signed(value: float) -> str:
-    """Two digits with the sign in any case."""
-    return f"{value:+.2g}"
+    """Two digits with the sign in any case.
+
+    >>> signed(0.3), signed(-123.4)
+    ('+0.30', '-120')
+    """
+    return f"{'+' if value >= 0.0 else ''}{shown(value)}"
 
 
 def listed(effects: Sequence[str]) -> str:
-    """``a``, ``a and b`` or ``a, b and c``, with spaces for underscores.
+    """Effects as labels: ``a``, ``a and b`` or ``a, b and c``, with spaces for underscores.
 
     >>> listed(["dead_zone", "backlash"])
     'dead zone and backlash'
     """
-    words = [spoken(effect) for effect in effects]
+    return _joined([spoken(effect) for effect in effects])
+
+
+def phrased(effects: Sequence[str]) -> str:
+    """The same within a sentence, with articles.
+
+    >>> phrased(["dead_zone", "backlash"])
+    'a dead zone and backlash'
+    """
+    return _joined([with_article(effect) for effect in effects])
+
+
+def _joined(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

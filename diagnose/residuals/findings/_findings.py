@@ -15,7 +15,7 @@ from servosight.diagnose.residuals.findings import _disturbance as disturbance_f
 from servosight.diagnose.residuals.findings import _motion as motion_findings
 from servosight.diagnose.residuals.findings import _side as side_findings
 from servosight.diagnose.residuals.findings import _system as system_findings
-from servosight.diagnose.residuals.findings._finding import Case, Finding
+from servosight.diagnose.residuals.findings._finding import Case, Finding, shown
 from servosight.models.core import times
 
 TESTS = (
@@ -57,13 +57,13 @@ def lead(judged: Sequence[Judged], found: Sequence[Finding], floor_deg: float) -
     rms = Case.of(judged, floor_deg, floor_deg).rms_deg
     if not found and rms <= EXPLAINED * floor_deg:
         return (
-            f"The error ({rms:.3g} deg rms) is no larger than the floor: no test finds a "
+            f"The error ({shown(rms, 3)} deg rms) is no larger than the floor: no test finds a "
             f"systematic error."
         )
     if not found:
         return (
-            f"The error ({rms:.3g} deg rms) is above the floor of {floor_deg:.3g} deg, but no test "
-            f"shows what it depends on."
+            f"The error ({shown(rms, 3)} deg rms) is above the floor of {shown(floor_deg, 3)} "
+            f"deg, but no test shows what it depends on."
         )
     floors = times(rms / max(floor_deg, 1e-12))
-    return f"Over all samples the error is {rms:.3g} deg rms, {floors} times the floor."
+    return f"Over all samples the error is {shown(rms, 3)} deg rms, {floors} times the floor."

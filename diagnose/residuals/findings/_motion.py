@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from servosight.diagnose.residuals._events import rests, swings, turns
 from servosight.diagnose.residuals._profiles import Quantity, profile
 from servosight.diagnose.residuals._samples import Index, grouped
-from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, signed
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, shown, signed
 from servosight.models.core import Array
 
 STRONGER = 1.5
@@ -101,13 +101,13 @@ def _lag(case: Case) -> Iterator[Finding]:
         )
     elif slow * fast > 0.0 and max(slow / fast, fast / slow) < STRONGER:
         sentence = (
-            f"Moving, the surface {_behind(slow)} the model by {abs(0.5 * (slow + fast)):.2g} deg, "
-            f"at any speed"
+            f"Moving, the surface {_behind(slow)} the model by {shown(abs(0.5 * (slow + fast)))} "
+            f"deg, at any speed"
         )
     else:
         sentence = (
-            f"Moving slowly, the surface {_behind(slow)} the model by {abs(slow):.2g} deg; moving "
-            f"fast, it {_behind(fast)} it by {abs(fast):.2g} deg"
+            f"Moving slowly, the surface {_behind(slow)} the model by {shown(abs(slow))} deg; "
+            f"moving fast, it {_behind(fast)} it by {shown(abs(fast))} deg"
         )
     yield case.finding("speed", f"{sentence}.", effect.share, effect.p)
 
@@ -135,7 +135,8 @@ def _against(case: Case, quantity: Quantity, unit: str) -> Iterator[Finding]:
     yield case.finding(
         quantity,
         f"The mean error depends on the {quantity}: {signed(found.median_deg[low])} deg near "
-        f"{at[low]:.3g} {unit}, {signed(found.median_deg[high])} deg near {at[high]:.3g}.",
+        f"{shown(at[low], 3)} {unit}, {signed(found.median_deg[high])} deg near "
+        f"{shown(at[high], 3)} {unit}.",
         found.effect.share,
         found.effect.p,
     )
@@ -171,8 +172,8 @@ def _direction(case: Case) -> Iterator[Finding]:
         return
     yield case.finding(
         "direction",
-        f"The error is larger while the angle {('falls', 'rises')[worse]} ({rms[worse]:.2g} deg "
-        f"rms) than while it {('falls', 'rises')[1 - worse]} ({rms[1 - worse]:.2g} deg).",
+        f"The error is larger while the angle {('falls', 'rises')[worse]} ({shown(rms[worse])} deg "
+        f"rms) than while it {('falls', 'rises')[1 - worse]} ({shown(rms[1 - worse])} deg).",
         square[worse] / max(float(np.sum(errors**2)), 1e-300),
         grouped(case.samples, sizes, groups).p,
     )
@@ -187,12 +188,12 @@ def _reversal(case: Case) -> Iterator[Finding]:
     if when < AT_ONCE_S:
         side = "short of" if after > 0.0 else "beyond"
         words = (
-            f"The surface reverses {abs(after):.2g} deg {side} the model's turning point (mean of "
-            f"{found.count} reversals)."
+            f"The surface reverses {shown(abs(after))} deg {side} the model's turning point (mean "
+            f"of {found.count} reversals)."
         )
     else:
         words = (
-            f"After a reversal the surface {_behind(after)} the model by up to {abs(after):.2g} "
+            f"After a reversal the surface {_behind(after)} the model by up to {shown(abs(after))} "
             f"deg, {1000 * when:.0f} ms after the turning point (mean of {found.count})."
         )
     yield case.finding("reversal", words, found.share, found.p)
@@ -204,8 +205,8 @@ def _standstill(case: Case) -> Iterator[Finding]:
         beyond = "beyond" if found.short_deg > 0.0 else "short of"
         yield case.finding(
             "standstill",
-            f"The surface comes to rest {abs(found.short_deg):.2g} deg {beyond} the model's final "
-            f"angle, from either side (mean of {found.count}).",
+            f"The surface comes to rest {shown(abs(found.short_deg))} deg {beyond} the model's "
+            f"final angle, from either side (mean of {found.count}).",
             found.share,
             found.p,
         )
@@ -220,8 +221,8 @@ def _amplitude(case: Case) -> Iterator[Finding]:
     whole = sum(float(np.sum(one.error_deg[one.scored] ** 2)) for one in case.samples)
     sizes = np.quantile(found.size_deg, [0.25, 0.75])
     about = (
-        f"{np.median(found.rms_deg[:half]):.2g} deg rms at swings of about {sizes[0]:.2g} deg, "
-        f"{np.median(found.rms_deg[half:]):.2g} deg at {sizes[1]:.2g} deg"
+        f"{shown(np.median(found.rms_deg[:half]))} deg rms at swings of about {shown(sizes[0])} "
+        f"deg, {shown(np.median(found.rms_deg[half:]))} deg at {shown(sizes[1])} deg"
     )
     if found.power < GROWS[0]:
         return

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import gammaincc
 
 from servosight.diagnose.residuals._judged import Judged
-from servosight.diagnose.residuals.findings._finding import Case, Finding, Test
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, shown
 from servosight.identify.problem import noise_deg
 from servosight.identify.transmission import transmission
 from servosight.models.core import Array, InputError
@@ -66,8 +66,8 @@ def _linkage(case: Case) -> Iterator[Finding]:
         if missing:
             yield Finding(
                 test="linkage",
-                sentence=f"The surface differs from the horn by {left:.2g} deg rms, where noise "
-                f"allows {noise:.2g}: what is missing acts between horn and surface"
+                sentence=f"The surface differs from the horn by {shown(left)} deg rms, where noise "
+                f"allows {shown(noise)}: what is missing acts between horn and surface"
                 f"{_seen(surface, horn)}.",
                 size_deg=left,
                 share=min(left**2 / total, 1.0),
@@ -76,9 +76,9 @@ def _linkage(case: Case) -> Iterator[Finding]:
         if model > case.floor_deg and model > apart:
             yield Finding(
                 test="motor",
-                sentence=f"The horn differs from the model by {model:.2g} deg rms, and the surface "
-                f"from the horn by {left:.2g}: what is missing acts before the linkage, on the "
-                f"motor's side.",
+                sentence=f"The horn differs from the model by {shown(model)} deg rms, and the "
+                f"surface from the horn by {shown(left)}: what is missing acts before the "
+                f"linkage, on the motor's side.",
                 size_deg=model,
                 share=min(model**2 / total, 1.0),
                 p=_chance(before, own),

@@ -10,7 +10,7 @@ from scipy.special import gammaincc
 from servosight.diagnose.residuals._frequency import Response, response
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._tests import independence, linear_share, quantile, whiteness
-from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, signed
+from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, shown, signed
 from servosight.identify.discrete import Distortion, distortion
 from servosight.models.core import InputError
 
@@ -27,8 +27,8 @@ def _command(case: Case) -> Iterator[Finding]:
     yield case.finding(
         "command",
         f"The error is correlated with the command (coefficient {signed(found.value[peak])} at a "
-        f"lag of {found.lag_s[peak]:.2g} s, by chance at most {allowed:.2g}): a linear model of "
-        f"higher order could remove up to {100 * share:.0f} % of the squared error.",
+        f"lag of {shown(found.lag_s[peak])} s, by chance at most {shown(allowed)}): a linear "
+        f"model of higher order could remove up to {100 * share:.0f} % of the squared error.",
         max(share, float(found.value[peak]) ** 2),
         found.p,
     )
@@ -54,7 +54,7 @@ def _whiteness(case: Case) -> Iterator[Finding]:
     yield case.finding(
         "whiteness",
         f"The error is autocorrelated: the correlation from sample to sample is {share:.2f} and "
-        f"lasts for {'about' if below.size else 'more than'} {lasts:.2g} s.",
+        f"lasts for {'about' if below.size else 'more than'} {shown(lasts)} s.",
         share,
         found.p,
     )
@@ -69,8 +69,8 @@ def _frequency(case: Case) -> Iterator[Finding]:
     where = case.on(found.recording)
     yield case.finding(
         "frequency",
-        f"{where}{'near' if where else 'Near'} {found.frequency_hz[peak]:.2g} Hz the servo answers "
-        f"with {_gain_words(found, peak)} than the model.",
+        f"{where}{'near' if where else 'Near'} {shown(found.frequency_hz[peak])} Hz the servo "
+        f"answers with {_gain_words(found, peak)} than the model.",
         case.share_of(found.recording, float(found.misfit_deg2.sum())),
         float(min(1.0, found.p[peak] * found.p.size)),
     )
@@ -80,8 +80,8 @@ def _gain_words(found: Response, line: int) -> str:
     ratio = found.measured[line] / found.model[line]
     gain, phase = abs(ratio) - 1.0, float(np.angle(ratio, deg=True))
     return (
-        f"{100 * abs(gain):.2g} % {'more' if gain > 0 else 'less'} gain and {abs(phase):.2g} deg "
-        f"{'more' if phase < 0 else 'less'} lag"
+        f"{shown(100 * abs(gain))} % {'more' if gain > 0 else 'less'} gain and "
+        f"{shown(abs(phase))} deg {'more' if phase < 0 else 'less'} lag"
     )
 
 

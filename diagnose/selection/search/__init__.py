@@ -10,6 +10,7 @@ from servosight.diagnose.selection.search._preferred import simplified as simpli
 from servosight.diagnose.selection.search._preferred import with_own_gain as with_own_gain
 from servosight.diagnose.selection.search._preferred import with_weight as with_weight
 from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
+from servosight.diagnose.selection.search._special import to_special_cases as to_special_cases
 from servosight.diagnose.selection.search._visited import Visited as Visited
 from servosight.diagnose.selection.search._wide import fitted_jointly as fitted_jointly
 from servosight.diagnose.selection.search._wide import searched_widely as searched_widely

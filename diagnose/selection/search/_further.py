@@ -8,10 +8,12 @@ missing. Both cost little beside the search.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
-from servosight.diagnose.selection._steps import SearchEffort, Step, new_in, step_to
+from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
+from servosight.diagnose.selection.search._special import to_special_cases
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import Trial
 
@@ -37,7 +39,9 @@ def with_further(
         return begun
     most = visited.models.work.cost + effort.further_share * effort.most(visited.models)
     found = _extended(begun, visited, effort, most)
-    special = list(_plain(found[-1].trial, visited)) if len(found) == len(begun) else []
+    special: list[Step] = []
+    if len(found) == len(begun):
+        special = list(to_special_cases(found[-1].trial, visited, partial(_is_cheap, visited)))
     if special:
         other = _extended([*found, *special], visited, effort, most)
         found = min(found, other, key=lambda one: price(one[-1].trial.score))
@@ -68,18 +72,13 @@ def _wants_more(trial: Trial, visited: Visited) -> bool:
     return able and not visited.models.explained_whole(trial, criterion)
 
 
-def _plain(trial: Trial, visited: Visited) -> Iterator[Step]:
-    """Steps to special cases of the effects of ``trial``, none of which is dearer by an effect's
-    price, or by more than the errors scatter from block to block."""
+def _is_cheap(visited: Visited, special: Trial, trial: Trial) -> bool:
+    """False where ``special`` is dearer than ``trial`` by an effect's price, or by more than the
+    errors scatter from block to block."""
     criterion = visited.criterion
-    for name in visited.removable(trial):
-        for special in visited.special_cases(trial, name):
-            most = criterion.overall_price(trial.score) + criterion.policy.effect_price
-            cheap = criterion.overall_price(special.score) <= most
-            if cheap and not criterion.is_dearer(special.score, trial.score):
-                yield Step(special, new_in(special, trial), name)
-                trial = special
-                break
+    most = criterion.overall_price(trial.score) + criterion.policy.effect_price
+    cheap = criterion.overall_price(special.score) <= most
+    return cheap and not criterion.is_dearer(special.score, trial.score)
 
 
 def _varied(step: Step, visited: Visited) -> Step:

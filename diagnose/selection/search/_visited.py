@@ -122,11 +122,11 @@ class Visited:
             self.models.reduced(trial, name, TRIAL_BUDGET)
         return self.models.trials[effects, trial.held]
 
-    def special_cases(self, trial: Trial, name: str) -> list[Trial]:
+    def special_cases(self, trial: Trial, name: str, budget: int = TRIAL_BUDGET) -> list[Trial]:
         """``trial`` with each special case of one of its effects in the place of that."""
         simple = set(self.models.catalogue[name].contains) - set(trial.effects)
         allowed = sorted(simple - set(self.models.known.without_effects))
-        return [self.models.swapped(trial, name, one, TRIAL_BUDGET) for one in allowed]
+        return [self.models.swapped(trial, name, one, budget) for one in allowed]
 
     def removable(self, trial: Trial) -> tuple[str, ...]:
         """The effects that the user does not require."""

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from servosight.diagnose.residuals import TEST, VALIDATION, Judged
+from servosight.diagnose.residuals import Judged
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._known import PriorKnowledge, extended_by_each, started
 from servosight.diagnose.selection._split import Split
@@ -20,7 +20,12 @@ from servosight.diagnose.selection.trials._kept import (
     fitted_once,
     reached_deg,
 )
-from servosight.diagnose.selection.trials._prediction import carried_over, own_of
+from servosight.diagnose.selection.trials._prediction import (
+    carried,
+    own_of,
+    seen,
+    tested_alone,
+)
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.diagnose.selection.trials._start import fit_special, point_of
 from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
@@ -37,7 +42,7 @@ from servosight.identify.fit import (
     sketch_effects,
 )
 from servosight.identify.problem import Problem, Work, gain_of_sensor, linear_start
-from servosight.models.core import Array, Mask, Recording
+from servosight.models.core import Mask, Recording
 from servosight.models.effects import Effect, covered
 
 TRIAL_BUDGET = 150
@@ -159,7 +164,7 @@ class ModelSelection:
         """``base`` with one effect more, fitted roughly, judged on what it was fitted to alone."""
         problem, start = self.with_effect(base, name), base.fit
         fit = fitted_once(self.fits, "sketched", base, name, lambda: sketch_effects(problem, start))
-        return Trial(fit.problem.effects, fit, self._seen(fit))
+        return Trial(fit.problem.effects, fit, seen(fit, self.split))
 
     def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
         """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
@@ -198,7 +203,7 @@ class ModelSelection:
         kept = [own for own in base.effects if own != name]
         problem = self.problem(kept, base.fit.problem.held)
         fit = Solution.at(problem, point_of(problem, base.fit))
-        return Trial(problem.effects, fit, self._seen(fit))
+        return Trial(problem.effects, fit, seen(fit, self.split))
 
     def together(self, base: Trial, names: Sequence[str], enough_deg: float = 0.0) -> Trial:
         """``base`` with several effects more, fitted at once from many starts to ``enough_deg``."""
@@ -247,7 +252,7 @@ class ModelSelection:
         if known is None:
             problem = self._problem(trial.effects, trial.fit.problem.held, self.split.untested)
             fit = polish(problem, [trial.fit.outcome.point])
-            known = self.wholes[trial.key] = Trial(trial.effects, fit, self._seen(fit))
+            known = self.wholes[trial.key] = Trial(trial.effects, fit, seen(fit, self.split))
         return known
 
     def explained_whole(self, trial: Trial, criterion: AcceptanceCriterion) -> bool:
@@ -266,11 +271,8 @@ class ModelSelection:
 
     def trial(self, fit: Solution) -> Trial:
         """The recordings that fit or validate, simulated at the fitted point."""
-        carried = [
-            Judged(recording, self._carried(recording, fit, uses == VALIDATION), uses)
-            for recording, uses in zip(self.split.carried, self.split.carried_uses, strict=True)
-        ]
-        return Trial(fit.problem.effects, fit, (*self._seen(fit), *carried))
+        judged = (*seen(fit, self.split), *carried(fit, self.split, self.catalogue))
+        return Trial(fit.problem.effects, fit, judged)
 
     def no_worse(self, trial: Trial) -> Trial:
         """``trial``, fitted again where a model that it contains has come to fit better since."""
@@ -283,24 +285,8 @@ class ModelSelection:
 
     def tested(self, trial: Trial) -> tuple[Judged, ...]:
         """A trial's recordings and those for the test alone: for the report, once."""
-        alone = [
-            Judged(one, self._carried(one, trial.fit), np.full(one.time_s.size, TEST, np.int8))
-            for one in self.split.tested
-        ]
-        return (*trial.judged, *alone)
+        return (*trial.judged, *tested_alone(trial.fit, self.split, self.catalogue))
 
     def own(self, trial: Trial) -> tuple[OwnValues, ...]:
         """What each recording of ``tested`` has for itself, in that order."""
         return own_of(trial, self.split, self.catalogue)
-
-    def _carried(self, recording: Recording, fit: Solution, mask: Mask | None = None) -> Array:
-        return carried_over(recording, self.catalogue, fit.problem.effects, fit, mask)
-
-    def _seen(self, fit: Solution) -> tuple[Judged, ...]:
-        angles = fit.problem.predict(fit.outcome.point)
-        return tuple(
-            Judged(recording, predicted[0], uses)
-            for recording, predicted, uses in zip(
-                self.recordings, angles, self.split.uses, strict=True
-            )
-        )

@@ -1,4 +1,5 @@
-"""Predictions of recordings that a model was not fitted to, and what each has for itself."""
+"""Predictions of a fitted model: of the recordings that it was fitted to, and of others, each of
+which keeps what it has for itself."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from servosight.diagnose.residuals import VALIDATION
+from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._trial import Trial
 from servosight.identify.fit import OwnValues, Solution, own_values
@@ -17,6 +18,39 @@ from servosight.models.effects import Effect
 
 OWN_DESCENT = DescentOptions(generations=8)
 OWN_BUDGET = 600
+
+
+def seen(fit: Solution, split: Split) -> tuple[Judged, ...]:
+    """The fitted recordings, simulated at the fitted point."""
+    angles = fit.problem.predict(fit.outcome.point)
+    return tuple(
+        Judged(recording, predicted[0], uses)
+        for recording, predicted, uses in zip(split.recordings, angles, split.uses, strict=True)
+    )
+
+
+def carried(fit: Solution, split: Split, catalogue: Mapping[str, Effect]) -> tuple[Judged, ...]:
+    """The recordings that only validate, their own numbers found on the validation samples."""
+    return tuple(
+        Judged(
+            one, carried_over(one, catalogue, fit.problem.effects, fit, uses == VALIDATION), uses
+        )
+        for one, uses in zip(split.carried, split.carried_uses, strict=True)
+    )
+
+
+def tested_alone(
+    fit: Solution, split: Split, catalogue: Mapping[str, Effect]
+) -> tuple[Judged, ...]:
+    """The recordings that only test, their own numbers found on all of them."""
+    return tuple(
+        Judged(
+            one,
+            carried_over(one, catalogue, fit.problem.effects, fit),
+            np.full(one.time_s.size, TEST, np.int8),
+        )
+        for one in split.tested
+    )
 
 
 def carried_over(

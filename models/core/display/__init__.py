@@ -17,3 +17,4 @@ from servosight.models.core.display._rounding import signed as signed
 from servosight.models.core.display._rounding import times as times
 from servosight.models.core.display._rounding import uncertain as uncertain
 from servosight.models.core.display._spoken import spoken as spoken
+from servosight.models.core.display._spoken import with_article as with_article

@@ -76,6 +76,6 @@ def test_models_with_different_effects_are_shown_and_not_compared(tmp_path: Path
     )
     ss.compare(*cards).report(tmp_path / "change.html")
     page = Page((tmp_path / "change.html").read_text(encoding="utf-8"))
-    assert "The models hold different effects: b alone has coulomb_friction" in page.text
+    assert "The models hold different effects: b alone has Coulomb friction" in page.text
     assert "--effects backlash,coulomb_friction" in page.text
     assert "coulomb_friction.level – 0.400 – – – deg not known, in b alone" in page.text

@@ -77,7 +77,7 @@ def test_long_lines_keep_their_peaks() -> None:
 @pytest.mark.parametrize("width", [WIDE, NARROW])
 def test_a_legend_with_a_long_name_stays_within_its_figure(width: float) -> None:
     names = ["command", "measured", "linear model"]
-    names.append("with directional friction, load dependent Stribeck and gravity load")
+    names.append("with directional friction, load-dependent Stribeck friction and a gravity load")
     figure = Figure((width, 4.0), layout="constrained")
     axes = figure.subplots()
     handles = [axes.plot([0.0, 1.0])[0] for _ in names]

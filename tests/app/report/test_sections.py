@@ -16,7 +16,7 @@ import servosight as ss
 from servosight.app.main import main
 from servosight.app.report import write_report
 from servosight.diagnose import Diagnosis
-from servosight.models.core import Estimate, Recording, Signals, Table, uncertain
+from servosight.models.core import Estimate, Recording, Signals, Table, degrees, uncertain
 from servosight.models.effects import catalogue
 from servosight.models.plant import Plant, Stimulus, bandwidth_hz
 
@@ -76,11 +76,29 @@ def test_residuals_name_the_samples_that_are_tested(
     path = tmp_path / "report.html"
     write_report(path, ss.compare(found.actuator, recording), [recording])
     assert "All samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
+    other = replace(recording, angle_deg=recording.angle_deg + 1e-3)
     whole = ss.diagnose(
-        recording, test=recording, with_effects=KNOWN[:1], without_effects=OTHERS, auto=False
+        recording, test=other, with_effects=KNOWN[:1], without_effects=OTHERS, auto=False
     )
-    write_report(path, whole, [recording, recording])
+    write_report(path, whole, [recording, other])
     assert "Test samples. The bands" in section(path.read_text(encoding="utf-8"), "residuals")
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_the_step_is_the_one_that_the_figures_are_of(recording: Recording, tmp_path: Path) -> None:
+    """A test run moves twice as far as the fitted one, by a quarter of whose range is stepped."""
+    far = replace(
+        recording,
+        command_deg=2.0 * recording.command_deg,
+        angle_deg=2.0 * recording.angle_deg,
+    )
+    found = ss.diagnose(recording, test=far, without_effects=OTHERS, auto=False)
+    path = tmp_path / "report.html"
+    write_report(path, found, [recording, far])
+    size = degrees(0.25 * float(np.ptp(recording.command_deg)))
+    assert f"after a step of the command by {size}." in section(
+        path.read_text(encoding="utf-8"), "dynamics"
+    )
 
 
 def test_dynamics_carry_a_sigma(page: str, found: Diagnosis) -> None:

@@ -25,7 +25,7 @@ from servosight.models.excitation import CommandLimits, design
 def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recording) -> None:
     one, levels = found.ladder[:1], Levels(noise_deg=0.02, tolerance_deg=0.015, floor_deg=0.025)
     ranked = verdict_words(Verdict.UNEXPLAINED, one, found.candidates, None, levels)
-    assert "backlash alone would help most" in ranked[1]
+    assert "backlash alone has the most evidence" in ranked[1]
     assert (
         "the floor of 0.0250 deg (noise 0.0200 deg and tolerance 0.0150 deg together)" in ranked[1]
     )
@@ -48,7 +48,7 @@ def test_verdicts_in_words(tmp_path: Path, found: Diagnosis, recording: Recordin
     rivals = Table(replace(c, confounded_with=("dead_zone",)) for c in found.candidates[:1])
     doubt = replace(found, candidates=rivals, alternatives=(("dead_zone",), ("presliding",)))
     _, page = written(tmp_path / "doubt.html", doubt, [recording])
-    said = "cannot distinguish backlash from dead zone; or from presliding: their predictions"
+    said = "cannot distinguish backlash from a dead zone; or from presliding: their predictions"
     assert page.text.count(said) == 2
 
 
@@ -149,5 +149,5 @@ def test_what_lies_beyond_the_fitted_data_and_what_could_not_have_shown(
     assert "Beyond the fitted data" in page.text
     assert "speed 50.0 deg/s 218 deg/s 62 % 94 % 1.08 deg" in page.text
     assert f"{beyond.sentence}." in page.text
-    assert "could not have shown, whatever its size: cogging" in page.text
-    assert "dead zone would have shown from" in page.text
+    assert "could not have shown, whatever the size: cogging" in page.text
+    assert "a dead zone would have shown from" in page.text

@@ -51,6 +51,12 @@ def test_a_play_that_grew_is_told() -> None:
     assert found.freedom == 4
 
 
+def test_a_change_is_printed_with_its_parameters() -> None:
+    shown = str(between(servo(), servo(backlash__gap=(0.84, 0.04))))
+    assert "backlash.gap grew from 0.310 to 0.840 deg (11 sigma)" in shown
+    assert "\nbacklash.gap " in shown
+
+
 def test_the_same_model_has_not_changed() -> None:
     found = between(servo(), servo())
     assert (found.changed, found.headline) == ((), "No difference was found")
@@ -78,7 +84,7 @@ def test_what_has_not_changed_is_bounded() -> None:
 def test_models_with_different_effects_are_not_compared() -> None:
     """An effect that a model lacks is not one of size 0, and T is not the same beside it."""
     found = between(servo(T=(0.05, 1e-4)), servo(coulomb_friction__level=(0.2, 0.01)))
-    assert found.headline == "The models hold different effects: b alone has coulomb_friction"
+    assert found.headline == "The models hold different effects: b alone has Coulomb friction"
     assert (found.changed, found.sentences) == ((), ())
     (row,) = (one for one in found.parameters if one.name == "coulomb_friction.level")
     assert (row.only_in, row.a, row.sigmas) == ("b", None, None)
@@ -116,6 +122,24 @@ def test_what_has_no_sigma_is_not_said_to_be_the_same(other_deg: float, said: st
     found = between(servo(), loose, sides=sides)
     assert found.headline == said
     assert "unchanged: k, backlash.gap" in found.summary.lower()
+
+
+def test_an_error_that_the_sigmas_allow_is_explained() -> None:
+    """The gap is hardly known of either servo, and with the other's the error is ten times."""
+    sides = side(0.95, 10.08), side(0.95, 0.95)
+    found = between(servo(), servo(backlash__gap=(0.6, 0.2)), sides=sides)
+    assert found.headline == "No difference was found"
+    assert "the error is far larger than with the own, which these sigmas allow" in found.summary
+
+
+def test_many_small_differences_are_one() -> None:
+    """Three by 2.55 sigmas each: none is sure by itself, all three come by chance in 0.06 %."""
+    changes = {"k": (1.0036, 0.001), "T": (0.02036, 1e-4), "xi": (0.636, 0.01)}
+    found = between(servo(), servo(**changes, backlash__gap=(0.31, 0.03)))
+    assert not found.changed
+    assert found.headline == "They differ, but no parameter by itself does so surely"
+    assert found.p is not None
+    assert "unchanged" not in found.summary
 
 
 def test_an_unknown_sigma_decides_nothing() -> None:

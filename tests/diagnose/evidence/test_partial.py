@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from servosight.app.main import main
 from servosight.diagnose import LadderStep, Verdict
 from servosight.diagnose.evidence import (
     RECORD_AGAIN,
@@ -78,7 +81,7 @@ def test_what_remains_is_placed_and_gives_a_next_step_where_no_test_does() -> No
     assert (found.worst.what, found.worst.recording) == ("slew", "run")
     assert 2.7 < found.worst.start_s < found.worst.end_s < 3.3
     assert found.during["slew"] > 0.9
-    assert "% in fast motion" in found.sentence
+    assert " % of it is in fast motion" in found.sentence
     assert found.next_step is not None
     assert "at half and at double the speed" in found.next_step
 
@@ -106,6 +109,27 @@ def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:
     assert "slow triangles over the whole range" in found.next_step
     said = next_experiment(Verdict.UNEXPLAINED, None, None, auto=True, left=found)
     assert said == found.next_step
+
+
+@pytest.mark.parametrize("test", ["angle", "reversal", "frequency"])
+@pytest.mark.parametrize("offset_deg", [0.0, -30.0])
+def test_the_command_of_a_next_step_works_as_printed(
+    test: str, offset_deg: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stays within what the recording commanded."""
+    one = judged()
+    command_deg = 20.0 * one.recording.command_deg + offset_deg
+    one = replace(one, recording=replace(one.recording, command_deg=command_deg))
+    found = partial((1.0, 0.5), 0.03, [finding(test, 0.6)], [one], None)
+    assert found.next_step is not None
+    words = shlex.split(found.next_step.split("`")[1])
+    assert words[0] == "servosight"
+    monkeypatch.chdir(tmp_path)
+    assert main(words[1:]) == 0
+    made = np.loadtxt(tmp_path / "command.csv", delimiter=",", skiprows=1)
+    assert made[:, 1].min() >= command_deg.min() - 0.05
+    assert made[:, 1].max() <= command_deg.max() + 0.05
+    assert np.ptp(made[:, 1]) > 9.0
 
 
 def test_tests_that_say_nothing_of_where_are_no_kind() -> None:
@@ -174,11 +198,11 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         "Squared error on tes",
         "25 % of the first mo",
         "20 % of the error re",
-        "Not called missing: ",
+        "Not called missing, ",
         "These data cannot te",
         "Not tried, as ruled ",
     ]
-    assert summary.splitlines()[-2].endswith("All have one of backlash and dead zone.")
+    assert summary.splitlines()[-2].endswith("All have one of backlash and a dead zone.")
 
 
 def proposal() -> Proposal:

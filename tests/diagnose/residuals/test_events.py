@@ -46,7 +46,7 @@ def test_rests_short_of_the_model() -> None:
     found = rests(held_out_samples([judged]))
     assert found is not None
     assert found.short_deg == pytest.approx(-0.2, abs=0.02)
-    assert "0.2 deg short of" in found_in(judged)["standstill"].sentence
+    assert "0.20 deg short of" in found_in(judged)["standstill"].sentence
 
 
 def test_turning_points_are_those_of_the_motion() -> None:

@@ -11,10 +11,10 @@ from servosight.models.excitation import Excitation
 
 
 def test_friction_lags_at_any_speed() -> None:
-    """Behind by 0.3 deg whichever way it moves: share and size come from the error itself."""
+    """Behind by 0.30 deg whichever way it moves: share and size come from the error itself."""
     judged = case(lambda t, y: -0.3 * direction(t, y))
     found = found_in(judged)
-    assert "lags the model by 0.3 deg, at any speed" in found["speed"].sentence
+    assert "lags the model by 0.30 deg, at any speed" in found["speed"].sentence
     assert found["speed"].size_deg == pytest.approx(0.3, abs=0.05)
     assert "linearity" in found
     assert found["speed"].p < 1e-6

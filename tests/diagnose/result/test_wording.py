@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from servosight.diagnose import LadderStep, Verdict
+from servosight.diagnose import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
-from servosight.diagnose.result.caveats import compensating, ended
+from servosight.diagnose.result.caveats import compensating, ended, unmoved
 from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -72,6 +74,38 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     assert "times the floor" in summary
 
 
+def test_where_validation_data_alone_miss_the_floor_the_sentence_says_so() -> None:
+    """The test data may stand still; then their error is none of the model's motion."""
+    last = replace(step(0.003, "backlash"), validation_rmse_deg=1.02)
+    _, summary = verdict_words(Verdict.UNEXPLAINED, [step(1.0), last], [], None, LEVELS)
+    assert "still no more" not in summary
+    assert (
+        "falls from 1.00 deg to 0.00300 deg, no more than the noise of the measurement, 0.0300 "
+        "deg, accounts for; but on validation data it is 1.02 deg, 32 times the floor" in summary
+    )
+    assert unmoved(replace(last, fit_percent=99.0)) == []
+    (warning,) = unmoved(replace(last, fit_percent=None))
+    assert "--test REC" in warning
+
+
+def test_a_candidate_at_a_bound_is_said_not_to_be_accepted() -> None:
+    """It has the most evidence, and the search added nothing."""
+    best = Candidate(
+        effect="dead_zone",
+        validation_rmse_deg=0.5,
+        held_out_rmse_deg=0.5,
+        evidence=300.0,
+        confounded_with=(),
+        at_bounds=("T", "xi"),
+    )
+    _, summary = verdict_words(Verdict.UNEXPLAINED, [step(1.0)], [best], None, LEVELS)
+    assert summary.endswith(
+        "of the known effects, a dead zone alone has the most evidence and lowers it to 0.500 deg, "
+        "but is not accepted: with it T and xi rest on bounds of their ranges, values that no "
+        "servo has."
+    )
+
+
 def test_the_special_case_that_is_certain_is_called_missing() -> None:
     """The effect that contains it stays uncertain, and the summary says why it is in the model."""
     stable = Stability(
@@ -100,7 +134,7 @@ def test_a_search_that_ended_early_is_said() -> None:
 def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
     known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
     (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known)
-    assert "the model with dead time and backlash" in warning
+    assert "the model with a dead time and backlash" in warning
     assert warning.endswith("they are not physical: do not use them")
     assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
     assert compensating(Verdict.UNEXPLAINED, (), known) == []

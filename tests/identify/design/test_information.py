@@ -54,6 +54,17 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     assert "may be wrong" in quiet.sentence
 
 
+def test_one_parameter_that_is_not_determined_is_named_once() -> None:
+    """A play of a thousandth of a degree, beside a core that the command determines."""
+    model = actuator(**PAPER, backlash__gap=0.001)
+    rows = predicted_experiment(design("standard", CommandLimits(20.0, None, 20.0)).excitation)
+    found = assess(model, [rows], NOISE_DEG, catalogue=catalogue())
+    assert found.unsure == ("backlash.gap",)
+    assert found.sentence.startswith(
+        "The command does not determine backlash.gap: raising backlash.gap by"
+    )
+
+
 def test_a_better_command_is_named_within_the_same_limits() -> None:
     model = actuator(**PAPER)
     rows = predicted_experiment(design("sine", CommandLimits(20.0, None, 20.0)).excitation)

@@ -39,7 +39,7 @@ class Film:
 
 
 def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **given: Any) -> Track:
-    """What ``refine`` returns where both ways return these, or refuse so."""
+    """What ``refine`` returns where its two methods return these, or refuse so."""
 
     def composite(*_: object) -> Track:
         if isinstance(second, TrackRefused):
@@ -65,7 +65,9 @@ def test_frames_that_fit_worse_than_usual_are_less_certain() -> None:
     assert excess_noise([2.0, np.nan, 3.0, 2.0])[[0, 2]].tolist() == [1.0, 1.5]
 
 
-def test_the_second_way_takes_the_place_of_a_rough_track(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_composite_method_takes_the_place_of_a_rough_track(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert refined(monkeypatch, ROUGH, SURE) is SURE
     assert refined(monkeypatch, SURE, ROUGH) is SURE
 
@@ -90,10 +92,10 @@ def test_a_rough_track_is_returned_only_of_a_part_pointed_at(
         ({}, {}, "first"),
     ],
 )
-def test_where_both_ways_refuse_the_sentence_that_names_a_part_is_shown(
+def test_where_both_methods_refuse_the_sentence_that_names_a_part_is_shown(
     monkeypatch: pytest.MonkeyPatch, first: dict[str, bool], second: dict[str, bool], shown: str
 ) -> None:
-    """With the picture of the same way; of the second one, in which more is seen, if none does."""
+    """With the picture of the same method; of the composite one, which shows more, if none does."""
     one, other = (np.full((4, 4, 3), grey, np.uint8) for grey in (0, 1))
     refusals = TrackRefused("first", one, **first), TrackRefused("second", other, **second)
     with pytest.raises(TrackRefused, match=shown) as raised:
@@ -142,7 +144,7 @@ def test_a_track_is_measured_again_where_a_rougher_one_tells_its_times_better(
 def test_a_piece_that_is_pointed_at_gives_way_to_a_surer_whole(
     monkeypatch: pytest.MonkeyPatch, given: dict[str, Any], sigma_deg: float, taken: bool
 ) -> None:
-    """The second way knows the angle to 0.03 deg; not asked where the piece is sure enough."""
+    """The composite method knows it to 0.03 deg; not asked where the piece is sure enough."""
     piece, whole = (replace(ROUGH, sigma_deg=np.full(9, sigma)) for sigma in (sigma_deg, 0.03))
     assert (refined(monkeypatch, piece, whole, **given) is whole) == taken
 

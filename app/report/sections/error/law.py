@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from servosight.app.report.figure import AFTER, BEFORE, MEASURED, NOISE, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
-from servosight.diagnose import Diagnosis, listed
+from servosight.diagnose import Diagnosis, phrased
 from servosight.diagnose.discrepancy import Law, MissingTorque
 from servosight.models.core import Array
 
@@ -43,7 +43,7 @@ def section(story: Story) -> Section | None:
             "before_deg": law.held_out_before_deg,
             "after_deg": law.held_out_after_deg,
             "floor_deg": law.floor_deg,
-            "base": f"model with {listed(law.added_to)}" if law.added_to else "linear model",
+            "base": f"model with {phrased(law.added_to)}" if law.added_to else "linear model",
             "figures": [_against(law, what) for what in ACROSS],
         },
     )

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from servosight.app.report.figure import AFTER, BEFORE, COMMAND, FAINT, drawn
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story, compared_model
-from servosight.diagnose import Comparison, listed, named_model
+from servosight.diagnose import Comparison, named_model, phrased
 from servosight.identify.fit import Dynamics, dynamics, step_response, step_size_deg, step_times
 from servosight.models.core import Actuator, Array, Estimate, rounded, uncertain
 from servosight.models.effects import Effect
@@ -31,8 +31,8 @@ Named = tuple[str, Actuator, Dynamics]
 
 def section(story: Story) -> Section:
     """Of the models' linear cores, and of the models as a whole."""
-    size_deg = step_size_deg(story.recordings)
-    return dynamics_of(_models(story, size_deg), size_deg, story.catalogue)
+    models = _models(story)
+    return dynamics_of(models, models[-1][2].step_deg, story.catalogue)
 
 
 def dynamics_of(
@@ -53,15 +53,22 @@ def dynamics_of(
     )
 
 
-def _models(story: Story, size_deg: float) -> list[Named]:
-    """The model that the story begins with, and the one it ends with: name, model, figures."""
+def _models(story: Story) -> list[Named]:
+    """The model that the story begins with, and the one it ends with: name, model, figures.
+
+    The figures are of one step of the command, that of the diagnosis: a recording that only tests
+    may have moved farther than those that were fitted.
+    """
     result = story.result
+    size_deg = step_size_deg(story.recordings)
     if isinstance(result, Comparison):
         model = compared_model(result, story.catalogue)
         return [("model", model, _unsure(story, model, size_deg))]
+    saved = result.ladder[-1].dynamics
+    size_deg = size_deg if saved is None else saved.step_deg
     named = [(named_model(result.ladder[0].effects, result.ladder[0].base), result.ladder[0])]
     if len(result.ladder) > 1:
-        named.append((f"with {listed(result.ladder[-1].effects)}", result.ladder[-1]))
+        named.append((f"with {phrased(result.ladder[-1].effects)}", result.ladder[-1]))
     return [
         (
             name,

@@ -12,8 +12,8 @@ from servosight.diagnose import (
     Diagnosis,
     Verdict,
     alternative_words,
-    listed,
     named_model,
+    phrased,
     predictions,
 )
 from servosight.diagnose.residuals import lead
@@ -61,7 +61,7 @@ def _tiles(result: Diagnosis) -> list[dict[str, str]]:
     named = named_model(result.ladder[0].effects, result.ladder[0].base)
     tiles = [_tile(f"error of the {named}", first, "before")]
     if result.ladder[-1].effects != result.ladder[0].effects:
-        tiles.append(_tile(f"error with {listed(result.ladder[-1].effects)}", last, "after"))
+        tiles.append(_tile(f"error with {phrased(result.ladder[-1].effects)}", last, "after"))
     if result.law is not None:
         last = result.law.held_out_after_deg
         tiles.append(_tile("error with the law that was found", last, "after"))

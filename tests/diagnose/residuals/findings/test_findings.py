@@ -58,7 +58,7 @@ def pushed(judged: Judged, size_n: float) -> Judged:
 
 
 def test_what_a_known_disturbance_moves_is_told_apart() -> None:
-    """A force of 20 N gives way by 0.3 deg with a lag of 50 ms; the model has no such input."""
+    """A force of 20 N gives way by 0.30 deg with a lag of 50 ms; the model has no such input."""
     lag = np.exp(-1.0 / (0.05 * RATE_HZ))
 
     def moved(t: Array, y: Array) -> Array:
@@ -84,7 +84,7 @@ def test_uneven_and_missing_samples() -> None:
     times = np.arange(0.0, 20.0, 1.0 / RATE_HZ) + rng.uniform(-0.002, 0.002, 2400)
     times = times[(rng.uniform(size=2400) > 0.2) & ((times < 11.0) | (times > 14.0))]
     found = found_in(case(lambda t, y: -0.3 * direction(t, y), times=times))
-    assert "lags the model by 0.3 deg" in found["speed"].sentence
+    assert "lags the model by 0.30 deg" in found["speed"].sentence
     assert findings([case(times=times)], NOISE_DEG, NOISE_DEG) == ()
 
 
@@ -102,3 +102,12 @@ def test_short_recordings(count: int) -> None:
     judged = case(lambda t, y: -0.3 * direction(t, y), times=np.arange(count) / 30.0)
     for one in findings([judged], NOISE_DEG, NOISE_DEG):
         assert np.isfinite([one.size_deg, one.share, one.p]).all()
+
+
+def test_large_numbers_have_no_exponent_and_all_have_units() -> None:
+    """An error of some 150 deg that depends on where the surface stands."""
+    (judged,) = [case(lambda t, y: 15.0 * y)]
+    found = found_in(judged)
+    assert not [one.sentence for one in found.values() if "e+" in one.sentence]
+    assert found["angle"].sentence.count(" deg near ") == 2
+    assert found["angle"].sentence.endswith(" deg.")

@@ -17,7 +17,7 @@ from servosight.diagnose.selection import (
     Split,
     Trial,
 )
-from servosight.diagnose.selection.trials import _models
+from servosight.diagnose.selection.trials import _models, _prediction
 from servosight.identify.search import StopReason
 from servosight.models.core import Array, Recording
 
@@ -103,7 +103,7 @@ def test_a_recording_that_validates_is_placed_by_the_samples_that_choose(
         masks.append(mask)
         return one.angle_deg
 
-    monkeypatch.setattr(_models, "carried_over", carried)
+    monkeypatch.setattr(_prediction, "carried_over", carried)
     split = Split.of([recording()], [recording(name="other")], [recording(name="test")])
     models = ModelSelection(split, EFFECTS)
     judged = models.tested(models.linear())
