@@ -28,8 +28,8 @@ class Shutters:
     ``readout_s`` of all, below zero where the last row came first; sigma of both [s], and a
     sentence on how they were found, if so.
 
-    ``likely_s`` is the mean of a readout that may be there and does not show: times are later by
-    half of it, rows are not corrected. Sigma of the readout is then about zero.
+    ``likely_readout_s`` is the mean of a readout that may be there and does not show: times are
+    later by half of it, rows are not corrected. Sigma of the readout is then about zero.
     """
 
     exposures_s: Array
@@ -37,7 +37,7 @@ class Shutters:
     readout_doubt_s: float = 0.0
     note: str | None = None
     exposure_doubt_s: float = 0.0
-    likely_s: float = 0.0
+    likely_readout_s: float = 0.0
 
     def __call__(self, index: int) -> Shutter:
         """A frame's, by its number."""
@@ -47,12 +47,12 @@ class Shutters:
     @property
     def middle_s(self) -> float:
         """From the start of the first exposure to the middle of the middle row's."""
-        return 0.5 * (self.usual_s + abs(self.readout_s) + self.likely_s)
+        return 0.5 * (self.usual_s + abs(self.readout_s) + self.likely_readout_s)
 
     @property
     def middle_doubt_s(self) -> float:
         """Sigma of that time."""
-        about_likely = self.readout_doubt_s**2 - self.likely_s**2
+        about_likely = self.readout_doubt_s**2 - self.likely_readout_s**2
         return 0.5 * float(np.sqrt(self.exposure_doubt_s**2 + about_likely))
 
     @property

@@ -96,14 +96,14 @@ def test_a_flat_least_tells_less_and_the_rest_is_the_middle_of_what_is_possible(
         assert share == pytest.approx(0.5, abs=0.03)
         assert sigma == pytest.approx(uniform, rel=0.05)
         # Half of the cameras have no readout, the others one that is uniform up to a frame time.
-        assert found.likely_s / frame_s == pytest.approx(0.25, abs=0.05)
+        assert found.likely_readout_s / frame_s == pytest.approx(0.25, abs=0.05)
         assert found.readout_doubt_s / frame_s == pytest.approx(np.sqrt(0.5 / 3.0), rel=0.15)
     elif bend < 1.0:
         assert sigma == pytest.approx((bend / 0.005 + uniform**-2) ** -0.5, rel=0.1)
     else:
         assert share == pytest.approx(0.2, abs=0.02)
         assert sigma < 0.06
-        assert found.likely_s < 0.01 * frame_s
+        assert found.likely_readout_s < 0.01 * frame_s
 
 
 def test_a_readout_that_cannot_be_applied_is_part_of_its_sigma() -> None:
