@@ -15,9 +15,11 @@ from importlib import import_module
 from pathlib import Path
 
 from servosight.models.core import InputError, Recording, check_path
-from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._assemble import assemble
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Column, Request, parse_map
 from servosight.models.io.importers._units import units_of
+from servosight.models.io.tables import UTF_16
 
 _NAMES = (
     "lerobot",
@@ -93,13 +95,16 @@ def _check_command(source: Path, name: str, command: Path) -> None:
 
 
 def _start(path: Path) -> bytes:
-    """The first bytes of a regular file."""
+    """The first bytes of a regular file; of one in UTF-16 those in UTF-8."""
     try:
         # Without blocking: to open a pipe that nothing writes to would wait for ever.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         with os.fdopen(handle, "rb") as stream:
             if stat.S_ISREG(os.fstat(handle).st_mode):
-                return stream.read(START_BYTES)
+                start = stream.read(START_BYTES)
+                if start.startswith(UTF_16):
+                    return start.decode("utf-16", "ignore").encode()
+                return start
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}), expected a log to import; check the name "

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from servosight.models.core import (
 )
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._signals import overlooked, signal_columns
-from servosight.models.io.importers._assemble import Raw
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
 from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Split, listed, split_unit
@@ -46,8 +46,8 @@ class Columns:
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
     split: Split = split_unit
     notes: tuple[str, ...] = ()
-    dated: Collection[str] = ()
-    """Columns of calendar dates, whose numbers are seconds."""
+    dated: Mapping[str, str] = field(default_factory=dict)
+    """Columns of dates or times of day, whose numbers are seconds, and how they are read."""
 
 
 def chosen_columns(
@@ -86,8 +86,7 @@ def raw_columns(
     columns = chosen_columns(path, table, request, quantities)
     units, notes = units_of(path, columns, request, table.split)
     dates = [
-        f"{path}: column {one.name} holds dates, read as seconds since 1970, in UTC where they "
-        f"name no zone"
+        f"{path}: column {one.name} holds {table.dated[one.name]}"
         for one in columns.values()
         if one.name in table.dated
     ]

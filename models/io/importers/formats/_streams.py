@@ -13,8 +13,9 @@ from servosight.models.core import Array, InputError, Recording, column_map, did
 from servosight.models.io._power import power_column
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
-from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import powered, source_of
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._units import units_of
 from servosight.models.io.tables import SIGNALS, listed, split_path

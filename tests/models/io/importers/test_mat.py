@@ -53,7 +53,7 @@ def test_bad_mat_files(tmp_path: Path) -> None:
     refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 values", "200")
     refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "angle", "--map angle=COLUMN")
     bad = np.sin(np.arange(200.0))
-    bad[4] = np.nan
+    bad[4] = np.inf
     refused(mat_file(tmp_path / "a.mat", qm=bad), Request(), "sample 5", "qm", "finite")
     (tmp_path / "b.mat").write_bytes(b"MATLAB 7.3 MAT-file" + bytes(200))
     refused(tmp_path / "b.mat", Request(), "MATLAB", "-v7")
