@@ -141,9 +141,11 @@ def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
         if name in ("command", "command_time"):
             clock = series.get("command_time", clock)
         if one.raw.size != clock.raw.size:
+            own = name == "command" and clock is series["time"]
+            remedy = f", or its own clock by {column_map('command_time', 'COLUMN')}" if own else ""
             raise InputError(
                 f"{path}: column {one.name} has {one.raw.size} values and {clock.name} "
-                f"{clock.raw.size}, expected the same number; map another one"
+                f"{clock.raw.size}, expected the same number; map another one{remedy}"
             )
 
 

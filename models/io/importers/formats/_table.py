@@ -9,7 +9,7 @@ from servosight.models.core import Array, InputError, Recording, plain_name
 from servosight.models.io._power import switched_on
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, raw_columns, source_of
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._request import COMMAND_TIME, Request
 from servosight.models.io.tables import SIGNALS, date_kind, read_sheet, seconds_of, with_gaps
 
 
@@ -25,9 +25,9 @@ def read_table(path: Path, request: Request) -> Recording:
         return assemble(path, raw, request, {"source": source_of(path, "csv", raw)}, notes)
     answer = ("time", "angle", "sigma", *SIGNALS)
     raw, notes = raw_columns(path, _columns(path), request, answer)
-    sent, more = raw_columns(
-        request.command, _columns(request.command), request, ("time", "command")
-    )
+    own = {"time": request.columns[COMMAND_TIME]} if COMMAND_TIME in request.columns else {}
+    told = replace(request, columns={**request.columns, **own})
+    sent, more = raw_columns(request.command, _columns(request.command), told, ("time", "command"))
     raw["command_time"] = replace(sent["time"], path=request.command)
     raw["command"] = replace(sent["command"], path=request.command)
     source = {**source_of(path, "csv", raw), "command_name": plain_name(request.command.name)}
