@@ -16,6 +16,7 @@ from pathlib import Path
 
 from servosight.models.core import InputError, Recording, check_path
 from servosight.models.io.importers._assemble import assemble
+from servosight.models.io.importers._kinds import unknown_kind
 from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Column, Request, parse_map
 from servosight.models.io.importers._units import units_of
@@ -26,6 +27,7 @@ _NAMES = (
     "rosbag",
     "ulog",
     "parquet",
+    "numpy",
     "mat",
     "bam",
     "json_log",
@@ -68,10 +70,14 @@ def import_recording(source: Path, request: Request) -> Recording:
         raise InputError(f"{source}: no such file, expected a log to import; check the name")
     found = recognised(source)
     if found is None:
-        what = "folder" if source.is_dir() else "binary file"
+        what, remedy = (
+            ("is a folder of no known format", "name one file in it")
+            if source.is_dir()
+            else unknown_kind(_start(source))
+        )
         raise InputError(
-            f"{source}: is a {what} of no known format, expected a log of one of "
-            f"{', '.join(one.name for one in FORMATS)}; export it as a CSV file"
+            f"{source}: {what}, expected a log of one of "
+            f"{', '.join(one.name for one in FORMATS)}; {remedy}"
         )
     if request.command is not None:
         _check_command(source, found.name, request.command)
