@@ -36,6 +36,7 @@ from servosight.diagnose.selection import (
     PriorKnowledge,
     SelectionPolicy,
 )
+from servosight.identify.fit import early_notes
 from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import measured_by_servo, unused_disturbances
 from servosight.identify.transmission import transmissions
@@ -188,6 +189,11 @@ def _warnings(
         *data.shortened,
         *models.split.warnings,
         *outcome.latencies,
+        *(
+            ()
+            if is_around_fmu(data.catalogue)
+            else early_notes(outcome.last.fit, data.levels.floor_deg)
+        ),
         *assumed(outcome.last.fit.problem.held, models.held),
         *measured_by_servo(data.whole, models.known.fixed),
         *compensating(verdict, last.effects, evidence),

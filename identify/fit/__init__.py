@@ -8,6 +8,7 @@ from servosight.identify.fit._dynamics import dynamics as dynamics
 from servosight.identify.fit._dynamics import step_response as step_response
 from servosight.identify.fit._dynamics import step_size_deg as step_size_deg
 from servosight.identify.fit._dynamics import step_times as step_times
+from servosight.identify.fit._early import early_notes as early_notes
 from servosight.identify.fit._effects import fit_effects as fit_effects
 from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects

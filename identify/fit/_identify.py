@@ -10,6 +10,7 @@ import numpy as np
 
 from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
+from servosight.identify.fit._early import early_notes
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._floor import floor_deg
 from servosight.identify.fit._latencies import latency_notes
@@ -128,6 +129,7 @@ def identify(
             *notes,
             *solution.notes,
             *latency_notes(solution),
+            *early_notes(solution, floor),
             *warnings,
             *(measured_by_servo(scored, fixed) if chosen else ()),
         ),

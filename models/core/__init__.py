@@ -25,6 +25,7 @@ from servosight.models.base import new_file as new_file
 from servosight.models.base import new_folder as new_folder
 from servosight.models.base import plain as plain
 from servosight.models.base import plain_name as plain_name
+from servosight.models.base import read_bytes as read_bytes
 from servosight.models.base import read_json as read_json
 from servosight.models.base import read_settings as read_settings
 from servosight.models.base import read_text as read_text

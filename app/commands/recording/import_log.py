@@ -19,7 +19,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="QUANTITY=COLUMN[:UNIT]",
         action="append",
         default=[],
-        help="which column is the time, command, angle or sigma, such as angle=pos:rad",
+        help="which column is the time, command, angle or sigma, such as angle=pos:rad; "
+        "command_time is the clock of a command with rows of its own",
     )
     parser.add_argument(
         "--unit", help="unit of command, angle and sigma where none is named (default: deg)"

@@ -15,15 +15,19 @@ from importlib import import_module
 from pathlib import Path
 
 from servosight.models.core import InputError, Recording, check_path
-from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._assemble import assemble
+from servosight.models.io.importers._kinds import unknown_kind
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Column, Request, parse_map
 from servosight.models.io.importers._units import units_of
+from servosight.models.io.tables import UTF_16
 
 _NAMES = (
     "lerobot",
     "rosbag",
     "ulog",
     "parquet",
+    "numpy",
     "mat",
     "bam",
     "json_log",
@@ -66,10 +70,14 @@ def import_recording(source: Path, request: Request) -> Recording:
         raise InputError(f"{source}: no such file, expected a log to import; check the name")
     found = recognised(source)
     if found is None:
-        what = "folder" if source.is_dir() else "binary file"
+        what, remedy = (
+            ("is a folder of no known format", "name one file in it")
+            if source.is_dir()
+            else unknown_kind(_start(source))
+        )
         raise InputError(
-            f"{source}: is a {what} of no known format, expected a log of one of "
-            f"{', '.join(one.name for one in FORMATS)}; export it as a CSV file"
+            f"{source}: {what}, expected a log of one of "
+            f"{', '.join(one.name for one in FORMATS)}; {remedy}"
         )
     if request.command is not None:
         _check_command(source, found.name, request.command)
@@ -93,13 +101,16 @@ def _check_command(source: Path, name: str, command: Path) -> None:
 
 
 def _start(path: Path) -> bytes:
-    """The first bytes of a regular file."""
+    """The first bytes of a regular file; of one in UTF-16 those in UTF-8."""
     try:
         # Without blocking: to open a pipe that nothing writes to would wait for ever.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         with os.fdopen(handle, "rb") as stream:
             if stat.S_ISREG(os.fstat(handle).st_mode):
-                return stream.read(START_BYTES)
+                start = stream.read(START_BYTES)
+                if start.startswith(UTF_16):
+                    return start.decode("utf-16", "ignore").encode()
+                return start
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}), expected a log to import; check the name "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,29 +23,26 @@ from servosight.models.core import (
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._settings import RecordingSettings
 from servosight.models.io._signals import signal_name
+from servosight.models.io.importers._cadence import cadence_notes, stamp_sigma_s
+from servosight.models.io.importers._counters import unwrapped
+from servosight.models.io.importers._gaps import without_gaps
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers._stamps import in_order, one_a_stamp
 from servosight.models.io.importers._turns import continuous
-from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Series, check_finite
+from servosight.models.io.tables import (
+    DEGREES,
+    PULSE,
+    SECONDS,
+    SIGNALS,
+    Series,
+    check_enough,
+    check_finite,
+)
 
 _OWN_READING = re.compile(r"present[\s_]?position|joint_?states?|observation\.state", re.IGNORECASE)
 """In a column's name: the servo's own sensor measured it, as Dynamixel, ROS and LeRobot call it."""
 _OF_ANGLE_AND_COMMAND = ("time", "command_time", "command", "angle", "sigma")
-
-
-@dataclass(frozen=True)
-class Raw:
-    """A quantity as it stands in the log: its column, unit, numbers (rows,) and their places.
-
-    ``path`` is the file that holds it, where that is not the log itself.
-    """
-
-    column: str
-    unit: str
-    values: Array
-    rows: Sequence[int]
-    word: str
-    path: Path | None = None
 
 
 # Long by the fields of a recording: each is converted and checked in a line or two.
@@ -65,11 +62,18 @@ def assemble(
     the request says it.
     """
     table: dict[str, Any] = dict(details)
+    raw, wraps = unwrapped(path, raw)
     foreign = {
         one.unit
         for name, one in raw.items()
         if name in ("command", "angle", "sigma") and one.unit not in (*DEGREES, PULSE)
     }
+    if len(foreign) > 1 and request.unit_scale is not None:
+        raise InputError(
+            f"{path}: command and angle have the units {' and '.join(sorted(foreign))}, expected "
+            f"one unit for {either('unit_scale', '--unit-scale')}; convert one of them to degrees "
+            f"first"
+        )
     if foreign and request.unit_scale is not None:
         table = {"unit": sorted(foreign)[0], "unit_scale": request.unit_scale, **table}
     series = {
@@ -84,8 +88,11 @@ def assemble(
         for name, one in raw.items()
     }
     _check_sizes(path, series)
+    series, missing = without_gaps(series)
+    check_enough(series["angle"])
     series, dropped = in_order(series)
-    series, joined = continuous(series) if raw["angle"].unit in DEGREES else (series, [])
+    series, joined = continuous(series)
+    sigma_s = stamp_sigma_s(series["time"])
     series, merged = one_a_stamp(series)
     streams = Streams(
         series.get("command_time", series["time"]),
@@ -96,15 +103,18 @@ def assemble(
     )
     settings = RecordingSettings(unit_scale=request.unit_scale or 1.0, details=table)
     recording = replace(
-        recording_of(plain_name(path.stem), streams, settings), side=request.angle_of or side
+        recording_of(plain_name(path.stem), streams, settings),
+        side=request.angle_of or side,
+        offset_sigma_s=sigma_s,
     )
+    uneven = cadence_notes(streams.time, "command_time" in series)
     signals = {
         signal_name(name, raw[name].unit) if name in SIGNALS else name: one
         for name, one in series.items()
         if name not in _OF_ANGLE_AND_COMMAND
     }
     doubts = _side_doubts(path, raw["angle"], side) if request.angle_of is None else []
-    every = (*notes, *doubts, *dropped, *joined, *merged)
+    every = (*notes, *doubts, *wraps, *missing, *dropped, *joined, *merged, *uneven)
     if not signals:
         return replace(recording, notes=every)
     for one in signals.values():
@@ -131,9 +141,11 @@ def _check_sizes(path: Path, series: Mapping[str, Series]) -> None:
         if name in ("command", "command_time"):
             clock = series.get("command_time", clock)
         if one.raw.size != clock.raw.size:
+            own = name == "command" and clock is series["time"]
+            remedy = f", or its own clock by {column_map('command_time', 'COLUMN')}" if own else ""
             raise InputError(
                 f"{path}: column {one.name} has {one.raw.size} values and {clock.name} "
-                f"{clock.raw.size}, expected the same number; map another one"
+                f"{clock.raw.size}, expected the same number; map another one{remedy}"
             )
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,8 @@ from servosight.models.core import (
 )
 from servosight.models.io._power import power_column, powered_run
 from servosight.models.io._signals import overlooked, signal_columns
-from servosight.models.io.importers._assemble import Raw
-from servosight.models.io.importers._request import QUANTITIES, Column, Request
+from servosight.models.io.importers._raw import Raw
+from servosight.models.io.importers._request import ALL, COMMAND_TIME, QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
 from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Split, listed, split_unit
 
@@ -46,21 +46,21 @@ class Columns:
     """A column of yes and no, (rows,); where there is none, every number but 0 is a yes."""
     split: Split = split_unit
     notes: tuple[str, ...] = ()
-    dated: Collection[str] = ()
-    """Columns of calendar dates, whose numbers are seconds."""
+    dated: Mapping[str, str] = field(default_factory=dict)
+    """Columns of dates or times of day, whose numbers are seconds, and how they are read."""
 
 
 def chosen_columns(
     path: Path,
     table: Columns,
     request: Request,
-    quantities: Sequence[str] = (*QUANTITIES, *SIGNALS),
+    quantities: Sequence[str] = ALL,
 ) -> dict[str, Column]:
     """The column of each quantity; InputError where one is missing.
 
     A sigma need not be there, nor a signal.
     """
-    asked = [name for name in quantities if name not in SIGNALS or name in request.columns]
+    asked = [name for name in quantities if name in QUANTITIES or name in request.columns]
     found = {quantity: _column(table, quantity, request) for quantity in asked}
     missing = [name for name, one in found.items() if one is None and name != "sigma"]
     if missing:
@@ -76,7 +76,7 @@ def raw_columns(
     path: Path,
     table: Columns,
     request: Request,
-    quantities: Sequence[str] = (*QUANTITIES, *SIGNALS),
+    quantities: Sequence[str] = ALL,
 ) -> tuple[dict[str, Raw], tuple[str, ...]]:
     """The quantities of a table with one time for all of them, as they stand in it, and notes.
 
@@ -86,8 +86,7 @@ def raw_columns(
     columns = chosen_columns(path, table, request, quantities)
     units, notes = units_of(path, columns, request, table.split)
     dates = [
-        f"{path}: column {one.name} holds dates, read as seconds since 1970, in UTC where they "
-        f"name no zone"
+        f"{path}: column {one.name} holds {table.dated[one.name]}"
         for one in columns.values()
         if one.name in table.dated
     ]
@@ -130,21 +129,23 @@ def powered(
 ) -> tuple[dict[str, Raw], tuple[str, ...]]:
     """The quantities over the longest stretch in which ``on`` (rows,), and a note if it is not all.
 
-    ``column`` is where the log says so.
+    ``column`` is where the log says so. A command with a clock of its own stays whole.
     """
-    for part in raw.values():
+    own = ("command", COMMAND_TIME) if COMMAND_TIME in raw else ()
+    measured = {name: part for name, part in raw.items() if name not in own}
+    for part in measured.values():
         if part.values.size != on.size:
             raise InputError(
                 f"{path}: column {part.column} has {part.values.size} values and {column} "
                 f"{on.size}, expected the same number; map another one"
             )
-    one = next(iter(raw.values()))
+    one = next(iter(measured.values()))
     start, stop, notes = powered_run(path, on, column, one.rows, one.word)
     kept = {
         name: replace(part, values=part.values[start:stop], rows=part.rows[start:stop])
-        for name, part in raw.items()
+        for name, part in measured.items()
     }
-    return kept, notes
+    return {**raw, **kept}, notes
 
 
 def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
@@ -190,9 +191,10 @@ def _column(table: Columns, quantity: str, request: Request) -> Column | None:
     found = _by_name(table, quantity, request) if column is None else _mapped(table, column)
     if found is None and column is not None:
         near = did_you_mean(column.name, table.names)
+        own = quantity == "time" and table.place.startswith(f"{request.command}, ")
         raise InputError(
             f"{table.place}: no column {column.name}{near}, expected one of {listed(table.names)}; "
-            f"correct {column_map(quantity, column.name)}"
+            f"correct {column_map(COMMAND_TIME if own else quantity, column.name)}"
         )
     return Column(found.name, "s") if found is not None and found.name in table.dated else found
 

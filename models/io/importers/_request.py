@@ -10,6 +10,9 @@ from servosight.models.core import InputError, Side, column_map
 from servosight.models.io.tables import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
+COMMAND_TIME = "command_time"
+"""The clock of a command that has rows of its own."""
+ALL = (*QUANTITIES, COMMAND_TIME, *SIGNALS)
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Column:
 class Request:
     """The user's words about a log.
 
-    ``columns`` by quantity (time, command, angle, sigma, or one of ``SIGNALS``); ``unit`` holds
+    ``columns`` by quantity, one of ``ALL``; ``unit`` holds
     for what has no unit of its own; ``unit_scale`` is how many degrees show one unit of an output
     that is no angle;
     ``deg_per_us`` and ``neutral_us`` convert a command given as pulse width; ``part`` is which
@@ -51,10 +54,10 @@ def parse_map(words: Sequence[str]) -> dict[str, Column]:
         name, colon, unit = place.rpartition(":")
         if not colon:
             name, unit = place, ""
-        if not equals or not name or quantity not in (*QUANTITIES, *SIGNALS):
+        if not equals or not name or quantity not in ALL:
             raise InputError(
                 f"columns: {word} maps none, expected one of "
-                f"{', '.join((*QUANTITIES, *SIGNALS))} and a column, with its unit where its "
+                f"{', '.join(ALL)} and a column, with its unit where its "
                 f"header has none; write it like {column_map('angle', 'pos:rad')}"
             )
         if quantity in columns:

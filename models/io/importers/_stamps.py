@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, Mask
-from servosight.models.io.tables import Series
+from servosight.models.core import Array, InputError, Mask
+from servosight.models.io.importers._gaps import kept
+from servosight.models.io.tables import FEWEST_SAMPLES, Series
 
 MOST_RUNNING_BACK = 0.01
 """The share of a log's rows that may be left out for their stamps; with more the clock is wrong."""
@@ -29,7 +30,7 @@ def in_order(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[str]
         count = int(wrong.sum())
         if not 0 < count <= MOST_RUNNING_BACK * wrong.size:
             continue
-        found |= {name: _at(series[name], np.flatnonzero(~wrong)) for name in names}
+        found |= {name: kept(series[name], ~wrong) for name in names}
         words = "entries" if time.word == "entry" else f"{time.word}s"
         were = "were" if count > 1 else "was"
         notes.append(
@@ -41,7 +42,10 @@ def in_order(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[str]
 
 
 def one_a_stamp(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[str]]:
-    """Samples of one stamp averaged, of commands the last kept; and a sentence where there are."""
+    """Samples of one stamp averaged, of commands the last kept; and a sentence where there are.
+
+    InputError where the clock is so coarse that too few samples are left.
+    """
     notes = []
     found = dict(series)
     for clock, names in _clocks(series).items():
@@ -51,6 +55,12 @@ def one_a_stamp(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[s
             continue
         firsts = np.flatnonzero(begins)
         counts = np.diff(np.append(firsts, begins.size))
+        if clock == "time" and firsts.size < FEWEST_SAMPLES <= begins.size:
+            raise InputError(
+                f"{time.path}: column {time.name} has {begins.size:,} {time.word}s and "
+                f"{firsts.size} different stamps, expected at least {FEWEST_SAMPLES}; map a column "
+                f"whose clock is finer"
+            )
         found |= {name: _merged(series[name], name, firsts, counts) for name in names}
         if clock == "time":
             many = int(counts[counts > 1].sum())
@@ -94,19 +104,14 @@ def _rising(stamps: Array) -> Mask:
     return kept
 
 
-def _at(one: Series, rows: Any) -> Series:
-    kept = [one.rows[row] for row in rows.tolist()]
-    return replace(one, raw=one.raw[rows], values=one.values[rows], rows=kept)
-
-
 def _merged(one: Series, name: str, firsts: Any, counts: Any) -> Series:
     lasts = firsts + counts - 1
-    kept: list[Array] = []
+    means: list[Array] = []
     for values in (one.raw, one.values):
         if name in ("time", "command_time", "command"):
-            kept.append(values[lasts])
+            means.append(values[lasts])
         elif name == "sigma":
-            kept.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
+            means.append(np.sqrt(np.add.reduceat(values**2, firsts)) / counts)
         else:
-            kept.append(np.add.reduceat(values, firsts) / counts)
-    return replace(_at(one, firsts), raw=kept[0], values=kept[1])
+            means.append(np.add.reduceat(values, firsts) / counts)
+    return replace(kept(one, firsts), raw=means[0], values=means[1])

@@ -56,7 +56,7 @@ def _given(quantity: str, column: Column, request: Request, split: Split) -> str
     if quantity in SIGNALS:
         return signal_unit(column.name, split)
     unit = split(column.name)[1]
-    if unit is None and quantity == "time":
+    if unit is None and quantity.endswith("time"):
         return "s"
     if unit is None and quantity in ANGLES and request.unit is not None:
         return spelled(request.unit)

@@ -3,7 +3,8 @@
 from servosight.models.io.tables._csv import Sheet as Sheet
 from servosight.models.io.tables._csv import read_sheet as read_sheet
 from servosight.models.io.tables._csv import table_text as table_text
-from servosight.models.io.tables._dates import is_date as is_date
+from servosight.models.io.tables._csv import with_gaps as with_gaps
+from servosight.models.io.tables._dates import date_kind as date_kind
 from servosight.models.io.tables._dates import seconds_of as seconds_of
 from servosight.models.io.tables._header_units import Split as Split
 from servosight.models.io.tables._header_units import signal_unit as signal_unit
@@ -16,6 +17,7 @@ from servosight.models.io.tables._quantities import command_of as command_of
 from servosight.models.io.tables._quantities import named as named
 from servosight.models.io.tables._quantities import time_of as time_of
 from servosight.models.io.tables._series import DEGREES as DEGREES
+from servosight.models.io.tables._series import FEWEST_SAMPLES as FEWEST_SAMPLES
 from servosight.models.io.tables._series import PULSE as PULSE
 from servosight.models.io.tables._series import SECONDS as SECONDS
 from servosight.models.io.tables._series import SIGNALS as SIGNALS
@@ -27,3 +29,5 @@ from servosight.models.io.tables._series import check_rate as check_rate
 from servosight.models.io.tables._series import check_sigma as check_sigma
 from servosight.models.io.tables._series import check_time as check_time
 from servosight.models.io.tables._series import check_together as check_together
+from servosight.models.io.tables._text import UTF_16 as UTF_16
+from servosight.models.io.tables._text import log_text as log_text

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import LARGEST_TABLE, Array, InputError, read_text
-from servosight.models.io.tables._dates import is_date
+from servosight.models.core import LARGEST_TABLE, Array, InputError
+from servosight.models.io.tables._layout import (
+    COMMENT,
+    delimiter_of,
+    is_number,
+    layout_of,
+    with_units,
+)
+from servosight.models.io.tables._text import log_text
 
 LONGEST_LINE = 100_000
-COMMENT = "#"
-_MARKS = (",", ";", "\t")
+_GROUPED = re.compile(r"[+-]?(?:\d{1,3}(?:,\d{3})+\.\d*|\d{1,3}(?:\.\d{3})+,\d*)")
+"""A number with separators of thousands and a decimal mark."""
+_GROUPS = re.compile(r"\d[,'\u2019\u00a0\u202f ]\d{3}\b")
+_DATE = re.compile(r"\d\s*[/:.-]\s*\d+\s*[/:.-]\s*\d")
+_MISSING = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")
+"""What stands in a cell without a number, in lower case; Python itself reads nan."""
 _UNQUOTED = "\x1f"  # ASCII's own unit separator stands in for the delimiter of a quoted table
 
 
@@ -23,7 +35,7 @@ class Sheet:
     """A delimited text file with one header row; its cells are read on demand.
 
     ``rows`` are the lines that are neither blank nor comments, ``numbers`` their 1-based lines in
-    the file, ``notes`` what the user should know.
+    the file, ``place`` is that of the header in messages, ``notes`` what the user should know.
     """
 
     path: Path
@@ -31,6 +43,7 @@ class Sheet:
     rows: tuple[str, ...]
     numbers: tuple[int, ...]
     delimiter: str
+    place: str
     notes: tuple[str, ...] = ()
 
     def columns(self, names: Sequence[str]) -> Array:
@@ -64,23 +77,37 @@ class Sheet:
         except ValueError:
             shown = repr(cell.strip()[:40]) if cell.strip() else "empty"
             raise InputError(
-                f"{self.path}, row {line}: column {name} is {shown}, expected a number; correct "
-                "the "
-                f"cell or delete the row"
+                f"{self.path}, row {line}: column {name} is {shown}, expected {_wanted(cell)}; "
+                f"correct the cell or delete the row"
             ) from None
+
+
+def with_gaps(sheet: Sheet, name: str) -> Sheet:
+    """One column of a sheet, with NaN where a cell is empty or says that it has no number."""
+    cells = (("nan" if cell.strip().lower() in _MISSING else cell) for cell in sheet.cells(name))
+    return replace(sheet, header=(name,), rows=tuple(cells))
+
+
+def _wanted(cell: str) -> str:
+    if _DATE.search(cell):
+        return "a number, or a date such as 2026-03-01T12:00:00.250"
+    if _GROUPS.search(cell):
+        return "a number without separators of thousands"
+    return "a number"
 
 
 def read_sheet(path: Path) -> Sheet:
     """Read a table separated by commas, semicolons, tabs or spaces; any BOM and line ends will do.
 
-    Beside other separators a comma in a number is a decimal comma. Lines that begin with ``#`` are
-    skipped; the last before the numbers is the header where it names each column. InputError for a
-    file that is missing, empty, too large, not UTF-8, without header, or with a row of another
-    width.
+    Beside other separators a comma in a number is a decimal comma. What stands above the header is
+    skipped, a row of units below it is joined with it, and columns without a header are called by
+    their numbers, from 1. InputError for a file that is missing, empty, too large or no text, or
+    with a row of another width.
     """
-    text = read_text(path, "a CSV file", LARGEST_TABLE)
+    text = log_text(path, "a CSV file", LARGEST_TABLE)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbers, notes = _content(path, lines)
+    layout = layout_of(path, lines)
+    numbers, notes = layout.numbers, layout.notes
     if not numbers:
         raise InputError(
             f"{path}: the file is empty, expected a header row and rows of numbers; write the "
@@ -95,20 +122,25 @@ def read_sheet(path: Path) -> Sheet:
     rows = [lines[number - 1] for number in numbers]
     if rows[0].lstrip().startswith(COMMENT):
         rows[0] = rows[0].lstrip().removeprefix(COMMENT).strip()
-    delimiter = _delimiter(rows[0], rows[1] if len(rows) > 1 else "")
+    delimiter = delimiter_of(rows[0], rows[1] if len(rows) > 1 else "")
+    decimal_comma = delimiter != ","
     if delimiter == " ":
         rows = [" ".join(row.split()) for row in rows]
-    if '"' in text:
+    rows = _without_last_separator(rows, delimiter)
+    quoted = '"' in text
+    if quoted:
         rows = [
             _unquoted(path, number, row, delimiter)
             for number, row in zip(numbers, rows, strict=True)
         ]
-        delimiter, was = _UNQUOTED, delimiter
-    else:
-        was = delimiter
+        delimiter = _UNQUOTED
     header = tuple(name.strip() for name in rows[0].split(delimiter))
-    if was != ",":
-        rows = [row.replace(",", ".") for row in rows]
+    if quoted or decimal_comma:
+        rows = [_plain_row(row, delimiter, decimal_comma) for row in rows]
+    first = 1
+    if all(is_number(name) for name in rows[0].split(delimiter)):
+        header, first = tuple(str(place) for place in range(1, len(header) + 1)), 0
+        notes = (*notes, f"{path}: has no header, so its columns are called 1 to {len(header)}")
     _check_header(path, numbers[0], header)
     _check_names(path, numbers[0], header, rows[1:], delimiter)
     for number, row in zip(numbers, rows, strict=True):
@@ -117,7 +149,11 @@ def read_sheet(path: Path) -> Sheet:
                 f"{path}, row {number}: the row has {row.count(delimiter) + 1} fields, expected "
                 f"{len(header)} as in the header; correct the row or delete it"
             )
-    return Sheet(path, header, tuple(rows[1:]), tuple(numbers[1:]), delimiter, notes)
+    units = with_units(header, rows[1].split(delimiter)) if first and len(rows) > 1 else None
+    if units is not None:
+        header, first = units, 2
+    place = f"{path}, row {numbers[0]}" if first else f"{path}, without a header"
+    return Sheet(path, header, tuple(rows[first:]), numbers[first:], delimiter, place, notes)
 
 
 def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
@@ -127,48 +163,34 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
     return ",".join(header) + "\n" + body
 
 
-def _content(path: Path, lines: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
-    """Where the header and the rows are, from 1, and a note where comments are skipped."""
-    filled = [number for number, line in enumerate(lines, 1) if line.strip()]
-    comments = [number for number in filled if lines[number - 1].lstrip().startswith(COMMENT)]
-    if not comments:
-        return filled, ()
-    skipped = set(comments)
-    numbers = [number for number in filled if number not in skipped]
-    above = [number for number in comments if numbers and number < numbers[0]]
-    if above and _names_columns(lines[above[-1] - 1], lines[numbers[0] - 1]):
-        skipped.remove(above[-1])
-        numbers.insert(0, above[-1])
-    if not skipped:
-        return numbers, ()
-    count = f"{len(skipped):,} line{'s' * (len(skipped) > 1)}"
-    begin, are = ("begin", "are") if len(skipped) > 1 else ("begins", "is")
-    first = min(skipped)
-    note = f"{path}: {count} that {begin} with {COMMENT} {are} skipped, the first is row {first}"
-    return numbers, (note,)
+def _without_last_separator(rows: Sequence[str], delimiter: str) -> list[str]:
+    """Rows without a separator at the end where either only they or only the header have one."""
+    header, *body = (row.rstrip(" ") for row in rows)
+    more = {row.count(delimiter) - header.count(delimiter) for row in body}
+    if more == {1} and all(row.endswith(delimiter) for row in body):
+        return [header, *(row[: -len(delimiter)] for row in body)]
+    if more == {-1} and header.endswith(delimiter):
+        return [header[: -len(delimiter)], *body]
+    return list(rows)
 
 
-def _names_columns(comment: str, row: str) -> bool:
-    """True where a comment has a name for each number of the first row, as numpy writes it."""
-    header = comment.lstrip().removeprefix(COMMENT).strip()
-    mark = _delimiter(header, row)
-    cells, names = _split(row, mark), _split(header, mark)
-    return len(cells) == len(names) > 1 and all(_is_number(one) or is_date(one) for one in cells)
+def _plain_row(row: str, delimiter: str, decimal_comma: bool) -> str:
+    """A row in which numbers have a decimal point alone.
 
-
-def _split(row: str, mark: str) -> list[str]:
-    return row.split() if mark == " " else row.split(mark)
-
-
-def _delimiter(header: str, row: str) -> str:
-    """The separator that cuts header and first row into as many fields; else what the header has.
-
-    A comma where there is none.
+    Of a point and a comma in one number the last is the decimal mark.
     """
-    for mark in (*_MARKS, " "):
-        if len(_split(header, mark)) == len(_split(row, mark)) > 1:
-            return mark
-    return next((mark for mark in _MARKS if mark in header), ",")
+    if "," not in row:
+        return row
+    if "." not in row:
+        return row.replace(",", ".") if decimal_comma else row
+    return delimiter.join(_plain_cell(cell, decimal_comma) for cell in row.split(delimiter))
+
+
+def _plain_cell(cell: str, decimal_comma: bool) -> str:
+    if _GROUPED.fullmatch(cell.strip()):
+        mark = max(".,", key=cell.rfind)
+        return cell.replace("," if mark == "." else ".", "").replace(mark, ".")
+    return cell.replace(",", ".") if decimal_comma else cell
 
 
 def _unquoted(path: Path, number: int, row: str, delimiter: str) -> str:
@@ -183,12 +205,6 @@ def _unquoted(path: Path, number: int, row: str, delimiter: str) -> str:
 
 
 def _check_header(path: Path, number: int, header: tuple[str, ...]) -> None:
-    if all(_is_number(name) for name in header):
-        raise InputError(
-            f"{path}, row {number}: the first row holds numbers, expected a header; write the "
-            f"names of the {len(header)} columns above the numbers, such as "
-            f"time_s,command_deg,angle_deg"
-        )
     for place, name in enumerate(header):
         if name and name in header[:place]:
             raise InputError(
@@ -203,21 +219,8 @@ def _check_names(
     """Refuse a header with one name less than all rows have fields."""
     if not rows or any(row.count(delimiter) != len(header) for row in rows):
         return
-    if all(not row.rpartition(delimiter)[2].strip() for row in rows):
-        raise InputError(
-            f"{path}, row {number}: every row but the header ends with a separator, expected a "
-            f"name for each field; end the header with one, too"
-        )
     raise InputError(
         f"{path}, row {number}: the header has {len(header)} names and every row {len(header) + 1} "
         f"fields, expected a name for each; where the rows begin with an index, write its name in "
         f"front of the header, as in index,{','.join(header[:2])}"
     )
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

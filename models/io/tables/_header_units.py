@@ -37,6 +37,11 @@ def spelled(unit: str) -> str:
     return _SPELLINGS.get(word.lower(), word.lower() if word.lower() in _KNOWN else word)
 
 
+def is_unit(text: str) -> bool:
+    """True for a unit of time, of an angle or of a pulse width, in whichever spelling."""
+    return spelled(text) in _KNOWN
+
+
 def split_unit(header: str) -> tuple[str, str | None]:
     """A column's name and the unit that its header writes behind it, None where it writes none.
 

@@ -40,7 +40,7 @@ def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Serie
             f"`servosight import {shlex.quote(str(sheet.path))} -o REC --map {quantity}={place}`"
         )
         raise InputError(
-            f"{sheet.path}, row 1: no column {' or '.join(names)} among "
+            f"{sheet.place}: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
             f"name it by {either(f'columns={{{quantity!r}: {place!r}}}', option)}"
         )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, InputError, column_map
 
 FEWEST_SAMPLES = 50
 LARGEST_ANGLE_DEG = 1e5
@@ -18,7 +18,8 @@ LARGEST_TIME_S = 1e10
 """A clock since 1970 has 1.8e9 s; beyond 1e10 a float holds no microsecond."""
 LONGEST_INTERVAL_S = 0.9
 """A clock in milliseconds that is read as seconds ticks 1 to 40 "seconds" at any camera's rate."""
-SHORTEST_S = 1e-3
+SHORTEST_S = 0.04
+"""Fifty samples at 1 kHz take 0.049 s; seconds read as milliseconds are shorter up to 40 s."""
 
 SIGNALS = ("disturbance", "supply", "current", "torque")
 """What else a log may hold beside the angle; a unit follows in the name of its column."""
@@ -71,15 +72,15 @@ def check_time(time: Series) -> None:
         what = "stands still" if values[index] == values[index - 1] else "runs back"
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
-            f"{time.word} before), expected rising time; sort the file, or delete the {time.word}; "
-            f"`servosight import` averages samples of one time stamp and leaves out a few that run "
-            f"back"
+            f"{time.word} before), expected rising time; delete the {time.word}, sort the file if "
+            f"its {time.word}s are out of order, or cut it here if the clock was set or a second "
+            f"log begins; `servosight import` averages samples of one time stamp and leaves out a "
+            f"few that run back"
         )
     if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
         raise InputError(
             f"{time.path}: column {time.name} reaches {time.raw[-1]:.10g}, expected at most "
-            f"{LARGEST_TIME_S:.0e} s; let the clock begin at 0, or name the column time_ms or "
-            f"time_us if it counts those"
+            f"{LARGEST_TIME_S:.0e} s; let the clock begin at 0, or {_other_unit(time.name)}"
         )
     if values.size < 2:
         return
@@ -88,8 +89,7 @@ def check_time(time: Series) -> None:
     if duration > LONGEST_S:
         raise InputError(
             f"{time.path}: column {time.name} spans {duration:.3g} s, expected at most "
-            f"{LONGEST_S:.0e} s; if the clock counts milli- or microseconds, name the column "
-            f"time_ms or time_us"
+            f"{LONGEST_S:.0e} s; {_other_unit(time.name)}"
         )
 
 
@@ -99,15 +99,21 @@ def check_rate(time: Series) -> None:
     if interval > LONGEST_INTERVAL_S:
         raise InputError(
             f"{time.path}: column {time.name} has {interval:.3g} s from one {time.word} to the "
-            f"next, expected less than {LONGEST_INTERVAL_S} s; if the clock counts milli- or "
-            f"microseconds, name the column time_ms or time_us"
+            f"next, expected less than {LONGEST_INTERVAL_S} s; {_other_unit(time.name)}"
         )
     duration = float(time.values[-1] - time.values[0])
     if duration < SHORTEST_S:
         raise InputError(
             f"{time.path}: column {time.name} spans {duration:.3g} s, expected at least "
-            f"{SHORTEST_S:g} s; check that its unit is what its name says"
+            f"{SHORTEST_S:g} s; check that its unit is what its name or the map says"
         )
+
+
+def _other_unit(column: str) -> str:
+    return (
+        f"if it counts milli-, micro- or nanoseconds, name the column time_ms, time_us or time_ns, "
+        f"or import the log with {column_map('time', f'{column}:ms')} and the like"
+    )
 
 
 def check_angle(angle: Series) -> None:

@@ -79,7 +79,7 @@ def test_a_signal_with_gaps_that_nobody_asked_for_is_left_out(tmp_path: Path) ->
     assert recording.signals is not None
     assert list(recording.signals.values) == ["disturbance_N"]
     assert "column supply_V is not kept" in recording.notes[0]
-    with pytest.raises(InputError, match="row 10: column supply_V is empty"):
+    with pytest.raises(InputError, match="row 10: column supply_V is nan"):
         import_recording(path, Request(parse_map(["disturbance=force", "supply=supply_V"])))
 
 

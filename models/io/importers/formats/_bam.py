@@ -23,8 +23,9 @@ from servosight.models.core import (
     plain_name,
     read_settings,
 )
-from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import powered
+from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import Request
 
 DEFAULT_GAIN = {"xl330": 400.0, "sts3250": 32.0}

@@ -95,10 +95,24 @@ def _arrays(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]
     """A variable's arrays of numbers; those of a struct by MATLAB's names, as ``out.signals.y``."""
     if not isinstance(value, np.ndarray) or depth > _DEEPEST:
         return
-    if value.dtype.names:
+    if value.dtype.names and value.size > 1 and _holds_samples(value):
+        for field in value.dtype.names:
+            yield f"{name}.{field}", np.array([one.item() for one in value[field].ravel()])
+    elif value.dtype.names:
         for place, struct in enumerate(value.ravel()[:_MOST_PLACES], 1):
             which = f"{name}({place})" if value.size > 1 else name
             for field in value.dtype.names:
                 yield from _arrays(f"{which}.{field}", struct[field], depth + 1)
+    elif value.dtype.kind in "biuf" and value.ndim == 2 and min(value.shape) > 1:
+        for place in range(min(value.shape[1], _MOST_PLACES)):
+            yield f"{name}[{place + 1}]", value[:, place]
     elif value.dtype.kind in "biuf":
         yield name, value
+
+
+def _holds_samples(structs: np.ndarray) -> bool:
+    """True for an array of structs that is a record of single numbers for each sample."""
+    cells = [one for field in structs.dtype.names or () for one in structs[field].ravel()]
+    return all(
+        isinstance(one, np.ndarray) and one.size == 1 and one.dtype.kind in "biuf" for one in cells
+    )

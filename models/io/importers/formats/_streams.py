@@ -13,9 +13,10 @@ from servosight.models.core import Array, InputError, Recording, column_map, did
 from servosight.models.io._power import power_column
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
-from servosight.models.io.importers._assemble import Raw, assemble
+from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import powered, source_of
-from servosight.models.io.importers._request import Request
+from servosight.models.io.importers._raw import Raw
+from servosight.models.io.importers._request import COMMAND_TIME, Request
 from servosight.models.io.importers._units import units_of
 from servosight.models.io.tables import SIGNALS, listed, split_path
 
@@ -26,9 +27,9 @@ def read_streams(
     path: Path, parser: Parser, form: str, request: Request, notes: Sequence[str] = ()
 ) -> Recording:
     """A recording from columns that the request names; time is that of each column's messages."""
-    if "time" in request.columns:
+    for quantity in {"time", COMMAND_TIME} & set(request.columns):
         raise InputError(
-            f"{path}: {column_map('time', 'COLUMN')} does not apply to {parser.kind}, whose "
+            f"{path}: {column_map(quantity, 'COLUMN')} does not apply to {parser.kind}, whose "
             f"messages have stamps; expected command and angle alone, so leave it out"
         )
     wanted = [column.name for column in request.columns.values()]
@@ -70,9 +71,7 @@ def _powered(path: Path, raw: dict[str, Raw], found: Extract) -> tuple[dict[str,
         return raw, ()
     flags = replace(raw["angle"], column=power, values=found.columns[power])
     on = _latest(flags, found.times_s[power], raw["time"]).values != 0.0
-    measured = {name: one for name, one in raw.items() if not name.startswith("command")}
-    kept, notes = powered(path, measured, on, power)
-    return {**raw, **kept}, notes
+    return powered(path, raw, on, power)
 
 
 def _latest(raw: Raw, times_s: Array, clock: Raw) -> Raw:

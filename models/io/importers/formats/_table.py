@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from servosight.models.core import Array, Recording, plain_name
+from servosight.models.core import Array, InputError, Recording, plain_name
 from servosight.models.io._power import switched_on
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._columns import Columns, raw_columns, source_of
-from servosight.models.io.importers._request import Request
-from servosight.models.io.tables import SIGNALS, is_date, read_sheet, seconds_of
+from servosight.models.io.importers._request import COMMAND_TIME, Request
+from servosight.models.io.tables import SIGNALS, date_kind, read_sheet, seconds_of, with_gaps
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -25,9 +25,9 @@ def read_table(path: Path, request: Request) -> Recording:
         return assemble(path, raw, request, {"source": source_of(path, "csv", raw)}, notes)
     answer = ("time", "angle", "sigma", *SIGNALS)
     raw, notes = raw_columns(path, _columns(path), request, answer)
-    sent, more = raw_columns(
-        request.command, _columns(request.command), request, ("time", "command")
-    )
+    own = {"time": request.columns[COMMAND_TIME]} if COMMAND_TIME in request.columns else {}
+    told = replace(request, columns={**request.columns, **own})
+    sent, more = raw_columns(request.command, _columns(request.command), told, ("time", "command"))
     raw["command_time"] = replace(sent["time"], path=request.command)
     raw["command"] = replace(sent["command"], path=request.command)
     source = {**source_of(path, "csv", raw), "command_name": plain_name(request.command.name)}
@@ -37,15 +37,19 @@ def read_table(path: Path, request: Request) -> Recording:
 def _columns(path: Path) -> Columns:
     sheet = read_sheet(path)
     first = sheet.rows[0].split(sheet.delimiter) if sheet.rows else []
-    dated = [name for name, cell in zip(sheet.header, first, strict=False) if is_date(cell)]
+    kinds = {name: date_kind(cell) for name, cell in zip(sheet.header, first, strict=False)}
+    dated = {name: kind for name, kind in kinds.items() if kind is not None}
 
     def numbers(name: str) -> Array:
         if name in dated:
             return seconds_of(path, name, sheet.cells(name), sheet.numbers)
-        return sheet.columns([name])[:, 0]
+        try:
+            return sheet.columns([name])[:, 0]
+        except InputError:
+            return with_gaps(sheet, name).columns([name])[:, 0]
 
     return Columns(
-        f"{path}, row 1",
+        sheet.place,
         sheet.header,
         numbers,
         lambda size: sheet.numbers,

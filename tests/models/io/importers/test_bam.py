@@ -70,7 +70,7 @@ def broken(index: int, **changes: Any) -> dict[str, Any]:
         (broken(7, position="x"), ("entry 7", "position", "'x'", "number")),
         (broken(7, position=True), ("entry 7", "position", "number")),
         (broken(7, position=None), ("entry 7", "position", "number")),
-        (broken(7, position=math.nan), ("entry 7", "position", "finite")),
+        (broken(7, position=math.inf), ("entry 7", "position", "finite")),
         (broken(7, position=10**400), ("entries", "1329 bits", "at most 64")),
         (broken(7, torque_enable="on"), ("entry 7", "torque_enable", "true or false")),
         (bam_log(entries=bam_log()["entries"][::-1]), ("entry 1", "timestamp", "runs back")),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -171,3 +173,42 @@ def test_the_map_of_the_command_is_that_of_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.angle_deg, imported.angle_deg)
     np.testing.assert_array_equal(read.command_deg, imported.command_deg)
     np.testing.assert_array_equal(read.time_s, imported.time_s)
+
+
+@pytest.mark.parametrize("form", ["json", "csv"])
+def test_a_command_with_a_clock_of_its_own_in_the_same_file(tmp_path: Path, form: str) -> None:
+    """Columns of other lengths, which end in empty cells where they share a table."""
+    t = [0.01 * i for i in range(100)]
+    columns: dict[str, list[float]] = {
+        "t": t,
+        "pos": [float(i % 5) for i in range(100)],
+        "tc": [1e3 * one for one in t[::4]],
+        "goal": [float(i % 7) for i in range(25)],
+    }
+    path = tmp_path / "a.log"
+    if form == "json":
+        path.write_text(json.dumps(columns))
+    else:
+        cells = itertools.zip_longest(*columns.values(), fillvalue="")
+        path.write_text("\n".join([",".join(columns), *(",".join(map(str, c)) for c in cells)]))
+    words = ["time=t:s", "command_time=tc:ms", "command=goal:deg", "angle=pos:deg"]
+    recording = import_recording(path, Request(parse_map(words)))
+    assert recording.time_s.size == 100
+    np.testing.assert_allclose(recording.command_time_s, t[::4])
+    assert recording.command_deg.tolist() == columns["goal"]
+    if form == "json":
+        without = Request(parse_map([word for word in words if "tc" not in word]))
+        refused(path, without, "25 values and t 100", "--map command_time=COLUMN")
+
+
+def test_the_clock_of_a_command_in_a_file_of_its_own(tmp_path: Path) -> None:
+    angle, command = tmp_path / "angle.csv", tmp_path / "command.csv"
+    angle.write_text("\n".join(["t,pos", *(f"{0.01 * i},{i % 5}" for i in range(100))]))
+    command.write_text("\n".join(["ms,goal", *(f"{40 * i},{i % 7}" for i in range(25))]))
+    words = ["time=t:s", "command=goal:deg", "angle=pos:deg"]
+    request = Request(parse_map(words), command=command)
+    with pytest.raises(InputError, match=r"command.csv, row 1: no column t,.*--map command_time=t"):
+        import_recording(angle, request)
+    request = replace(request, columns=parse_map([*words, "command_time=ms:ms"]))
+    recording = import_recording(angle, request)
+    np.testing.assert_allclose(recording.command_time_s, 0.04 * np.arange(25))

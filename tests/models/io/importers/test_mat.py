@@ -49,11 +49,28 @@ def test_fields_of_structs_in_mat_files(tmp_path: Path) -> None:
     refused(path, Request(), "--map time=COLUMN", names)
 
 
+def test_samples_in_an_array_of_structs_and_columns_of_a_matrix(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(200)
+    table = np.column_stack([t, np.sin(9 * t), np.sin(9 * t - 0.1)])
+    kind = [(name, object) for name in ("t", "u", "y")]
+    log = np.array([tuple(row) for row in table], dtype=kind)
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"log": log, "data": table})
+    for words in (
+        ["time=log.t:s", "command=log.u:rad", "angle=log.y:rad"],
+        ["time=data[1]:s", "command=data[2]:rad", "angle=data[3]:rad"],
+    ):
+        recording = import_recording(path, Request(parse_map(words)))
+        np.testing.assert_allclose(recording.time_s, t)
+        np.testing.assert_allclose(recording.angle_deg, np.degrees(table[:, 2]))
+    refused(path, Request(), "log.t, log.u, log.y, data[1..3]")
+
+
 def test_bad_mat_files(tmp_path: Path) -> None:
     refused(mat_file(tmp_path / "a.mat", qm=np.ones(7)), Request(), "qm", "7 values", "200")
     refused(mat_file(tmp_path / "a.mat", qm="text"), Request(), "angle", "--map angle=COLUMN")
     bad = np.sin(np.arange(200.0))
-    bad[4] = np.nan
+    bad[4] = np.inf
     refused(mat_file(tmp_path / "a.mat", qm=bad), Request(), "sample 5", "qm", "finite")
     (tmp_path / "b.mat").write_bytes(b"MATLAB 7.3 MAT-file" + bytes(200))
     refused(tmp_path / "b.mat", Request(), "MATLAB", "-v7")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import lzma
 import shutil
 from pathlib import Path
 
@@ -25,7 +27,24 @@ def test_what_nobody_recognises(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"\0\1\2" * 50)
     refused(tmp_path / "a.csv", Request(), "binary file of no known format", "CSV")
     (tmp_path / "empty").mkdir()
-    refused(tmp_path / "empty", Request(), "folder of no known format")
+    refused(tmp_path / "empty", Request(), "folder of no known format", "name one file")
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (gzip.compress(b"t,u,y\n" * 99), ("packed by gzip", "unpack")),
+        (lzma.compress(b"t,u,y\n" * 99), ("packed by xz", "unpack")),
+        (b"PK\x03\x04" + bytes(60), ("workbook", "CSV")),
+        (b"\x89HDF\r\n" + bytes(60), ("HDF5", "CSV")),
+        (b"#ROSBAG V2.0\n" + bytes(60), ("ROS 1", "rosbags-convert")),
+    ],
+)
+def test_known_files_that_nobody_reads_get_advice_that_fits(
+    tmp_path: Path, start: bytes, words: tuple[str, ...]
+) -> None:
+    (tmp_path / "a.csv").write_bytes(start)
+    refused(tmp_path / "a.csv", Request(), *words)
 
 
 @pytest.mark.parametrize("name", ["parquet", "ulog", "lerobot", "rosbag"])

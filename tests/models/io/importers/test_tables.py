@@ -146,3 +146,25 @@ def test_dates_are_a_time(tmp_path: Path, name: str) -> None:
     assert f"column {name} holds dates, read as seconds since 1970" in recording.notes[0]
     path.write_text(path.read_text().replace("2026-03-01T12:00:00.30", "later"))
     refused(path, request, "row 32", name, "'later'", "date")
+
+
+def test_counts_that_pass_the_end_of_their_scale_are_made_continuous(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(200)
+    command, angle = (np.round(900 * np.sin(9.0 * t - lag)) for lag in (0.0, 0.2))
+    rows = zip(t.tolist(), (command % 4096).tolist(), (angle % 4096).tolist(), strict=True)
+    text = "\n".join(f"{x:.2f},{u},{y}" for x, u, y in rows)
+    (tmp_path / "a.csv").write_text(f"time_s,command (ticks),angle (ticks)\n{text}")
+    words = ["command=command", "angle=angle"]
+    recording = import_recording(
+        tmp_path / "a.csv", Request(parse_map(words), unit_scale=360.0 / 4096.0)
+    )
+    np.testing.assert_allclose(recording.angle_deg, 360.0 + angle * 360.0 / 4096.0)
+    np.testing.assert_allclose(recording.command_deg, 360.0 + command * 360.0 / 4096.0)
+
+
+def test_one_scale_does_not_hold_for_two_units(tmp_path: Path) -> None:
+    rows = [f"{0.01 * i:.2f},{i % 7},{i % 5}" for i in range(99)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time_s,goal (%),pos (ticks)", *rows]))
+    request = Request(parse_map(["command=goal", "angle=pos"]), unit_scale=0.1)
+    refused(path, request, "% and ticks", "one unit", "--unit-scale")
