@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servosight.models.core import InputError
+from servosight.models.core import Array, InputError
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -160,7 +160,7 @@ def check(video: Path) -> Header:
             sample.components[0].bits if sample is not None else 8,
             stream.codec_context.width * stream.codec_context.height,
             sum(not _is_cover(one) for one in container.streams.video),
-            max(int(stream.frames) - count, 0) if container.format.name == "avi" else 0,
+            _uncounted(container, stream, stamps),
         )
     if header.count < MIN_FRAMES:
         raise InputError(
@@ -201,6 +201,14 @@ def _cut(video: Path, container: InputContainer) -> bool:
     all of one size, by the kind of the stream."""
     size = video.stat().st_size
     return container.format.name == "mpegts" and all(size % packet for packet in _TRANSPORT)
+
+
+def _uncounted(container: InputContainer, stream: Any, stamps: Array) -> int:
+    """How many pictures an AVI file declares beyond its last stamp (pictures,) [ticks]: it counts
+    them, empty ones included, in place of times."""
+    if container.format.name != "avi" or not stamps.size:
+        return 0
+    return max(int(stream.frames) - 1 - int(stamps[-1]), 0)
 
 
 def _whole(stream: Any, count: int) -> bool:

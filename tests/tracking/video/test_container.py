@@ -175,6 +175,14 @@ def test_pictures_missing_from_an_avi_file_are_said(tmp_path: Path) -> None:
     assert "of the pictures that the file declares are missing: an AVI" in read(path)[1]
 
 
+def test_an_empty_picture_of_an_avi_file_is_not_missing(tmp_path: Path) -> None:
+    """As a camera writes it that dropped a frame: the times after it are right."""
+    kept = [number for number in range(COUNT + 1) if number != 40]
+    times, notes = read(encoded(tmp_path / "drop.avi", drawn(), codec="mjpeg", times=kept))
+    assert times == pytest.approx(np.array(kept) / RATE_HZ)
+    assert "are missing" not in notes
+
+
 def test_a_missing_frame_is_no_rounding_where_a_tick_is_a_frame() -> None:
     """As in AVI files: a line through all stamps would be half a frame off."""
     stamps = np.asarray(np.delete(np.arange(120), [60]) / RATE_HZ, np.float64)
