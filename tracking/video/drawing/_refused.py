@@ -15,6 +15,7 @@ from servosight.tracking.video.drawing._canvas import Canvas, Colour
 
 _FOUND = (80, 220, 90)
 _OTHERS = ((60, 200, 250), (250, 190, 90), (220, 120, 230))
+_POINTED = (255, 255, 255)
 _CHANGE = (60, 60, 240)
 _GRID = (150, 150, 150)
 _LEAST_CHANGE = 12.0  # grey levels
@@ -37,13 +38,14 @@ class SeenPart:
 
 
 def refusal_picture(
-    images: Sequence[Image], parts: Sequence[SeenPart] = (), at_s: float | None = None
-) -> Image:
+    images: Sequence[Image], parts: Sequence[SeenPart] = (), at_s: float | None = None,
+    pointed: SeenPart | None = None,
+) -> Image:  # fmt: skip
     """The first picture in grey, what changes over them in red, and a grid in pixels.
 
     ``parts`` are those found, if any, the best first, with the options that give them; without any,
     what stands out on this picture is framed. ``at_s`` is its time in the video, None for the first
-    frame's. Returns (height, width, 3), blue-green-red.
+    frame's; ``pointed`` is where the user points. Returns (height, width, 3), blue-green-red.
     """
     first = images[0]
     grey = np.repeat((0.5 * first + 40.0).astype(np.uint8)[:, :, None], 3, axis=2)
@@ -59,6 +61,9 @@ def refusal_picture(
     colours = [_FOUND, *(_OTHERS[n % len(_OTHERS)] for n in range(len(parts) - 1))]
     for part, colour in reversed(list(zip(parts, colours, strict=False))):
         _mark(canvas, part, colour)
+    if pointed is not None:
+        _mark(canvas, pointed, _POINTED)
+        canvas.write("pointed at", _beside(canvas, pointed), _POINTED)
     for number, (part, colour) in enumerate(zip(parts, colours, strict=False), start=1):
         _name(canvas, part, number if len(parts) > 1 else None, colour, first.shape)
     if not parts:
@@ -98,8 +103,13 @@ def _name(
             canvas.write(f"--template {box}", low - (0, 6), colour)
     x, y = part.pivot_px
     picked = "" if number is None else f"--pick {number} or "
-    beside = _CROSS * canvas.weight / canvas.times
-    canvas.write(f"{picked}--pivot {x:.0f},{y:.0f}", (x + beside, y), colour)
+    canvas.write(f"{picked}--pivot {x:.0f},{y:.0f}", _beside(canvas, part), colour)
+
+
+def _beside(canvas: Canvas, part: SeenPart) -> tuple[float, float]:
+    """Where words stand on a part's pivot."""
+    x, y = part.pivot_px
+    return x + _CROSS * canvas.weight / canvas.times, y
 
 
 def _standing_out(images: Sequence[Image], scale: float) -> Box | None:
@@ -112,7 +122,12 @@ def _standing_out(images: Sequence[Image], scale: float) -> Box | None:
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask)
     if count < 2:
         return None
-    *box, area = stats[1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))]
+    # What reaches the border, as that of a bar beside a held camera's picture, is no whole part.
+    ends = np.array(mask.shape[::-1])
+    within = (stats[1:, :2] > 0).all(1) & (stats[1:, :2] + stats[1:, 2:4] < ends).all(1)
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    chosen = np.where(within & (areas >= _LEAST_AREA_PX), areas + areas.max(), areas)
+    *box, area = stats[1 + int(np.argmax(chosen))]
     x, y, width, height = (round(float(side) / scale) for side in box)
     return (x, y, width, height) if area >= _LEAST_AREA_PX else None
 

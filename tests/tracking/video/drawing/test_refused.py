@@ -81,3 +81,13 @@ def test_words_do_not_cover_each_other() -> None:
         assert bottom <= 240
         for other in canvas.written[:number]:
             assert bottom <= other[1] or top >= other[3]
+
+
+def test_what_reaches_the_border_does_not_stand_out_before_a_whole_part() -> None:
+    """As the edge of a bar beside the picture of a held camera."""
+    frames = [scene(1.0, 0.0, 60 + 10 * n) for n in range(7)]
+    for number, frame in enumerate(frames):
+        frame[:, : 20 if number else 8] = 0
+    framed = (refusal_picture(frames) == (60, 200, 250)).all(2)
+    assert framed[95:145, 50:110].any()
+    assert not framed[200:].any()
