@@ -164,6 +164,7 @@ def measured(
     """
     from servosight.tracking.core import TrackOptions, TrackRefused
     from servosight.tracking.linkage import find_linkage, linked
+    from servosight.tracking.methods import method_of
     from servosight.tracking.track import track_film
     from servosight.tracking.video import open_film
 
@@ -181,6 +182,7 @@ def measured(
     if how.marker is not None:
         family, number = how.marker
         options = replace(options, method="marker", marker_family=family, marker_id=number)
+    method_of(options.method)  # before the video is read through
     film = open_film(video, options)
     first = track_film(film, options, _paced(progress, ""))
     yield [first]

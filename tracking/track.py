@@ -32,6 +32,7 @@ def track(
     >>> found.save("angle.csv")  # doctest: +SKIP
     """
     options = options if options is not None else TrackOptions()
+    method_of(options.method)  # before the video is read through
     return track_film(open_film(Path(video), options), options, progress)
 
 

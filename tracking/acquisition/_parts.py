@@ -38,4 +38,4 @@ def without(images: Sequence[Image], first: Track) -> list[Image]:
 def same_view(first: Track, camera: CameraGeometry | None) -> CameraView:
     """The view in which the first part was measured: both parts turn in parallel planes."""
     calibrated = camera is not None and camera.onto is not None
-    return CameraView(first.plane, None, "view as for the first part", calibrated)
+    return CameraView(first.plane, None, "view as for the first part", first.tilt, calibrated)

@@ -15,7 +15,14 @@ import numpy as np
 from servosight.models.core import Array, Image
 from servosight.tracking.calibration._swing import Swing, calibrate_swing
 from servosight.tracking.calibration._swing_features import feature_tracks
-from servosight.tracking.core import CameraGeometry, Features, MotionPlane, like_picture
+from servosight.tracking.core import (
+    UNKNOWN,
+    CameraGeometry,
+    Features,
+    MotionPlane,
+    Tilt,
+    like_picture,
+)
 
 _MOST_FRAMES = 16
 # Features have a common error that depends on the view and that their own scatter does not show: on
@@ -26,7 +33,8 @@ _CODED_PX = 0.3  # error of a feature that lasts for frames, in codecs that pred
 
 @dataclass(frozen=True)
 class CameraView:
-    """The plane that the tracker works in, the swing from which it was found, and a sentence on it.
+    """The plane that the tracker works in, the swing from which it was found, a sentence on it, and
+    the camera's tilt.
 
     ``calibrated`` says that a calibration gave it, ``doubtful`` that the swing's plane is neither
     used nor excluded.
@@ -35,6 +43,7 @@ class CameraView:
     plane: MotionPlane
     swing: Swing | None
     note: str
+    tilt: Tilt = UNKNOWN
     calibrated: bool = False
     doubtful: bool = False
 
@@ -70,7 +79,8 @@ def view_of(
     if camera is not None and camera.onto is not None:
         middle = 0.5 * (np.array(images[0].shape[1::-1], np.float64) - 1.0)
         plane = MotionPlane(like_picture(camera.onto, middle), lens)
-        return CameraView(plane, None, "view as calibrated", calibrated=True)
+        tilt = Tilt(tilt_deg=plane.tilt_deg(middle))
+        return CameraView(plane, None, "view as calibrated", tilt, calibrated=True)
     stride = -(-len(images) // _MOST_FRAMES)
     tracks = feature_tracks(images[::stride], features or Features.of_change(images))
     swing = calibrate_swing(tracks, lens) if tracks is not None else None
@@ -83,12 +93,14 @@ def view_of(
             "measured as if it did; `servosight calibrate` measures it",
         )
     doubt_deg = float(np.rad2deg(swing.doubt_rad.max()))
+    gain_deg = float(np.rad2deg(swing.gain_rad))
     if not swing.significant:
         return CameraView(
             flat,
             swing,
             f"camera assumed to look along the axis of rotation: the swing shows no tilt, and one "
             f"too small to show changes the angle by at most {doubt_deg:.2g} deg (one sigma)",
+            Tilt(sigma_deg=doubt_deg),
         )
     assert tracks is not None
     arm_px = float(np.median(np.hypot(*(tracks.xy_px - np.array(swing.pivot_px)).T)))
@@ -97,16 +109,18 @@ def view_of(
             flat,
             swing,
             "camera assumed to look along the axis of rotation: the swing shows a tilt that "
-            f"changes the angle by {np.rad2deg(swing.gain_rad):.2g} deg rms, no more than the "
+            f"changes the angle by {gain_deg:.2g} deg rms, no more than the "
             "codec's errors; sigma includes it; `servosight calibrate` measures it",
+            Tilt(sigma_deg=gain_deg),
             doubtful=True,
         )
-    tilt = swing.plane.tilt_deg(np.array(swing.pivot_px))
+    tilt_deg = swing.plane.tilt_deg(np.array(swing.pivot_px))
     return CameraView(
         swing.plane,
         swing,
-        f"camera {tilt:.3g} deg off the axis of rotation, found from the swing and corrected: "
-        f"without that angles would be wrong by {np.rad2deg(swing.gain_rad):.2g} deg rms",
+        f"camera {tilt_deg:.3g} deg off the axis of rotation, found from the swing and corrected: "
+        f"without that angles would be wrong by {gain_deg:.2g} deg rms",
+        Tilt(tilt_deg=tilt_deg, corrected_deg=gain_deg, sigma_deg=_VIEW_FACTOR * doubt_deg),
     )
 
 

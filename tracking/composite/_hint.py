@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
+from servosight.tracking.composite._contours import contour
 from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.composite.camera import aligned, refined
 from servosight.tracking.composite.parts import Change, Reference, pieces_of, references_of
@@ -65,6 +66,13 @@ class Hint:
         y, x = np.ogrid[:height, :width]
         away = np.hypot(x - self.pivot_px[0], y - self.pivot_px[1])
         return np.asarray(away < max(_DISC_SHARE * max(height, width), 3.0))
+
+    @property
+    def outline_px(self) -> Array:
+        """The contour (points, 2) of the region, empty where it is not given or not in view."""
+        if self.region is None or not self.region.any():
+            return np.empty((0, 2))
+        return contour(self.region)
 
     def scaled(self, scale: float) -> Hint:
         """For pictures of another size, ``scale`` times as large."""

@@ -16,6 +16,7 @@ from servosight.tracking.core._exposure import Shutters
 from servosight.tracking.core._linkage import Linkage
 from servosight.tracking.core._plane import PICTURE, MotionPlane
 from servosight.tracking.core._rotation import turned
+from servosight.tracking.core._tilt import UNKNOWN, Tilt
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,6 +72,7 @@ class Track(Result):
             empty where only one was looked for. ``TrackOptions.pick`` takes another.
         channel: what of the pictures was measured: their grey, or a sum of differences of colour.
         linkage: horn and pushrod, where they were looked for and found beside this surface.
+        tilt: how far the camera looks from off the axis of rotation, and what that does to angles.
 
     >>> import numpy as np
     >>> track = Track(
@@ -101,6 +103,7 @@ class Track(Result):
     candidates: tuple[Candidate, ...] = ()
     channel: Channel = LUMA
     linkage: Linkage | None = None
+    tilt: Tilt = UNKNOWN
 
     @property
     def frames(self) -> int:

@@ -20,7 +20,7 @@ from servosight.tracking.composite import (
     oblique_view,
     paces_rad,
 )
-from servosight.tracking.core import Track, known_median, principal
+from servosight.tracking.core import Tilt, Track, known_median, principal
 from servosight.tracking.verification import FrameSample, at_scale
 
 _BESIDE_PX = 4.0
@@ -46,12 +46,18 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
     )
     if not view.found:
         told = (_unknown(sigma_deg),) if sigma_deg > TRUST.largest_sigma_deg else ()
-        return replace(track, notes=(*track.notes, *told))
+        tilt = replace(track.tilt, sigma_deg=sigma_deg)
+        return replace(track, notes=(*track.notes, *told), tilt=tilt)
     change_deg = np.rad2deg(view.correction_rad(seen_rad))
+    tilt = Tilt(
+        tilt_deg=float(np.rad2deg(view.tilt_rad)),
+        corrected_deg=float(np.std(change_deg[known])),
+        sigma_deg=sigma_deg,
+    )
     note = (
-        f"camera {np.rad2deg(view.tilt_rad):.2g} deg off the axis of rotation, found from how the "
+        f"camera {tilt.tilt_deg:.2g} deg off the axis of rotation, found from how the "
         "part's picture changes as it turns, and corrected: without that angles would be wrong by "
-        f"{np.std(change_deg[known]):.2g} deg rms; what is left of it, {sigma_deg:.2g} deg (one "
+        f"{tilt.corrected_deg:.2g} deg rms; what is left of it, {sigma_deg:.2g} deg (one "
         "sigma), sigma includes"
     )
     return replace(
@@ -59,6 +65,7 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
         angle_deg=track.angle_deg + change_deg - change_deg[known[0]],
         pivot_px=(float(pivot_px[0]), float(pivot_px[1])),
         notes=(note, *track.notes),
+        tilt=tilt,
     )
 
 

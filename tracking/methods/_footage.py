@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, FrameProgress, Image
-from servosight.tracking.acquisition import POINT, pointed_box
+from servosight.tracking.acquisition import POINT
 from servosight.tracking.composite import (
     TRUST,
     FoundPart,
@@ -47,10 +47,11 @@ from servosight.tracking.methods._composite_track import (
 )
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._entered import clear_of, left_out_of
+from servosight.tracking.methods._pointing import astray, hint_of, nothing_there, pointed_part
 from servosight.tracking.methods._told import left_out
 from servosight.tracking.methods._verified import elsewhere, verify
-from servosight.tracking.verification import FrameSample, sampled_where_it_moves, small
-from servosight.tracking.video import Film, Frame, Window, frame_at, windowed
+from servosight.tracking.verification import FrameSample, sampled_where_it_moves
+from servosight.tracking.video import Film, Frame, Window, windowed
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 _LEAST_FRAMES = 12
@@ -94,7 +95,7 @@ class Footage:
         if window is not None:
             share = window.height / film.images[0].shape[0]
             stabilised = replace(stabilised, origin_px=(window.x, window.y), rows_share=share)
-        hint = _hint(film, options, stabilised, stamps_s)
+        hint = hint_of(film, options, stabilised, stamps_s)
         return cls(film, options, sample, stabilised, stamps_s, missing, hint, window)
 
     def in_colour(self) -> Footage | None:
@@ -146,6 +147,8 @@ class Footage:
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> Track:
         """The part's track; ``TrackRefused`` where the frames do not confirm it."""
         settled, meter = settled_part(self.stabilised, part, self.hint)
+        if not meter.shape.any():  # what is left about the pivot that it leads to is no part
+            raise self.nothing([])
         share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
             seen = SeenPart(self.candidate(settled).pivot_px, self._outline(settled))
@@ -171,6 +174,7 @@ class Footage:
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
         track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
         notes = left_out(track, first, last, bool((found & ~sure).any()))
+        notes += astray(track, self.stabilised, self.hint, max(self.film.images[0].shape))
         track = replace(track, notes=(*notes, *track.notes))
         return self._confirmed(track, meter, fits, settled)
 
@@ -241,10 +245,7 @@ class Footage:
                 "one that is found, or point at it with --tip X,Y"
             )
         elif options.pointed:
-            why = (
-                "nothing that turns is found at the place pointed at; expected the pivot, a point "
-                "of the part or a box around it on the frame --at SECONDS"
-            )
+            why = nothing_there(options, self.film.images[0].shape)
         else:
             why = (
                 "nothing that turns explains what changes in the picture; expected a part that "
@@ -276,21 +277,8 @@ class Footage:
             np.round(stabilised.pictures[:: 1 + len(stabilised.pictures) // 24]), 0, 255
         )
         images = [large(stabilised.reference), *(large(one.astype(np.uint8)) for one in others)]
-        return refusal_picture(images, parts, float(self.stamps_s[stabilised.reference_index]))
-
-
-def _hint(
-    film: Film, options: TrackOptions, stabilised: StabilisedSample, stamps_s: Array
-) -> Hint | None:
-    """What the user points at, if anything."""
-    box = pointed_box(options, film.images[0].shape)
-    if options.pivot is None and box is None:
-        return None
-    frame = film.images[0]
-    if options.at_s is not None:
-        frame = frame_at(film.path, options.at_s).image
-    index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
-    return Hint.of(stabilised, small(frame, stabilised.scale), index, options.pivot, box)
+        at_s = float(self.stamps_s[stabilised.reference_index])
+        return refusal_picture(images, parts, at_s, pointed_part(stabilised, self.hint))
 
 
 def _as_it_is(image: Image) -> Image:

@@ -141,6 +141,7 @@ def tracked_part(
         ),
         shared_deg=np.rad2deg(angles.shared_rad),
         shutters=setup.shutters,
+        tilt=angles.tilt or part.view.tilt,
     )
     verify(film, options, track, pivot, [part.outline], sample)
     known = part.view.calibrated or not film.predicted

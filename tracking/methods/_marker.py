@@ -78,6 +78,7 @@ def marker(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         plane=view.plane,
         notes=(view.note, f"marker {number} of {options.marker_family}"),
         shared_deg=np.rad2deg(swing.shared_rad),
+        tilt=view.tilt,
     )
 
 

@@ -45,7 +45,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         try:
             return composite(film, options, progress)
         except TrackRefused as again:
-            raise _farther(refused, again) from again
+            raise _farther(refused, again, options.pointed) from again
     track = part.track
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is not None and _may_be_composite(options):
@@ -80,10 +80,11 @@ def _surer(
         raise TrackRefused(sentence, again.picture, measured=True) from again
 
 
-def _farther(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
+def _farther(refused: TrackRefused, again: TrackRefused, pointed: bool) -> TrackRefused:
     """What to say where ``refine`` and then ``composite`` refused: the sentence that names a part,
-    as where to point is what helps; that of ``composite`` if both do, which its picture shows."""
-    if again.found:
+    as where to point is what helps; that of ``composite`` if both do, which its picture shows, or
+    where the user pointed at a place, of which it speaks."""
+    if again.found or (pointed and not refused.found):
         return again
     return refused if refused.found else TrackRefused(str(refused), again.picture)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array
 from servosight.tracking.calibration import CameraView
-from servosight.tracking.core import Exposure, Flag, Shutters, principal
+from servosight.tracking.core import Exposure, Flag, Shutters, Tilt, principal
 from servosight.tracking.fit import AngleFit
 from servosight.tracking.uncertainty._flicker import light_centre
 from servosight.tracking.uncertainty._lasting import with_scatter
@@ -63,6 +63,7 @@ class EvaluatedAngles:
     shared_rad: Array
     pivot_shift_px: Array
     notes: tuple[str, ...]
+    tilt: Tilt | None
 
 
 def evaluate(
@@ -103,7 +104,9 @@ def evaluate(
         + measured.by_start_rad**2
         + (shared**2).sum(1)
     )
-    return EvaluatedAngles(angle, sigma, flags, shared, refined.shift_px, refined.notes)
+    return EvaluatedAngles(
+        angle, sigma, flags, shared, refined.shift_px, refined.notes, refined.tilt
+    )
 
 
 def _at_light_centre(

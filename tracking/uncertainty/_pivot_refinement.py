@@ -8,6 +8,7 @@ import numpy as np
 
 from servosight.models.core import Array
 from servosight.tracking.calibration import CameraView
+from servosight.tracking.core import Tilt
 from servosight.tracking.fit import (
     PIVOT,
     PLANE,
@@ -28,12 +29,14 @@ class PivotRefinement:
 
     ``shift_px`` (2,) is the refined pivot minus the assumed one [px]. ``shared_rad`` (frames,
     errors) is the change of the angles [rad] with one sigma of each error that all frames share.
+    ``tilt`` is the camera's where all frames together show what the swing did not.
     """
 
     fits: list[AngleFit | None]
     shift_px: Array
     shared_rad: Array
     notes: tuple[str, ...] = ()
+    tilt: Tilt | None = None
 
 
 def refine_pivot(fits: list[AngleFit | None], view: CameraView, learnt: int) -> PivotRefinement:
@@ -64,11 +67,13 @@ def refine_pivot(fits: list[AngleFit | None], view: CameraView, learnt: int) -> 
     corrections = [a.angle_rad - b.angle_rad for a, b in pairs if a and b]
     if not 0.0 < max(_SURE, _SURE_IN_ALL * wider) * sigma < np.std(corrections):
         return kept
+    changed_deg = float(np.rad2deg(np.std(corrections)))
     note = (
         "all frames together show that the camera is slightly off the axis of rotation: corrected, "
-        f"without that angles would be wrong by {np.rad2deg(np.std(corrections)):.2g} deg rms"
+        f"without that angles would be wrong by {changed_deg:.2g} deg rms"
     )
-    return replace(by_both, notes=(note,))
+    tilt = Tilt(corrected_deg=changed_deg, sigma_deg=float(np.rad2deg(wider * sigma)))
+    return replace(by_both, notes=(note,), tilt=tilt)
 
 
 def _refined(fits: list[AngleFit | None], free: slice) -> PivotRefinement:

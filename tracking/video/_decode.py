@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from servosight.models.core import InputError
+from servosight.tracking.video._container import is_timed, picture_rate
 from servosight.tracking.video._upright import progressive
 
 if TYPE_CHECKING:
@@ -53,17 +54,18 @@ def timed_pictures(
 ) -> Iterator[TimedPicture]:
     """The pictures up to the file's end or to 30 packets in a row that cannot be decoded.
 
-    Times are presentation times (pts x time base); the declared rate serves only a file without
-    them. A packet that cannot be decoded is left out, and so is a picture whose time does not rise,
-    as one that the decoder concealed. Raises FFmpeg's error where less than ``least`` pictures come
-    before it, and ``InputError`` where the times of many pictures do not rise.
+    Times are presentation times (pts x time base); in a file without them pictures are counted by
+    the rate that its codec states. A packet that cannot be decoded is left out, and so is a picture
+    whose time does not rise, as one that the decoder concealed. Raises FFmpeg's error where less
+    than ``least`` pictures come before it, and ``InputError`` where the times of many pictures do
+    not rise.
     """
-    rate = stream.average_rate or stream.guessed_rate
+    rate, timed = picture_rate(stream), is_timed(container)
     packets = _Packets()
     count = left_out = in_a_row = 0
     last_s, stamped = -math.inf, False
     for picture in progressive(_decoded(container, stream, least, packets)):
-        stamp = _stamp(picture)
+        stamp = _stamp(picture) if timed else None
         time_s = float(stamp) if stamp is not None else last_s
         if stamp is None and not stamped:
             if not rate:

@@ -15,7 +15,8 @@ from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._frame_table import read_frame_table
 from servosight.tracking.video._given import check_interval, given_shutters
 from servosight.tracking.video._prefetch import prefetch
-from servosight.tracking.video._rate import even_times, varying_rate
+from servosight.tracking.video._rate import even_times
+from servosight.tracking.video._remarks import of_clock, of_missing, of_pictures, of_rate
 from servosight.tracking.video._stabilisation import LEAST_PX, CameraMotion, Stabiliser
 from servosight.tracking.video._video import (
     Frame,
@@ -26,13 +27,9 @@ from servosight.tracking.video._video import (
 )
 
 _AHEAD = 4  # frames decoded while one is measured
-_OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
-_EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _RUNS, _RUN_FRAMES, _LARGE_RUN_FRAMES = 8, 40, 20
 _LARGE_RUN_BYTES = 200_000_000  # of a run; two are in memory while one follows the other
 _KEPT_BYTES = 160_000_000  # of the decoded runs: 98 MB at 640 x 480
-_BITS = 8  # a sample, in which pictures are read
-_BUFFERED = 4  # frames that a decoder may keep to itself at the end
 _MOUNTED = CameraMotion(0.0, 0.0)
 
 
@@ -160,25 +157,10 @@ class Film:
     def notes(self, stamps_s: Sequence[float], missing: Sequence[int] = ()) -> tuple[str, ...]:
         """Remarks on times, codec and camera motion, a sentence each; ``missing`` (frames,) is how
         many pictures before each frame could not be used."""
-        notes = []
-        step_s = np.diff(stamps_s)
-        rate_hz = 1.0 / float(np.median(step_s))
-        even = float(np.mean(np.abs(step_s * rate_hz - 1.0) < _EVEN)) > 1.0 - _EVEN
-        declared_hz = self.header.declared_hz
-        if even and declared_hz is not None and abs(declared_hz / rate_hz - 1.0) > _OFF_RATE:
-            notes.append(
-                f"the file declares {declared_hz:.4g} frames a second, and its presentation times "
-                f"say {rate_hz:.4g}: the times are used; a video replayed slower or faster needs "
-                "a frames.csv"
-            )
-        notes += varying_rate(np.asarray(step_s), self.header.tick_s)
-        notes += self._missing(stamps_s, sum(missing)) + self._seen_as()
-        if self.header.predicting is not None:
-            notes.append(
-                f"{self.header.predicting} predicts pictures from earlier ones: pixels that were "
-                "only copied are left out, and sigma includes the scatter from frame to frame, but "
-                "not an error that lasts for many frames"
-            )
+        notes = of_pictures(self.header, self.tag_deg, self.images[0].shape)
+        if self.table is None:
+            notes += of_clock(self.header, stamps_s[0])
+        notes += of_rate(self.header, stamps_s) + of_missing(self.header, stamps_s, sum(missing))
         if self.camera.rms_px > LEAST_PX:
             notes.append(
                 f"the camera moved by {self.camera.rms_px:.2g} px rms: its motion is measured "
@@ -186,53 +168,6 @@ class Film:
                 "avoid it"
             )
         return tuple(notes)
-
-    def _missing(self, stamps_s: Sequence[float], left_out: int) -> list[str]:
-        """A sentence each where pictures are left out, and where the file breaks off."""
-        notes = []
-        if left_out:
-            notes.append(
-                f"{left_out} of the file's pictures cannot be decoded or have a time that does not "
-                "rise: they are left out, and the frames after them are flagged"
-            )
-        fewer = self.header.count - len(stamps_s) - left_out
-        until_s = self.header.missing_until_s
-        if until_s is not None or fewer > _BUFFERED:
-            declared = f", and it declares {until_s:.3f} s" if until_s is not None else ""
-            notes.append(
-                f"the file's pictures can be read up to {stamps_s[-1]:.3f} s{declared}: the angle "
-                "ends there"
-            )
-        elif self.header.cut:
-            notes.append(
-                f"the file ends within a packet, and so breaks off: the angle ends with its last "
-                f"picture, at {stamps_s[-1]:.3f} s, which may be incomplete"
-            )
-        return notes
-
-    def _seen_as(self) -> list[str]:
-        """A sentence each where the pictures are not used as they are stored."""
-        notes = []
-        if self.tag_deg:
-            notes.append(
-                f"a tag of the file turns its pictures by {self.tag_deg} deg counter-clockwise: "
-                "options and results count the pixels of the picture as it is then seen"
-            )
-        if self.sideways:
-            notes.append(
-                "the rows of the sensor are columns of the picture: a rolling shutter is not "
-                "corrected, and sigma allows for it"
-            )
-        if self.header.interlaced:
-            notes.append(
-                "the video is interlaced: the field that was exposed first is used of each frame, "
-                "with half of the lines"
-            )
-        if self.header.bits > _BITS:
-            notes.append(
-                f"its pictures have {self.header.bits} bits a sample, of which {_BITS} are used"
-            )
-        return notes
 
     def _still(self, frame: Frame) -> Frame:
         if self.stabiliser is None:
@@ -246,6 +181,12 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     table = options.frame_table
     times = read_frame_table(table) if table is not None else None
     header = check(video)
+    if table is None and not header.timed and header.declared_hz is None:
+        raise InputError(
+            f"{video}: holds neither times nor a frame rate, as a raw stream; expected one of "
+            "them, put the stream into a container with its rate, or give the times in a "
+            "frames.csv."
+        )
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
     kept: list[list[Frame]] = []
@@ -255,9 +196,7 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )
     if shutters is not None:
-        every_s = 1.0 / header.declared_hz if header.declared_hz else np.inf
-        if times is not None:
-            every_s = float(np.median(np.diff(times[0])))
+        every_s = header.step_s if times is None else float(np.median(np.diff(times[0])))
         check_interval(table or video, float(np.median(shutters.exposures_s)), every_s)
     return Film(
         video,

@@ -7,6 +7,7 @@ import numpy as np
 from servosight.models.core import Array
 
 _OFF, _OFTEN = 0.1, 0.05  # of a frame time, and of the frames
+_TICKS = 1.5  # in a frame's time, from which on a missing frame is more than rounding
 
 
 def even_times(time_s: Array, tick_s: float) -> Array:
@@ -14,7 +15,8 @@ def even_times(time_s: Array, tick_s: float) -> Array:
 
     A container that counts milliseconds shifts every frame by up to half of one: at 300 deg/s,
     0.15 deg. Where one line through all stamps explains them to within half a tick, they are
-    that line, rounded; where none does (dropped frames, a free-running clock), they stay.
+    that line, rounded; where none does (dropped frames, a free-running clock), they stay. So they
+    do where the tick is about as long as a frame: a frame that is missing would pass for rounding.
     """
     number = np.arange(len(time_s))
     if len(time_s) < 3:
@@ -23,7 +25,7 @@ def even_times(time_s: Array, tick_s: float) -> Array:
     line = start + slope * number
     half = 0.5 * tick_s
     error = time_s - line
-    if np.ptp(error) > 2.0 * half * 1.001 + 1e-9 or np.ptp(error) < 1e-9:
+    if slope < _TICKS * tick_s or np.ptp(error) > 2.0 * half * 1.001 + 1e-9 or np.ptp(error) < 1e-9:
         return time_s
     return np.asarray(line + 0.5 * (error.max() + error.min()))
 

@@ -11,7 +11,13 @@ import numpy as np
 
 from servosight.models.core import Image, InputError, Single
 from servosight.tracking.core import Channel
-from servosight.tracking.video._container import MIN_FRAMES, declared_end_s, opened
+from servosight.tracking.video._container import (
+    MIN_FRAMES,
+    declared_end_s,
+    is_timed,
+    opened,
+    picture_rate,
+)
 from servosight.tracking.video._decode import TimedPicture, timed_pictures
 from servosight.tracking.video._upright import colours, tag_deg, upright
 
@@ -53,8 +59,7 @@ def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
     ``timed_pictures`` says. Raises ``InputError`` for a file that cannot be decoded, that changes
     its picture size, or whose time does not advance.
     """
-    with opened(video) as container:
-        stream = container.streams.video[0]
+    with opened(video) as (container, stream):
         shape: tuple[int, ...] | None = None
         for index, seen in enumerate(timed_pictures(video, container, stream, MIN_FRAMES)):
             image = upright(video, index, seen.picture, shape)
@@ -71,9 +76,16 @@ def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
 
 
 def frame_at(video: Path, at_s: float) -> Frame:
-    """The picture whose presentation time is nearest to ``at_s`` [s]; InputError beyond the end."""
+    """The picture whose presentation time is nearest to ``at_s`` [s]; InputError where the video
+    has none near it."""
     best: Frame | None = None
     for frame in frames(video):
+        if best is None and at_s < frame.time_s - _BEYOND_S:
+            raise InputError(
+                f"{video}: --at {at_s:g} is before the first frame, at {frame.time_s:.3f} s; "
+                f"expected a time of the file, add {frame.time_s:.3f} s where a player counts "
+                "from 0."
+            )
         if best is not None and abs(frame.time_s - at_s) >= abs(best.time_s - at_s):
             return best
         best = frame
@@ -92,8 +104,7 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
     Seeks, so that a long file costs no full pass; ``index`` is exact for the first frame only
     (others carry their rank in the sample).
     """
-    with opened(video) as container:
-        stream = container.streams.video[0]
+    with opened(video) as (container, stream):
         base = float(stream.time_base or Fraction(1, 1000))
         decoder = timed_pictures(video, container, stream, 1)
         first = next(decoder, None)
@@ -122,23 +133,21 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
 def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
     """``count`` runs of ``length`` neighbouring pictures, spread evenly over the video.
 
-    ``index`` counts from the video's start, by the declared rate after the first run. A file
-    without a declared length gives its first run alone.
+    ``index`` counts from the video's start, by the declared rate after the first run. Decodes what
+    lies between them in a file that is short, declares no length or holds no times.
     """
-    if _is_short(video, 2 * count * length):
+    if _in_order(video, 2 * count * length):
         yield from _in_one_pass(video, count, length)
         return
     last_s, shape = -np.inf, None
     for number in range(count):
-        with opened(video) as container:
-            stream = container.streams.video[0]
+        with opened(video) as (container, stream):
             base = float(stream.time_base or Fraction(1, 1000))
-            rate = stream.average_rate or stream.guessed_rate or Fraction(0)
+            rate = picture_rate(stream) or Fraction(0)
             end_s = declared_end_s(stream, container)
-            if number and end_s is None:
-                return
+            assert end_s is not None
             start_s = float(stream.start_time or 0) * base
-            target_s = start_s + (number / count) * ((end_s or 0.0) - start_s)
+            target_s = start_s + (number / count) * (end_s - start_s)
             if number:
                 container.seek(int(target_s / base), stream=stream)
             run: list[Frame] = []
@@ -153,23 +162,33 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             yield run
 
 
-def _is_short(video: Path, most: int) -> bool:
-    """Whether a video declares ``most`` pictures at most: to seek in it costs more than to decode
-    it."""
-    with opened(video) as container:
-        stream = container.streams.video[0]
+def _in_order(video: Path, most: int) -> bool:
+    """Whether a video is decoded as a whole rather than sought in: where it declares ``most``
+    pictures at most, that costs less; without a length or times there is no place to seek."""
+    with opened(video) as (container, stream):
         end_s = declared_end_s(stream, container)
-        rate = stream.average_rate or stream.guessed_rate
-        return end_s is not None and rate is not None and end_s * float(rate) <= most
+        rate = picture_rate(stream)
+        if end_s is None or not is_timed(container):
+            return True
+        return rate is not None and end_s * float(rate) <= most
+
+
+def _last_s(video: Path) -> float:
+    """The time of a video's last picture [s], from its packets."""
+    with opened(video) as (container, stream):
+        stamps = [packet.pts for packet in container.demux(stream) if packet.size]
+        known = [stamp for stamp in stamps if stamp is not None]
+        if known and is_timed(container):
+            return float(max(known) * stream.time_base)
+        return len(stamps) / float(picture_rate(stream) or 1)
 
 
 def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
     """The runs of ``stretches`` from a video that is decoded once."""
-    with opened(video) as container:
-        stream = container.streams.video[0]
-        rate = stream.average_rate or stream.guessed_rate or Fraction(0)
+    end_s = _last_s(video)
+    with opened(video) as (container, stream):
+        rate = picture_rate(stream) or Fraction(0)
         start_s = float(stream.start_time or 0) * float(stream.time_base or Fraction(1, 1000))
-        end_s = declared_end_s(stream, container) or 0.0
         starts_s = [start_s + (number / count) * (end_s - start_s) for number in range(count)]
         run: list[Frame] = []
         last_s, shape = -np.inf, None

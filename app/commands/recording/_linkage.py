@@ -58,4 +58,5 @@ def _part(name: str, place: Path, track: Track) -> dict[str, Any]:
         "moved_deg": float(np.ptp(track.angle_deg)),
         "sigma_deg": float(np.median(track.sigma_deg[seen])),
         "pivot_px": list(track.pivot_px),
+        "tilt": plain(track.tilt),
     }

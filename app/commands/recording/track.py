@@ -121,9 +121,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.models.io import inspect_folder
     from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
     from servosight.tracking.calibration import read_camera
-    from servosight.tracking.methods import method_of
 
-    method_of(args.method)  # before anything is read or written
     parts = Parts(
         Part(args.pivot, args.template, args.tip, args.at, args.pick),
         Part(args.second_pivot, args.second_template)

@@ -46,5 +46,9 @@ def test_a_tilt_must_exceed_what_a_codec_does(
     if not used:
         assert shared.shape == (8, 1)
         assert np.std(shared) == pytest.approx(gain_px / ARM_PX, rel=1e-6)
+        assert view.tilt.tilt_deg is None
+        assert view.tilt.sigma_deg == pytest.approx(np.rad2deg(gain_px / ARM_PX), rel=1e-6)
     else:
+        assert view.tilt.tilt_deg == pytest.approx(np.rad2deg(np.arccos(1 / 1.02)))
+        assert view.tilt.corrected_deg == pytest.approx(np.rad2deg(gain_px / ARM_PX), rel=1e-6)
         assert np.abs(shared).max() < 1e-4

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -14,7 +15,9 @@ from servosight.models.core import Array, Image, InputError
 from servosight.tracking.acquisition import check_hints, pointed_box
 from servosight.tracking.composite import Hint, StabilisedSample, find_parts
 from servosight.tracking.core import Box, TrackOptions, TrackRefused, turned
+from servosight.tracking.methods import _footage
 from servosight.tracking.methods._composite import composite
+from servosight.tracking.methods._footage import Footage
 from servosight.tracking.verification import FrameSample, small
 from servosight.tracking.video import Frame, open_film
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
@@ -136,7 +139,35 @@ def test_a_place_at_which_there_is_no_candidate_is_refused(tmp_path: Path, write
     options = TrackOptions(pick=9)
     with pytest.raises(TrackRefused, match="--pick is 9, and 0 parts") as refused:
         composite(open_film(video, options), options)
-    assert refused.value.picture.shape == (SIZE[1], SIZE[0], 3)
+    assert refused.value.picture.shape == (2 * SIZE[1], 2 * SIZE[0], 3)  # enlarged
+
+
+def test_a_pivot_that_leads_elsewhere_is_told(tmp_path: Path, write: Write) -> None:
+    """It lies on the bench, and the search that begins there ends at the longer bar."""
+    video = write(tmp_path / "two.mkv", pictures(), np.arange(FRAMES) / RATE_HZ)
+    for pivot, told in (((105.0, 100.0), True), ((61.0, 60.0), False)):
+        options = TrackOptions(pivot=pivot)
+        found = composite(open_film(video, options), options)
+        assert np.hypot(*np.subtract(found.pivot_px, PIVOTS[0])) < 1.0
+        assert any("px from the pivot pointed at" in note for note in found.notes) is told
+
+
+def test_a_place_that_leads_to_no_part_is_refused(
+    tmp_path: Path, write: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pivot on the background leads to one about which no cell of the pictures is a part; the
+    picture of the refusal shows where it points."""
+    video = write(tmp_path / "two.mkv", pictures(), np.arange(FRAMES) / RATE_HZ)
+    options = TrackOptions(pivot=(105.0, 100.0), tip=(40.0, 20.0))
+    footage = Footage.of(open_film(video, options), options)
+    (part, *_) = find_parts(footage.stabilised.pictures)
+    nothing = SimpleNamespace(shape=np.zeros((5, 8), np.float32))
+    monkeypatch.setattr(_footage, "settled_part", lambda *given: (part, nothing))
+    with pytest.raises(TrackRefused, match="about the pivot 105,100 is found") as refused:
+        footage.measured(part, None)
+    white = (refused.value.picture > 240).all(2)
+    assert white[200 - 8 : 200 + 10, 210 - 8 : 210 + 10].any()
+    assert white[40 - 24 : 40 + 24, 80 - 24 : 80 + 24].any()
 
 
 @pytest.mark.parametrize(
@@ -178,5 +209,5 @@ def test_a_refusal_shows_what_to_copy() -> None:
     parts = [SeenPart((40.0, 40.0), outline), SeenPart((120.0, 60.0), outline + 60.0)]
     several = refusal_picture(shown, parts, 1.2)
     assert not np.array_equal(alone, none)
-    colours = {tuple(int(v) for v in several[y, x]) for x, y in ((40, 20), (100, 80))}
+    colours = {tuple(int(v) for v in several[y, x]) for x, y in ((80, 41), (200, 161))}
     assert len(colours) == 2

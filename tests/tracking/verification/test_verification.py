@@ -242,7 +242,7 @@ def test_a_refusal_is_drawn_beside_the_output(
     picture = tmp_path / "track_refused.png"
     assert main(["track", str(video)]) == 2
     assert str(picture) in capsys.readouterr().err
-    assert cv2.imread(str(picture)).shape == (64, 96, 3)
+    assert cv2.imread(str(picture)).shape == (4 * 64, 4 * 96, 3)  # enlarged
     picture.write_bytes(b"mine")
     assert main(["track", str(video)]) == 2
     assert "track_refused" not in capsys.readouterr().err

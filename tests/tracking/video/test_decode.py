@@ -130,7 +130,7 @@ def film_of(monkeypatch: pytest.MonkeyPatch, stamps: list[int | None]) -> None:
         duration=len(stamps),
     )  # fmt: skip
     container = SimpleNamespace(
-        streams=SimpleNamespace(video=[stream]),
+        format=SimpleNamespace(flags=0),
         demux=lambda of: [
             SimpleNamespace(pts=n, time_base=p.time_base, decode=lambda p=p: [p])
             for n, p in enumerate(pictures)
@@ -138,7 +138,7 @@ def film_of(monkeypatch: pytest.MonkeyPatch, stamps: list[int | None]) -> None:
         seek=lambda place, stream: None,
         duration=None,
     )
-    monkeypatch.setattr(video_module, "opened", lambda path: nullcontext(container))
+    monkeypatch.setattr(video_module, "opened", lambda path: nullcontext((container, stream)))
 
 
 @pytest.mark.parametrize("stamp", [12, 19, None])

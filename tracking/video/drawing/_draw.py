@@ -8,11 +8,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from servosight.models.core import (
     MARK,
-    Array,
     FrameProgress,
     Image,
     InputError,
@@ -22,6 +20,7 @@ from servosight.models.core import (
 )
 from servosight.tracking.core import Flag, Track, outline_at, turned
 from servosight.tracking.video import Frame, frames
+from servosight.tracking.video.drawing._canvas import LINE_PX, Canvas, Colour
 
 Colours = Image
 
@@ -31,8 +30,6 @@ NAMES = ("surface", "horn")
 _ROD = (200, 120, 230)
 _DOUBTFUL = (60, 60, 240)
 _PAPER, _INK = (28, 28, 28), (235, 235, 235)
-_SHIFT = 4  # bits of a pixel's fraction that OpenCV draws with
-_LINE_PX = 18
 _TICK = Fraction(1, 90_000)
 _CONTAINERS = (".mp4", ".mkv", ".mov")
 _SHEET_FRAMES, _SHEET_COLUMNS = 12, 3
@@ -47,30 +44,37 @@ def caption(track: Track, index: int) -> str:
     return words.rstrip()
 
 
-def annotated(image: Image, tracks: Sequence[Track], index: int) -> Colours:
+def annotated(
+    image: Image, tracks: Sequence[Track], index: int, times: float | None = None
+) -> Colours:
     """A frame with each part's outline, pivot and angle line, and a line of text for each below.
 
     Of two parts, with their names and the rod between them.
 
-    The text has rows of its own, so that it hides nothing: (height + room, width, 3) uint8, both
-    even. The colour is red where a flag is set.
+    It is drawn ``times`` as large, by default enlarged where it is small. The text has rows of its
+    own, so that it hides nothing: (height + room, width, 3) uint8, both even. The colour is red
+    where a flag is set.
     """
-    height, width = image.shape
-    room = _LINE_PX * (len(tracks) + 1)
-    canvas = np.full((height + room + (height + room) % 2, width + width % 2, 3), _PAPER, np.uint8)
-    canvas[:height, :width] = image[:, :, None]
-    _text(canvas, f"frame {index}   {tracks[0].time_s[index]:.5f} s", height, 0)
-    for row, (track, colour) in enumerate(zip(tracks, COLOURS, strict=False), start=1):
+    canvas = Canvas.of(image, times)
+    lines = [(f"frame {index}   {tracks[0].time_s[index]:.5f} s", _INK)]
+    for name, track, colour in zip(NAMES, tracks, COLOURS, strict=False):
         shown = _DOUBTFUL if track.flags[index] else colour
-        _draw(canvas[:height, :width], track, float(track.angle_deg[index]), shown)
-        name = f"{NAMES[row - 1]:<9}" if len(tracks) > 1 else ""
-        _text(canvas, name + caption(track, index), height, row, shown)
+        _draw(canvas, track, float(track.angle_deg[index]), shown)
+        lines.append(((f"{name:<9}" if len(tracks) > 1 else "") + caption(track, index), shown))
     if len(tracks) > 1:
-        _draw_rod(canvas[:height, :width], tracks[0], tracks[1], index)
-    return canvas
+        _draw_rod(canvas, tracks[0], tracks[1], index)
+    height, width = canvas.pixels.shape[:2]
+    line_px = round(LINE_PX * canvas.weight)
+    room = line_px * len(lines)
+    whole = np.full((height + room + (height + room) % 2, width + width % 2, 3), _PAPER, np.uint8)
+    whole[:height, :width] = canvas.pixels
+    below = Canvas(whole)
+    for row, (words, shown) in enumerate(lines, start=1):
+        below.write(words, (6, height + line_px * row - 5 * canvas.weight), shown)
+    return whole
 
 
-def _draw_rod(canvas: Colours, surface: Track, horn: Track, index: int) -> None:
+def _draw_rod(canvas: Canvas, surface: Track, horn: Track, index: int) -> None:
     """The rod's line from pin to pin, where one was found."""
     rod = surface.linkage.rod if surface.linkage is not None else None
     if rod is None:
@@ -79,40 +83,20 @@ def _draw_rod(canvas: Colours, surface: Track, horn: Track, index: int) -> None:
     for part, pin in ((surface, rod.surface_px), (horn, rod.horn_px)):
         angle_rad = float(np.deg2rad(part.angle_deg[index]))
         (end,) = turned(np.array([pin]), part.pivot_px, angle_rad)
-        ends.append(_place(end))
-        cv2.circle(canvas, ends[-1], 3 << _SHIFT, _ROD, 1, cv2.LINE_AA, _SHIFT)
-    cv2.line(canvas, ends[0], ends[1], _ROD, 1, cv2.LINE_AA, _SHIFT)
+        ends.append(end)
+        canvas.ring(end, 3.0, _ROD)
+    canvas.line(np.array(ends), _ROD)
 
 
-def _draw(canvas: Colours, track: Track, angle_deg: float, colour: tuple[int, ...]) -> None:
+def _draw(canvas: Canvas, track: Track, angle_deg: float, colour: Colour) -> None:
     outline = outline_at(track, angle_deg)
     pivot = np.array(track.pivot_px)
     # The angle line leads from the pivot to the outline's farthest point at angle zero.
     far = int(np.argmax(np.hypot(*(track.outline_px - pivot).T)))
     for tip, shade in ((outline_at(track, 0.0)[far], (150, 150, 150)), (outline[far], colour)):
-        cv2.line(canvas, _place(pivot), _place(tip), shade, 1, cv2.LINE_AA, _SHIFT)
-    cv2.polylines(canvas, [_places(outline)], True, colour, 1, cv2.LINE_AA, _SHIFT)
-    cv2.circle(canvas, _place(pivot), 4 << _SHIFT, colour, 1, cv2.LINE_AA, _SHIFT)
-
-
-def _places(points_px: Array) -> NDArray[np.int32]:
-    return np.round(points_px * (1 << _SHIFT)).astype(np.int32)
-
-
-def _place(point_px: Array) -> tuple[int, int]:
-    x, y = _places(point_px)
-    return int(x), int(y)
-
-
-def _text(
-    canvas: Colours, words: str, below: int, row: int, colour: tuple[int, ...] = _INK
-) -> None:
-    at = (6, below + _LINE_PX * (row + 1) - 5)
-    # A small picture is narrower than the words: shrink them to it.
-    size = 0.45
-    (wide, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, size, 1)
-    size *= min(1.0, (canvas.shape[1] - 12) / max(wide, 1))
-    cv2.putText(canvas, words, at, cv2.FONT_HERSHEY_SIMPLEX, size, colour, 1, cv2.LINE_AA)
+        canvas.line(np.array([pivot, tip]), shade)
+    canvas.line(outline, colour, closed=True)
+    canvas.ring(pivot, 4.0, colour)
 
 
 def write_overlay(
@@ -166,7 +150,7 @@ def write_sheet(path: Path, tracks: Sequence[Track], progress: FrameProgress | N
         raise InputError(f"{path}: expected a name that ends in .png; rename it.")
     wanted = doubtful(tracks)
     cells = [
-        _cell(annotated(frame.image, tracks, frame.index))
+        _cell(frame.image, tracks, frame.index)
         for frame in _chosen(tracks[0].video, wanted, progress)
     ]
     cells += [np.full_like(cells[0], _PAPER)] * (-len(cells) % _SHEET_COLUMNS)
@@ -207,10 +191,7 @@ def _chosen(video: Path, wanted: Sequence[int], progress: FrameProgress | None) 
             return
 
 
-def _cell(picture: Colours) -> Colours:
-    """A picture at the sheet's size, with a line about it."""
-    scale = _CELL_PX / picture.shape[1]
-    size = (_CELL_PX, round(picture.shape[0] * scale))
-    how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
-    small = cv2.resize(picture, size, interpolation=how)
-    return np.asarray(cv2.copyMakeBorder(small, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(90,) * 3))
+def _cell(image: Image, tracks: Sequence[Track], index: int) -> Colours:
+    """A frame at the sheet's size, with a line about it."""
+    drawn = annotated(image, tracks, index, _CELL_PX / image.shape[1])
+    return np.asarray(cv2.copyMakeBorder(drawn, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(90,) * 3))

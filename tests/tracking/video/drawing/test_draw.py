@@ -86,6 +86,23 @@ def test_sheet_shows_the_doubtful_frames(found: Track, tmp_path: Path) -> None:
     assert sheet.shape[1] == 3 * (480 + 4)
 
 
+def test_a_small_picture_is_enlarged_with_its_outline(found: Track) -> None:
+    """And words below it keep their size in a sheet, whatever the size of the pictures."""
+    image = next(frames(found.video)).image
+    half = replace(found, outline_px=0.25 * found.outline_px, pivot_px=(40.4, 29.6))
+    canvas = annotated(cv2.resize(image, None, fx=0.25, fy=0.25), [half], 0)
+    assert canvas.shape[1] >= 320
+    for scale in (0.25, 4.0):
+        sized = cv2.resize(image, None, fx=scale, fy=scale)
+        track = replace(
+            found, outline_px=scale * found.outline_px, pivot_px=(scale * 161.6, scale * 118.4)
+        )
+        drawn = annotated(sized, [track], 0, 480 / sized.shape[1])
+        assert abs(drawn.shape[1] - 480) <= 1
+        letters = drawn[round(480 * image.shape[0] / image.shape[1]) + 1 :].max(2) > 200
+        assert 15 < np.ptp(np.flatnonzero(letters.any(1))) < 40
+
+
 def test_interrupted_leaves_nothing_and_keeps_what_was(found: Track, tmp_path: Path) -> None:
     place = tmp_path / "overlay.mp4"
     place.write_bytes(b"the one before")
