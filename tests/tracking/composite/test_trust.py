@@ -40,8 +40,9 @@ def test_each_limit_refuses_by_itself() -> None:
 
 
 def test_of_a_wide_swing_a_share_counts() -> None:
-    """An arm that swings through 249 deg may have a sigma of 0.62 deg."""
-    wide = [fit(np.deg2rad(249.0 / 29.0) * n, 0.9) for n in range(30)]
+    """An arm that swings through 249 deg may have a sigma of 0.62 deg: the range less its widest
+    gap, a degree here."""
+    wide = [fit(np.deg2rad(n), 0.9) for n in range(251)]
     assert distrust(0.0, 2.4 * SIGMA_DEG, wide, pointed=False) is None
     why = distrust(0.0, 2.5 * SIGMA_DEG, wide, pointed=False)
     assert why is not None
