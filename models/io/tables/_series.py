@@ -111,7 +111,7 @@ def check_rate(time: Series) -> None:
 
 def _other_unit(column: str) -> str:
     return (
-        f"if it counts milli-, micro- or nanoseconds, name the column time_ms, time_us or time_ns, "
+        f"if it counts nano-, milli- or microseconds, name the column time_ns, time_ms or time_us, "
         f"or import the log with {column_map('time', f'{column}:ms')} and the like"
     )
 

@@ -26,10 +26,9 @@ POINT = [1.0, np.log(0.02), np.log(0.7), 0.6, 0.5]
 """k, T, xi, gap and bias."""
 
 
-@pytest.fixture(scope="module")
-def log() -> Recording:
+def logged(name: str, seed: int) -> Recording:
     """92 s with play, whose angle starts a clock of its own: 34,000 rows in all."""
-    excitation = standard(DURATION_S, 20.0, seed=5)
+    excitation = standard(DURATION_S, 20.0, seed=seed)
     time_s = 0.004 + np.arange(int(120 * DURATION_S)) / 120.0
     plant = Plant.of(catalogue())
     row = np.array(plant.layout.neutral_row())
@@ -38,7 +37,12 @@ def log() -> Recording:
     stimulus = Stimulus(excitation.time_s, excitation.command_deg, False, time_s, np.ones(1))
     noise = np.random.default_rng(1).normal(0.0, 0.03, time_s.size)
     angle = plant.simulate(row, stimulus) + noise
-    return Recording("log", excitation.time_s, excitation.command_deg, time_s, angle)
+    return Recording(name, excitation.time_s, excitation.command_deg, time_s, angle)
+
+
+@pytest.fixture(scope="module")
+def log() -> Recording:
+    return logged("log", 5)
 
 
 def test_ordinary_recordings_stay_whole(log: Recording) -> None:
@@ -163,7 +167,7 @@ def test_a_stretch_is_simulated_as_within_the_whole(log: Recording) -> None:
 
 def test_a_diagnosis_of_long_recordings(log: Recording, tmp_path: Path) -> None:
     """Times stay those of the log, one recording stays one, and its models are drawn again."""
-    given = [log, replace(log, name="other")]
+    given = [log, logged("other", 6)]
     found = diagnose(given[:1], test=given[1:], prior=ALONE, most_rows=ROWS)
     starts = [warning.split(" to try")[0] for warning in found.warnings]
     assert starts == ["log: too long", "other: too long"]

@@ -103,7 +103,8 @@ def test_a_bench_on_which_nothing_turns_is_refused(tmp_path: Path, write: Write)
     with pytest.raises(TrackRefused) as refused:
         composite(open_film(video, TrackOptions()), TrackOptions())
     assert "expected" in str(refused.value)
-    assert refused.value.picture.shape == (SIZE[1], SIZE[0], 3)
+    # Twice as large as the video: words could not be read in 240 px.
+    assert refused.value.picture.shape == (2 * SIZE[1], 2 * SIZE[0], 3)
 
 
 def test_the_longest_rest_of_a_path() -> None:
