@@ -92,6 +92,16 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "frame": ("is a list", lambda: ss.Recording.from_frame([1.0, 2.0])),
     "frame-column": ("no column 't'", lambda: ss.Recording.from_frame({"time": [1.0]}, time="t")),
+    "frame-nan": (
+        "y is nan",
+        lambda: ss.Recording.from_frame(
+            {"t": TIME_S, "u": TIME_S, "y": np.where(TIME_S[7] == TIME_S, np.nan, TIME_S)},
+            time="t",
+            angle="y",
+            command="u",
+            unit="deg",
+        ),
+    ),
     "identify-effect": ("unknown effect 'baklash'", lambda: ss.identify(recorded(), "baklash")),
 }
 

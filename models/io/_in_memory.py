@@ -84,6 +84,7 @@ def recording_from_frame(
     raw = {}
     for quantity, column in chosen.items():
         series = _series(name, column.name, frame[column.name])
+        check_finite(series)  # as in a recording's files: only a log has reads that failed
         raw[quantity] = Raw(column.name, units[quantity], series.raw, series.rows, "row")
     return assemble(Path(name), raw, request, {}, notes)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.models.core import InputError, Mask
-from servosight.models.io.tables import Sheet
+from servosight.models.io.tables import Sheet, several
 
 _PLAIN_NAMES = ("torqueenable", "torqueenabled")
 """Columns that say whether the motor has torque, without path, joint, case and separators."""
@@ -78,7 +78,7 @@ def powered_run(
     them, ``column`` is where the log says so. InputError where the motor is never on.
     """
     start, stop = _longest_run(on)
-    words = "entries" if word == "entry" else f"{word}s"
+    words = several(word)
     if stop - start == on.size:
         return start, stop, ()
     if start == stop:

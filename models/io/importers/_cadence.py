@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.models.io.tables import Series
+from servosight.models.io.tables import Series, several
 
 LONGEST_GAP = 10.0
 """In usual intervals; and at least ``SHORTEST_GAP_S``."""
@@ -29,17 +29,17 @@ def cadence_notes(time: Series, own_command: bool) -> list[str]:
         longest = int(np.argmax(steps_s))
         notes.append(
             f"{time.path}: between {time.word} {time.rows[longest]} and {time.word} "
-            f"{time.rows[longest + 1]} the log has no {time.word}s for {steps_s[longest]:.3g} s"
-            f"{_more(int(np.sum(gaps)))}; the command before holds on there, so cut the log there "
-            f"if the clock was set or the servo was moved meanwhile"
+            f"{time.rows[longest + 1]} the log has no {several(time.word)} for "
+            f"{steps_s[longest]:.3g} s{_more(int(np.sum(gaps)))}; the command before holds on there, "
+            f"so cut the log there if the clock was set or the servo was moved meanwhile"
         )
     mean_s = float(np.mean(steps_s[~gaps]))
     at_once = float(np.mean(steps_s[~gaps] < _AT_ONCE * mean_s))
     if at_once > _MOST_AT_ONCE:
         notes.append(
-            f"{time.path}: {100.0 * at_once:.0f} % of the {time.word}s follow the one before "
-            f"within a fifth of the mean interval of {mean_s:.3g} s, so that {time.name} says when "
-            f"they arrived in bursts and not when the angle was measured; map the clock of the "
+            f"{time.path}: {100.0 * at_once:.0f} % of the {several(time.word)} follow the one "
+            f"before within a fifth of the mean interval of {mean_s:.3g} s, so that {time.name} "
+            f"says when they arrived in bursts and not when the angle was measured; map the clock of the "
             f"device that measures, or stamp the samples there"
         )
     return notes

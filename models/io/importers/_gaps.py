@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.io.tables import Series
+from servosight.models.io.tables import Series, several
 
 
 def without_gaps(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[str]]:
@@ -44,7 +44,7 @@ def kept(one: Series, rows: Any) -> Series:
 
 
 def _note(one: Series, there: Any, what: str) -> str:
-    words = "entries" if one.word == "entry" else f"{one.word}s"
+    words = several(one.word)
     first = one.rows[int(np.argmin(there))]
     return (
         f"{one.path}: {int(np.sum(~there)):,} of {there.size:,} {words} have no number in "

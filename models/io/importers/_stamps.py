@@ -11,7 +11,7 @@ import numpy as np
 
 from servosight.models.core import Array, InputError, Mask
 from servosight.models.io.importers._gaps import kept
-from servosight.models.io.tables import FEWEST_SAMPLES, Series
+from servosight.models.io.tables import FEWEST_SAMPLES, Series, several
 
 MOST_RUNNING_BACK = 0.01
 """The share of a log's rows that may be left out for their stamps; with more the clock is wrong."""
@@ -31,7 +31,7 @@ def in_order(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[str]
         if not 0 < count <= MOST_RUNNING_BACK * wrong.size:
             continue
         found |= {name: kept(series[name], ~wrong) for name in names}
-        words = "entries" if time.word == "entry" else f"{time.word}s"
+        words = several(time.word)
         were = "were" if count > 1 else "was"
         notes.append(
             f"{time.path}: {count:,} of {wrong.size:,} {words}, where {time.name} jumps away from "
@@ -57,7 +57,7 @@ def one_a_stamp(series: Mapping[str, Series]) -> tuple[dict[str, Series], list[s
         counts = np.diff(np.append(firsts, begins.size))
         if clock == "time" and firsts.size < FEWEST_SAMPLES <= begins.size:
             raise InputError(
-                f"{time.path}: column {time.name} has {begins.size:,} {time.word}s and "
+                f"{time.path}: column {time.name} has {begins.size:,} {several(time.word)} and "
                 f"{firsts.size} different stamps, expected at least {FEWEST_SAMPLES}; map a column "
                 f"whose clock is finer"
             )

@@ -29,5 +29,6 @@ from servosight.models.io.tables._series import check_rate as check_rate
 from servosight.models.io.tables._series import check_sigma as check_sigma
 from servosight.models.io.tables._series import check_time as check_time
 from servosight.models.io.tables._series import check_together as check_together
+from servosight.models.io.tables._series import several as several
 from servosight.models.io.tables._text import UTF_16 as UTF_16
 from servosight.models.io.tables._text import log_text as log_text

@@ -53,6 +53,15 @@ class Series:
         )
 
 
+def several(word: str) -> str:
+    """The plural of what a log counts its places by.
+
+    >>> several("row"), several("entry"), several("index")
+    ('rows', 'entries', 'indices')
+    """
+    return {"entry": "entries", "index": "indices"}.get(word, f"{word}s")
+
+
 def check_finite(series: Series) -> None:
     """Refuse NaN and infinity."""
     bad = np.flatnonzero(~np.isfinite(series.raw))
@@ -73,9 +82,9 @@ def check_time(time: Series) -> None:
         raise InputError(
             f"{time.at(index)} and time {what} (it was {time.raw[index - 1]:.10g} in the "
             f"{time.word} before), expected rising time; delete the {time.word}, sort the file if "
-            f"its {time.word}s are out of order, or cut it here if the clock was set or a second "
-            f"log begins; `servosight import` averages samples of one time stamp and leaves out a "
-            f"few that run back"
+            f"its {several(time.word)} are out of order, or cut it here if the clock was set or a "
+            f"second log begins; `servosight import` averages samples of one time stamp and "
+            f"leaves out a few that run back"
         )
     if values.size and max(abs(values[0]), abs(values[-1])) > LARGEST_TIME_S:
         raise InputError(
