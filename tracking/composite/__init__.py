@@ -13,6 +13,7 @@ from servosight.tracking.composite._trust import TRUST as TRUST
 from servosight.tracking.composite._trust import distrust as distrust
 from servosight.tracking.composite._trust import rough_enough as rough_enough
 from servosight.tracking.composite._trust import rough_note as rough_note
+from servosight.tracking.composite._trust import swept_deg as swept_deg
 from servosight.tracking.composite._trust import uncertain as uncertain
 from servosight.tracking.composite.model import PoseFit as PoseFit
 from servosight.tracking.composite.oblique import ObliqueView as ObliqueView

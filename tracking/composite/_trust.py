@@ -20,9 +20,9 @@ class TrustLimits:
         largest_sigma_deg: median sigma of its angles; 95 % of the frames are then within half a
             degree. Not asked of a part that the user points at. Of the clips in
             docs/measured/wild.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
-        largest_sigma_share: the same as a share of the whole motion, where that is more: of an arm
-            that swings through 250 deg, 0.6 deg is as much worth as 0.05 deg of 20 deg.
-        largest_rough_share: sigma as a share of the whole motion up to which a track of which
+        largest_sigma_share: the same as a share of the motion (``swept_deg``), where that is more:
+            of an arm that swings through 250 deg, 0.6 deg is as much worth as 0.05 deg of 20 deg.
+        largest_rough_share: sigma as a share of the motion up to which a track of which
             nothing better is known is returned all the same, with a note.
         least_measured: share of a sampled picture's change that it explains to be measured at all;
             whether the frames confirm it is asked afterwards.

@@ -207,16 +207,15 @@ class Footage:
         seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
         pointed = self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)
-        x, y = track.pivot_px
-        sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
         by_sigma = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
         # Of what enters the picture, an uncertain angle, or one that its grey does not confirm, is
         # as likely someone's at the border.
-        clear = clear_of(part, self.stabilised)
-        if why is None and not clear and not self.stabilised.channel.luma:
+        coloured = not self.stabilised.channel.luma
+        if why is None and coloured and not clear_of(part, self.stabilised):
             why, by_sigma = "enters the picture, and its colour alone shows that it turns", False
-            sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
-        rough = by_sigma and rough_enough(seen_deg, sigma_deg) and clear
+        rough = by_sigma and rough_enough(seen_deg, sigma_deg) and clear_of(part, self.stabilised)
+        x, y = track.pivot_px
+        sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
         if why is not None and not rough:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma)
         if view is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -11,7 +12,7 @@ from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
 from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
-from servosight.tracking.composite import TRUST, rough_note, uncertain
+from servosight.tracking.composite import TRUST, rough_note, swept_deg, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._composite import composite
@@ -51,7 +52,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     if why is not None and _may_be_composite(options):
         return _surer(part, why, film, options, progress)
     measured = with_delay(part.along_axis())
-    enough_deg = TRUST.most_deg(float(np.ptp(measured.angle_deg[measured.found])))
+    enough_deg = TRUST.most_deg(swept_deg(measured.angle_deg[measured.found]))
     late = late_rms_deg(measured) > enough_deg
     if _may_be_composite(options) and (late or _of_a_piece(part, options)):
         return _surer_of_both(measured, film, options, progress)
@@ -112,8 +113,8 @@ def _surer_of_both(
         return measured
     if _tells_times(other, measured):
         timed = replace(film, shutters=other.shutters)
-        again = with_delay(tracked_part(timed, options, progress, prepare).along_axis())
-        return surest(again, other)
+        with suppress(TrackRefused):  # as it was measured first then
+            measured = with_delay(tracked_part(timed, options, progress, prepare).along_axis())
     return surest(measured, other)
 
 

@@ -30,8 +30,8 @@ def cadence_notes(time: Series, own_command: bool) -> list[str]:
         notes.append(
             f"{time.path}: between {time.word} {time.rows[longest]} and {time.word} "
             f"{time.rows[longest + 1]} the log has no {several(time.word)} for "
-            f"{steps_s[longest]:.3g} s{_more(int(np.sum(gaps)))}; the command before holds on there, "
-            f"so cut the log there if the clock was set or the servo was moved meanwhile"
+            f"{steps_s[longest]:.3g} s{_more(int(np.sum(gaps)))}; the command before holds on "
+            f"there, so cut the log there if the clock was set or the servo was moved meanwhile"
         )
     mean_s = float(np.mean(steps_s[~gaps]))
     at_once = float(np.mean(steps_s[~gaps] < _AT_ONCE * mean_s))
@@ -39,8 +39,8 @@ def cadence_notes(time: Series, own_command: bool) -> list[str]:
         notes.append(
             f"{time.path}: {100.0 * at_once:.0f} % of the {several(time.word)} follow the one "
             f"before within a fifth of the mean interval of {mean_s:.3g} s, so that {time.name} "
-            f"says when they arrived in bursts and not when the angle was measured; map the clock of the "
-            f"device that measures, or stamp the samples there"
+            f"says when they arrived in bursts and not when the angle was measured; map the clock "
+            f"of the device that measures, or stamp the samples there"
         )
     return notes
 

@@ -30,7 +30,7 @@ _LIKE = 0.005  # of the residuals: by so much the best value may leave more
 # 17 composed clips of moderate speed.
 _WIDTH_PX2 = 0.15
 # A blur as of nearly a whole frame time, where that is below some pixels, has such a cause: in
-# three clips that were exposed for 0.06 to 0.4 of it.
+# three clips that were exposed for 0.15 to 0.4 of it.
 _WHOLE, _SLOW_PX = 0.94, 6.0
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it

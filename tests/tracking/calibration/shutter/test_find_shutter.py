@@ -144,8 +144,8 @@ def test_blur_as_of_a_whole_frame_time_has_another_cause_where_it_is_small() -> 
 @pytest.mark.parametrize("share", [-0.98, 0.98, 1.0])
 def test_a_readout_of_nearly_a_whole_frame_time_is_found(share: float) -> None:
     """The least is at the end of what is tried, and residuals grow by no more than 30 % far from
-    it: so its sigma is known from one side alone. A readout is taken where it is beyond four of
-    them; without noise it is within a fine step, 0.7 ms, of the truth."""
+    it: so its sigma is known from one side alone. A readout is taken where it is there with
+    90 %; without noise it is within a fine step, 0.7 ms, of the truth."""
     frame_s = 1.0 / 60.0
     noise = 1.0 + 0.001 * np.random.default_rng(1).standard_normal(24)
 
