@@ -38,8 +38,14 @@ class Film:
     shutters: Shutters | None = None
 
 
-def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **given: Any) -> Track:
-    """What ``refine`` returns where its two methods return these, or refuse so."""
+def refined(
+    monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, again: Found | None = None,
+    **given: Any,
+) -> Track:  # fmt: skip
+    """What ``refine`` returns where its two methods return these, or refuse so.
+
+    ``again`` is what the first one does with shutters that are given; None: as without.
+    """
 
     def composite(*_: object) -> Track:
         if isinstance(second, TrackRefused):
@@ -47,11 +53,12 @@ def refined(monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, **give
         return second
 
     def tracked_part(film: Film, *_: object) -> TrackedPart:
-        if isinstance(first, TrackRefused):
-            raise first
+        found = first if again is None or film.shutters is None else again
+        if isinstance(found, TrackRefused):
+            raise found
         sample = FrameSample(lambda image: image)
-        track = first if film.shutters is None else replace(first, shutters=film.shutters)
-        return TrackedPart(track, sample, first.outline_px, np.zeros(2), True)
+        track = found if film.shutters is None else replace(found, shutters=film.shutters)
+        return TrackedPart(track, sample, track.outline_px, np.zeros(2), True)
 
     monkeypatch.setattr(_refine, "tracked_part", tracked_part)
     monkeypatch.setattr(_refine, "composite", composite)
@@ -129,6 +136,13 @@ def test_a_track_is_measured_again_where_a_rougher_one_tells_its_times_better(
     again = refined(monkeypatch, timed(SURE, 6e-3), rough)
     assert again.shutters is rough.shutters
     np.testing.assert_allclose(again.sigma_deg, np.hypot(SURE.sigma_deg, 0.15), rtol=0.01)
+
+
+def test_a_track_is_kept_where_the_frames_refuse_it_with_the_other_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    late, rough = timed(SURE, 6e-3), replace(timed(ROUGH, 2e-3), sigma_deg=np.full(9, 0.6))
+    assert refined(monkeypatch, late, rough, again=REFUSED).shutters is late.shutters
 
 
 @pytest.mark.parametrize(
