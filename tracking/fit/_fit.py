@@ -125,9 +125,9 @@ def gauss_newton(
         if iteration == 1 and light is None:
             # Brightness as learnt, with an offset only: least squares would fit what covers a part.
             offset = median_residual(seen, now.value)
-        # What covers a part biases gain and offset, and the gate would then accept it.
-        gate = min(gate, gate_of(seen, now.value, gain, offset))
         light_now = np.array([gain, offset, gate, shot], np.float32)
+        # What covers a part biases gain and offset: a gate never widens.
+        light_now[2] = gate = gate_of(seen, now.value, light_now)
         solved = _step(now, seen, jacobian(now), light_now)
         if solved is None:
             return None

@@ -22,11 +22,18 @@ def median_residual(seen, value):  # type: ignore[no-untyped-def]
 
 
 @_kernel
-def gate_of(seen, value, gain, offset):  # type: ignore[no-untyped-def]
-    """The residual [grey levels] beyond which a pixel shows something else."""
+def gate_of(seen, value, light):  # type: ignore[no-untyped-def]
+    """The residual [grey levels] beyond which a pixel shows something else.
+
+    Among the pixels within the gate so far: where much is covered, the median of all is too large.
+    """
+    gain, offset, gate, _ = light
     stride = 1 + seen.size // _SCALE_PIXELS
     residual = np.abs(seen[::stride] - gain * value[::stride] - offset)
-    return GATE * (1.4826 * np.median(residual) + 0.3)
+    within = residual[residual < gate]
+    if within.size == 0:
+        return gate
+    return min(gate, GATE * (np.float32(1.4826) * np.median(within) + np.float32(0.3)))
 
 
 @_kernel
