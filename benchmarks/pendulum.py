@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import Track
+from servosight.tracking.core import Flag, Track
 from servosight.tracking.track import track
 
 VIDEO = Path("video") / "ak80_pendulum.mp4"
 COLUMNS = slice(285, 992)  # between the dark bars
 DARK, RED = 70, 60  # grey levels; by how much red is above green and blue
 OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (31, 31))  # wider than cords and plugs
+SAME_S = 1e-3  # of two times of one frame
 MOTOR_FROM_CLAMP, FAR_PX = 96 - 186j, 250.0  # the motor is as dark as the weight
 
 
@@ -123,6 +124,9 @@ def report(found: Track, marks: list[Mark]) -> str:
     starts_s = found.time_s - (found.shutters.middle_s if found.shutters is not None else 0.0)
     first, last = starts_s[seen][[0, -1]]
     marks = [mark for mark in marks if first <= mark.time_s <= last]
+    # A picture that repeats the one before shows the weight where it was then.
+    again_s = starts_s[(found.flags & Flag.DUPLICATE) > 0]
+    marks = [mark for mark in marks if np.all(np.abs(again_s - mark.time_s) > SAME_S)]
     truth, away_px = angles_deg(marks)
     angle = np.interp([m.time_s for m in marks], starts_s[seen], found.angle_deg[seen])
     error = errors_deg(angle, truth)
@@ -130,8 +134,8 @@ def report(found: Track, marks: list[Mark]) -> str:
     waves = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
     left = error - waves @ np.linalg.lstsq(waves, error)[0]
     return (
-        f"{int(seen.sum())} of {found.frames} frames measured, {np.ptp(found.angle_deg):.0f} deg, "
-        f"sigma {np.median(found.sigma_deg):.2f} deg\n{len(marks)} marks, {away_px.std():.2f} px "
+        f"{int(seen.sum())} of {found.frames} frames measured, {again_s.size} repeated, "
+        f"{np.ptp(found.angle_deg):.0f} deg, sigma {np.median(found.sigma_deg):.2f} deg\n{len(marks)} marks, {away_px.std():.2f} px "
         f"rms about their circle\nerror {np.sqrt(np.mean(error**2)):.2f} deg rms, at most "
         f"{np.abs(error).max():.2f} deg; {left.std():.2f} deg rms of it do not follow the angle"
     )

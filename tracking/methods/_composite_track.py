@@ -103,7 +103,7 @@ def at_mid_exposure(
     shutters = film.shutters
     if shutters is None and film.table_time_s is None:
         angle = np.array([np.nan if fit is None else fit.angle_rad for fit in fits])
-        turned_rad = np.deg2rad(np.where(track.found, track.angle_deg, np.nan))
+        turned_rad = np.deg2rad(np.where(track.measured, track.angle_deg, np.nan))
         speed = speeds(turned_rad, track.time_s)
         frame_s = float(np.median(np.diff(track.time_s)))
         shutters = find_exposure(meter, angle, speed, frame_s, not film.sideways)

@@ -48,6 +48,7 @@ from servosight.tracking.methods._composite_track import (
 from servosight.tracking.methods._delayed import with_delay
 from servosight.tracking.methods._entered import clear_of, left_out_of
 from servosight.tracking.methods._pointing import astray, hint_of, nothing_there, pointed_part
+from servosight.tracking.methods._repeated import with_repeats
 from servosight.tracking.methods._told import left_out
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, sampled_where_it_moves
@@ -204,6 +205,7 @@ class Footage:
         view = oblique_view(sampled, *turns)
         track, apart_deg = in_plane(track, meter, fits, view)
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
+        track = with_repeats(track)
         seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
         pointed = self.options.pointed
         why = distrust(apart_deg, sigma_deg, fits, pointed)

@@ -27,6 +27,7 @@ from servosight.tracking.core import (
     turned,
     turning,
 )
+from servosight.tracking.methods._repeated import with_repeats
 from servosight.tracking.uncertainty import gaps
 from servosight.tracking.video import Film, frames
 
@@ -65,7 +66,7 @@ def marker(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     x, y = view.plane.to_picture(swing.pivot[None])[0]
     outline = view.plane.to_picture(swing.outline)
     low, size = outline.min(0).astype(int), np.ceil(np.ptp(outline, axis=0)).astype(int)
-    return Track(
+    track = Track(
         video=film.path,
         method=options.method,
         time_s=time_s + row * readout_s,
@@ -80,6 +81,7 @@ def marker(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         shared_deg=np.rad2deg(swing.shared_rad),
         tilt=view.tilt,
     )
+    return with_repeats(track)
 
 
 def _detected(

@@ -10,5 +10,6 @@ from servosight.tracking.uncertainty._evaluate import (
 from servosight.tracking.uncertainty._evaluate import (
     evaluate as evaluate,
 )
+from servosight.tracking.uncertainty._repeats import lag_of_repeats as lag_of_repeats
 from servosight.tracking.uncertainty._scatter import even_scatter as even_scatter
 from servosight.tracking.uncertainty._sigma import gaps as gaps

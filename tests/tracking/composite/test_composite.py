@@ -20,7 +20,7 @@ from servosight.tracking.composite import (
 from servosight.tracking.composite.camera._camera import longest_rest, motion_between, spread
 from servosight.tracking.composite.model._model import CompositeModel, pivot_step
 from servosight.tracking.composite.parts._entering import enough_left, without_entering
-from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned, turning
+from servosight.tracking.core import Flag, Track, TrackOptions, TrackRefused, turned, turning
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import FrameSample, PolarView
 from servosight.tracking.video import Frame, open_film
@@ -96,6 +96,27 @@ def test_the_pan_is_left_out_and_said(found: Track) -> None:
     lost = ~found.found
     assert lost[:4].all()
     assert any("stays in place" in note for note in found.notes)
+
+
+def test_repeated_pictures_are_flagged_and_their_lag_is_in_sigma(
+    tmp_path: Path, write: Write
+) -> None:
+    """Truth: the drawn angles, of which the repeated pictures show those of the frames before, up
+    to 8.6 deg away. Bound: 3 sigma."""
+    pictures = filmed(ANGLE_DEG, pan_px=0.0)
+    again = np.array([24, 31, 46, 53])
+    for number in again:
+        pictures[number] = pictures[number - 1]
+    video = write(tmp_path / "again.mkv", pictures, np.arange(FRAMES) / RATE_HZ)
+    found = composite(open_film(video, TrackOptions()), TrackOptions())
+    flagged = np.flatnonzero(found.flags & Flag.DUPLICATE)
+    assert flagged.tolist() == again.tolist()
+    assert not found.measured[again].any()
+    error = found.angle_deg - ANGLE_DEG
+    error -= np.median(error)
+    assert np.abs(error[again]).min() > 2.0
+    assert (np.abs(error[again]) < 3.0 * found.sigma_deg[again]).all()
+    assert any("4 of 70 pictures repeat the one before" in note for note in found.notes)
 
 
 def test_a_bench_on_which_nothing_turns_is_refused(tmp_path: Path, write: Write) -> None:
