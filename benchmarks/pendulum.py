@@ -135,7 +135,8 @@ def report(found: Track, marks: list[Mark]) -> str:
     left = error - waves @ np.linalg.lstsq(waves, error)[0]
     return (
         f"{int(seen.sum())} of {found.frames} frames measured, {again_s.size} repeated, "
-        f"{np.ptp(found.angle_deg):.0f} deg, sigma {np.median(found.sigma_deg):.2f} deg\n{len(marks)} marks, {away_px.std():.2f} px "
+        f"{np.ptp(found.angle_deg):.0f} deg, sigma {np.median(found.sigma_deg):.2f} deg\n"
+        f"{len(marks)} marks, {away_px.std():.2f} px "
         f"rms about their circle\nerror {np.sqrt(np.mean(error**2)):.2f} deg rms, at most "
         f"{np.abs(error).max():.2f} deg; {left.std():.2f} deg rms of it do not follow the angle"
     )
