@@ -52,10 +52,13 @@ class CommandParser(argparse.ArgumentParser):
     def _meant(self, message: str) -> str:
         """The command or option that a misspelt one is closest to."""
         command = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
-        option = re.match(r"unrecognized arguments: (--[^ =]+)", message)
+        option = re.match(r"unrecognized arguments: --([^ =]+)", message)
         if command:
             return did_you_mean(command[1], COMMANDS)
-        return did_you_mean(option[1], self._option_string_actions) if option else ""
+        # Without the dashes, which all options have in common and count as alike.
+        names = [name[2:] for name in self._option_string_actions if name.startswith("--")]
+        near = did_you_mean(option[1], names) if option else ""
+        return near.replace("mean ", "mean --")
 
 
 def parser() -> argparse.ArgumentParser:

@@ -45,6 +45,9 @@ def test_a_model_with_effects_is_what_the_next_diagnosis_begins_with(
     following = f"Next: servosight diagnose {rec} --from {card} --auto"
     assert main([*words, "-o", str(card)]) == 0
     assert following in capsys.readouterr().out
+    assert main(words) == 0  # without a card that holds them
+    again = f"Next: servosight diagnose {rec} --with dead_zone --auto"
+    assert again in capsys.readouterr().out
     text = card.read_text()
     assert re.search(r"\[parameters.T\]\nvalue = [0-9.]+", text)
     card.write_text(re.sub(r"(\[parameters.T\]\nvalue = )[0-9.]+", r"\g<1>0.2", text))

@@ -194,6 +194,10 @@ def test_a_misspelt_word_is_told_the_nearest(
     assert near in said(capsys, 2, words.split())
 
 
+def test_an_option_like_no_other_is_told_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "did you mean" not in said(capsys, 2, ["identify", "run.csv", "--tolerance", "3"])
+
+
 def test_a_second_value_is_told_to_repeat_the_option(capsys: pytest.CaptureFixture[str]) -> None:
     told = said(capsys, 2, ["diagnose", "a", "--validate", "b", "c", "d"])
     assert (

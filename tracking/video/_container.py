@@ -164,7 +164,8 @@ def check(video: Path) -> Header:
         )
     if header.count < MIN_FRAMES:
         raise InputError(
-            f"{video}: holds {header.count} frames; expected at least {MIN_FRAMES}, record longer."
+            f"{video}: holds {header.count} of at least {MIN_FRAMES} expected frames, "
+            "record longer."
         )
     return header
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 from servosight.app.arguments import (
     add_fixed,
@@ -101,9 +102,17 @@ def run(args: argparse.Namespace) -> None:
     out = console(args)
     show_identification(out, values)
     write_json(args.json, values)
-    saved = args.output is not None and result.actuator.effects
-    start = ["--from", args.output, *plugins_again(args)] if saved else []
-    out.print(next_command("diagnose", *args.recordings, *start, "--auto"))
+    out.print(next_command("diagnose", *args.recordings, *_start(args, chosen), "--auto"))
+
+
+def _start(args: argparse.Namespace, effects: Sequence[str]) -> list[object]:
+    """The options by which a diagnosis starts from the effects that were fitted."""
+    if not effects:
+        return []
+    if args.output is not None:
+        return ["--from", args.output, *plugins_again(args)]
+    named = [word for effect in effects for word in ("--with", effect)]
+    return [*named, *plugins_again(args)]
 
 
 def _run_fmu(args: argparse.Namespace) -> None:

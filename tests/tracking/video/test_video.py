@@ -120,7 +120,7 @@ def test_what_is_no_video(tmp_path: Path) -> None:
 
 def test_too_short_a_video(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path / "short.mkv", noise(20), np.arange(20) / 100)
-    refused(lambda: track(path), "short.mkv", "20 frames", "50")
+    refused(lambda: track(path), "short.mkv", "holds 20 of at least 50 expected frames")
 
 
 def test_a_video_that_breaks_off_is_read_up_to_there(tmp_path: Path, write: Write) -> None:
