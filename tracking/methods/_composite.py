@@ -80,7 +80,7 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
     coloured = None if options.pointed else footage.in_colour()
     if coloured is not None:
         try:
-            return _in_one_channel(coloured, progress)
+            return _in_one_channel(coloured.knowing(refused.rough), progress)
         except TrackRefused as in_colour:
             refused = more_telling(refused, in_colour)
     if refused.rough is None:
@@ -101,7 +101,9 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
         refused = first
     if refused.uncertain:
         try:
-            return _of_part(footage, parts, number, measured_closer, progress)
+            return _of_part(
+                footage.knowing(refused.rough), parts, number, measured_closer, progress
+            )
         except TrackRefused as closer:
             refused = surer(refused, closer)
     return _otherwise(footage, parts, refused, progress)
