@@ -29,11 +29,11 @@ _SIXTHS, _LEAST_SIXTHS = 6, 3.5
 class TiltEstimate:
     """The plane's shape (4,) [px], the tilt [rad], by how much the pivot is off (2,) [px].
 
-    Angles respond to the shape by ``by_shape`` (n, 4) [rad/px], the pivot with it, which is found
-    from the same pictures. ``covariance`` (4, 4) is that of the shape as poses tell it, and by how
-    much they contradict it, as far as that is more than chance. ``doubt`` (4, 4) is the mean square
-    of what the shape may be as far as they can be believed: not where no tilt explains them, since
-    a shadow then changes them, nor those of a part that rests at few angles.
+    Angles respond to the shape by ``by_shape`` (n, 4) [rad/px]. ``covariance`` (4, 4) is that of
+    the shape as poses tell it, and by how much they contradict it, as far as that is more than
+    chance. ``doubt`` (4, 4) is the mean square of what the shape may be as far as they can be
+    believed: not where no tilt explains them, since a shadow then changes them, nor those of a part
+    that rests at few angles.
     """
 
     shape_px: Array
@@ -85,8 +85,7 @@ def estimated_tilt(
     believed = 1.0 / scale**2 if filled(angle_rad) else 0.0
     doubted = _weighed(expected.weight, believed * more)
     turn = np.array([pose.turn for pose in poses])
-    by_error = np.einsum("na,nab->nb", turn, _relative(angle_rad))
-    by_shape = by_error[:, 2:] - by_error[:, :2] @ by_pivot
+    by_shape = np.einsum("na,nab->nb", turn, _relative(angle_rad))[:, 2:]
     apart = weight @ away
     pivot = seen.error_px[:2] - by_pivot @ apart
     contradicted = (1.0 - 1.0 / scale) * np.outer(apart, apart)

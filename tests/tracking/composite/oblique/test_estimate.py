@@ -7,7 +7,6 @@ import numpy as np
 from servosight.models.core import Array
 from servosight.tracking.composite.oblique._estimate import (
     TiltEstimate,
-    changed_rad,
     estimated_tilt,
 )
 from servosight.tracking.composite.oblique._plane import ExpectedTilts
@@ -23,9 +22,11 @@ TILTED = int(np.argmin(np.abs(EXPECTED.tilt_rad - np.deg2rad(16.0)) + (
 TRUTH_PX = EXPECTED.shape_px[TILTED]
 
 
+TURN = np.full(6, 1.0 / FAR_PX)
+
+
 def poses_of(
     shape_px: Array, by_blur_px: float = 0.0, angle_rad: Array = ANGLE_RAD,
-    turn: Array | None = None,
 ) -> list[PoseSensitivity]:  # fmt: skip
     """What pictures at these angles show of a plane that is off by a shape (4,), of a part whose
     picture blur stretches by ``by_blur_px`` for each pixel of its speed; each to 0.1 px."""
@@ -34,8 +35,7 @@ def poses_of(
     pace_px = 10.0 * np.cos(np.pi * angle_rad)
     own = by_blur_px * (pace_px - pace_px.mean())[:, None] * turned[:, :, 2]
     weight = np.eye(6) / 0.1**2
-    turn = np.full(6, 1.0 / FAR_PX) if turn is None else turn
-    return [PoseSensitivity(weight, weight @ one, turn) for one in seen + own]
+    return [PoseSensitivity(weight, weight @ one, TURN) for one in seen + own]
 
 
 def estimate(poses: list[PoseSensitivity], angle_rad: Array = ANGLE_RAD) -> TiltEstimate:
@@ -66,18 +66,6 @@ def test_pictures_at_one_angle_count_as_one() -> None:
 
     few, many = estimate(noisy(ANGLE_RAD)), estimate(noisy(often), often)
     assert np.trace(many.covariance[:2, :2]) > 0.5 * np.trace(few.covariance[:2, :2])
-
-
-def test_the_pivot_follows_a_tilt_that_is_not_found() -> None:
-    """Pictures that tell the sum of shift and stretch well, and each by itself hardly: a pivot that
-    is found from them makes up for a tilt, and angles that depend on the sum do not change."""
-    both = np.array([1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    held = estimate(poses_of(np.zeros(4), turn=both / FAR_PX))
-    coupled = 1e4 * np.outer(both, both) + 1e-2 * np.eye(6)
-    free = estimate(
-        [PoseSensitivity(coupled, np.zeros(6), both / FAR_PX) for _ in range(ANGLE_RAD.size)]
-    )
-    assert changed_rad(free.by_shape, np.eye(4)) < 0.2 * changed_rad(held.by_shape, np.eye(4))
 
 
 def test_poses_that_no_tilt_explains_leave_the_angles_as_uncertain_as_they_contradict_it() -> None:
