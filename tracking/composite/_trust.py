@@ -85,8 +85,8 @@ def rough_note(angle_deg: Array, sigma_deg: Array) -> str:
     """That a part's angles (found,) are uncertain, as a note."""
     return (
         f"all angles are uncertain by {np.median(sigma_deg):.2g} deg (one sigma) of the "
-        f"{np.ptp(angle_deg):.3g} deg that the part turns: film it larger, sharper and without "
-        "shadows where that is too much"
+        f"{np.ptp(angle_deg):.3g} deg that the part turns: film it larger, sharper, without "
+        "shadows and along the axis, and give the exposure, where that is too much"
     )
 
 

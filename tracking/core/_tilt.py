@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -17,6 +18,15 @@ class Tilt:
     tilt_deg: float | None = None
     corrected_deg: float | None = None
     sigma_deg: float | None = None
+
+    @property
+    def doubt_deg(self) -> float:
+        """What a tilt may do to angles that are not corrected for it [deg], rms; 0 where not known.
+
+        >>> Tilt(tilt_deg=20.0, corrected_deg=0.4, sigma_deg=0.3).doubt_deg
+        0.5
+        """
+        return math.hypot(self.corrected_deg or 0.0, self.sigma_deg or 0.0)
 
 
 UNKNOWN = Tilt()

@@ -38,11 +38,14 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
     seen_rad = angle_rad[known[np.clip(np.searchsorted(known, frames, "right") - 1, 0, None)]]
     sigma_deg = float(np.rad2deg(view.sigma_rad))
     doubt_deg = np.rad2deg(view.doubt_rad(seen_rad))
+    doubt_deg -= doubt_deg[known].mean(0)
+    # What all angles share is free: a frame's angle is known no better than most are.
+    own_deg = np.maximum(np.linalg.norm(doubt_deg, axis=1), sigma_deg)
     others = [] if track.shared_deg is None else [track.shared_deg]
     track = replace(
         track,
-        sigma_deg=np.where(track.found, np.hypot(track.sigma_deg, sigma_deg), track.sigma_deg),
-        shared_deg=principal(np.hstack([*others, doubt_deg - doubt_deg[known].mean(0)])),
+        sigma_deg=np.where(track.found, np.hypot(track.sigma_deg, own_deg), track.sigma_deg),
+        shared_deg=principal(np.hstack([*others, doubt_deg])),
     )
     if not view.found:
         told = (_unknown(sigma_deg),) if sigma_deg > TRUST.largest_sigma_deg else ()

@@ -32,7 +32,7 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
     window = _window(footage, part, radius_px)
     if window is None:
         raise footage.nothing([])
-    closer = Footage.of(footage.film, footage.options, window)
+    closer = replace(Footage.of(footage.film, footage.options, window), tilt=footage.tilt)
     near = closer.stabilised
     onto = stabilised.onto_near(near.reference_index)
     there = onto[:, :2] @ np.array(part.pivot_px) + onto[:, 2]

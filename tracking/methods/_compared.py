@@ -17,6 +17,18 @@ def alike(one: Track, other: Track) -> bool:
     return bool(np.corrcoef(one.angle_deg[both], other.angle_deg[both])[0, 1] > _ALIKE)
 
 
+def beside(one: Track, other: Track) -> bool:
+    """Whether two tracks are of parts that lie beside each other: the circles in which they turn do
+    not meet."""
+    away_px = float(np.hypot(*np.subtract(one.pivot_px, other.pivot_px)))
+    return away_px > _reach_px(one) + _reach_px(other)
+
+
+def _reach_px(track: Track) -> float:
+    """How far a part reaches from its pivot."""
+    return float(np.hypot(*(track.outline_px - np.array(track.pivot_px)).T).max())
+
+
 def surest(one: Track, other: Track) -> Track:
     """That of two tracks of one part which has the smaller sigma in most frames, with what all its
     angles share; the first one where both have the same."""

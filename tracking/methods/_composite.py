@@ -14,7 +14,7 @@ from servosight.models.core import FrameProgress
 from servosight.tracking.composite import CLICKED, FoundPart, uncertain
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
-from servosight.tracking.methods._compared import alike, surest
+from servosight.tracking.methods._compared import alike, beside, surest
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
@@ -80,7 +80,7 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
     coloured = None if options.pointed else footage.in_colour()
     if coloured is not None:
         try:
-            return _in_one_channel(coloured, progress)
+            return _in_one_channel(coloured.knowing(refused.rough), progress)
         except TrackRefused as in_colour:
             refused = more_telling(refused, in_colour)
     if refused.rough is None:
@@ -101,7 +101,9 @@ def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
         refused = first
     if refused.uncertain:
         try:
-            return _of_part(footage, parts, number, measured_closer, progress)
+            return _of_part(
+                footage.knowing(refused.rough), parts, number, measured_closer, progress
+            )
         except TrackRefused as closer:
             refused = surer(refused, closer)
     return _otherwise(footage, parts, refused, progress)
@@ -129,12 +131,15 @@ def surer(first: TrackRefused, second: TrackRefused) -> TrackRefused:
 
 
 def more_telling(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
-    """Of a refusal in grey and one in colour that with the smaller sigma, if both have an angle;
-    none has one where these are of parts that do not turn alike, as nothing tells which is meant.
-    Else the second one if it alone has an angle, or its sigma alone refused it."""
+    """Of a refusal in grey and one in colour that with the smaller sigma, if both have an angle. Of
+    two parts that turn beside each other, as two servos do, that in grey is meant as it is first
+    found; nothing tells which is where they pass at one place and do not turn alike: then none has
+    an angle. Else the second one if it alone has an angle, or its sigma alone refused it."""
     if refused.rough is not None and again.rough is not None:
         if alike(refused.rough, again.rough):
             return surer(refused, again)
+        if beside(refused.rough, again.rough):
+            return refused
         return TrackRefused(str(refused), refused.picture, measured=True)
     better = again.rough is not None if refused.measured else again.uncertain
     return again if better and refused.rough is None else refused

@@ -26,12 +26,12 @@ from servosight.tracking.composite import (
     paces_rad,
     parts_otherwise,
     rough_enough,
-    rough_note,
     settled_part,
-    uncertain,
 )
 from servosight.tracking.core import (
+    UNKNOWN,
     Candidate,
+    Tilt,
     Track,
     TrackOptions,
     TrackRefused,
@@ -45,7 +45,7 @@ from servosight.tracking.methods._composite_track import (
     in_plane,
     track_of,
 )
-from servosight.tracking.methods._delayed import with_delay
+from servosight.tracking.methods._doubted import with_doubts
 from servosight.tracking.methods._entered import clear_of, left_out_of
 from servosight.tracking.methods._pointing import astray, hint_of, nothing_there, pointed_part
 from servosight.tracking.methods._repeated import with_repeats
@@ -66,6 +66,7 @@ class Footage:
 
     ``stamps_s`` (frames,) are the file's own times, ``missing`` how many pictures before each frame
     could not be used. ``window`` is the piece of the pictures that is looked at, all if None.
+    ``tilt`` is what other pictures of the part, larger or of another colour, showed of it.
     """
 
     film: Film
@@ -76,6 +77,11 @@ class Footage:
     missing: tuple[int, ...]
     hint: Hint | None
     window: Window | None = None
+    tilt: Tilt = UNKNOWN
+
+    def knowing(self, track: Track | None) -> Footage:
+        """With what a track of these frames showed of the tilt; None: of no track."""
+        return self if track is None else replace(self, tilt=track.tilt)
 
     @classmethod
     def of(cls, film: Film, options: TrackOptions, window: Window | None = None) -> Footage:
@@ -221,12 +227,11 @@ class Footage:
         if why is not None and not rough:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma)
         if view is not None:
+            view = view.as_doubtful(float(np.deg2rad(self.tilt.doubt_deg)))
             pivot_px = self.stabilised.in_video(view.pivot_px)
             track = along_axis(track, view, angle_rad, pivot_px)
         stamps_s = self.stamps_s[: len(fits)]
-        track = with_delay(at_mid_exposure(track, self.film, meter, stamps_s, fits))
-        if uncertain(seen_deg, sigma_deg) is not None:
-            track = replace(track, notes=(rough_note(seen_deg, sigma_deg), *track.notes))
+        track = with_doubts(at_mid_exposure(track, self.film, meter, stamps_s, fits))
         if why is not None:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=True, rough=track)
         return track

@@ -12,11 +12,12 @@ from servosight.models.core import FrameProgress
 from servosight.tracking.acquisition import POINT, check_hints
 from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
-from servosight.tracking.composite import TRUST, rough_note, swept_deg, uncertain
+from servosight.tracking.composite import TRUST, swept_deg, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._composite import composite
-from servosight.tracking.methods._delayed import late_rms_deg, with_delay
+from servosight.tracking.methods._delayed import late_rms_deg
+from servosight.tracking.methods._doubted import with_doubts
 from servosight.tracking.methods._frames import (
     MovingPart,
     TrackedPart,
@@ -51,7 +52,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is not None and _may_be_composite(options):
         return _surer(part, why, film, options, progress)
-    measured = with_delay(part.along_axis())
+    measured = with_doubts(part.along_axis())
     enough_deg = TRUST.most_deg(swept_deg(measured.angle_deg[measured.found]))
     late = late_rms_deg(measured) > enough_deg
     if _may_be_composite(options) and (late or _of_a_piece(part, options)):
@@ -69,10 +70,7 @@ def _surer(
         return composite(film, options, progress)
     except TrackRefused as again:
         if options.pointed:
-            track = with_delay(part.along_axis())
-            known = part.track.found
-            note = rough_note(part.track.angle_deg[known], part.track.sigma_deg[known])
-            return replace(track, notes=(note, *track.notes))
+            return with_doubts(part.along_axis())
         x, y = part.track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "
@@ -114,7 +112,7 @@ def _surer_of_both(
     if _tells_times(other, measured):
         timed = replace(film, shutters=other.shutters)
         with suppress(TrackRefused):  # as it was measured first then
-            measured = with_delay(tracked_part(timed, options, progress, prepare).along_axis())
+            measured = with_doubts(tracked_part(timed, options, progress, prepare).along_axis())
     return surest(measured, other)
 
 

@@ -84,18 +84,24 @@ def test_of_one_part_the_refusal_with_the_smaller_sigma_counts() -> None:
 
 
 def test_colour_that_is_surer_counts_if_the_same_part_turns_there() -> None:
-    """A sigma of 0.4 deg in grey, of 0.3 deg in colour: none counts where different parts turn."""
-    grey, colour, other = (
+    """A sigma of 0.4 deg in grey, of 0.3 deg in colour: none counts where different parts turn at
+    one place, that in grey where they turn beside each other, 100 px apart and 40 px long."""
+    grey, colour, other, second = (
         TrackRefused("", PICTURE, measured=True, uncertain=True, rough=rough)
-        for rough in (uncertain_by(0.4), uncertain_by(0.3), uncertain_by(0.3, -1.0))
-    )
+        for rough in (
+            uncertain_by(0.4), uncertain_by(0.3), uncertain_by(0.3, -1.0),
+            uncertain_by(0.3, -1.0, 100.0),
+        )
+    )  # fmt: skip
+    assert more_telling(grey, second) is grey
     assert more_telling(grey, colour) is colour
     assert more_telling(grey, other).rough is None
     assert more_telling(grey, TrackRefused("", PICTURE, measured=True)) is grey
 
 
-def uncertain_by(sigma_deg: float, turned: float = 1.0) -> Any:
-    """What is asked of a track."""
+def uncertain_by(sigma_deg: float, turned: float = 1.0, x_px: float = 0.0) -> Any:
+    """What is asked of a track, of a part of 40 px about a pivot at ``x_px``."""
     return SimpleNamespace(
-        found=np.ones(9, bool), sigma_deg=np.full(9, sigma_deg), angle_deg=turned * np.arange(9.0)
-    )
+        found=np.ones(9, bool), sigma_deg=np.full(9, sigma_deg), angle_deg=turned * np.arange(9.0),
+        pivot_px=(x_px, 0.0), outline_px=np.array([[x_px, 0.0], [x_px, 40.0]]),
+    )  # fmt: skip

@@ -9,10 +9,12 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image
+from servosight.tracking.composite._hint import references_for
 from servosight.tracking.composite.model._model import CompositeModel
 from servosight.tracking.composite.model._raster import PartRaster
 from servosight.tracking.composite.parts._part import Change, references_of
 from servosight.tracking.composite.search._centred import parts_about, softly_corrected
+from servosight.tracking.composite.search._pivots import promising_pivots
 from servosight.tracking.core import Track, TrackOptions, turned
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.verification import PolarView
@@ -133,3 +135,19 @@ def test_a_part_that_moves_in_a_tenth_of_the_frames_is_measured(
     error = found.angle_deg - angle_deg
     error -= np.median(error)
     assert np.mean(np.abs(error[moving]) < 3.0 * found.sigma_deg[moving]) > 0.95
+
+
+def test_a_needle_that_is_half_a_pixel_wide_in_the_smallest_pictures_is_found() -> None:
+    """Of a picture three times as large as the coarse ones: blurred as these are, it is no change
+    that counts, and no pivot was tried."""
+    rng = np.random.default_rng(5)
+    pivot, pictures = np.array([220.5, 131.9]), []
+    for angle in 19.0 * np.sin(np.linspace(0.0, 9.0, 20)):
+        image = np.full((270, 480), 90.0, np.float32)
+        corners = turned(np.array([[0.0, -0.6], [52.0, -0.4], [52.0, 0.4], [0.0, 0.6]]) + pivot,
+                         tuple(pivot), np.deg2rad(160.0 + angle))  # fmt: skip
+        cv2.fillPoly(image, [np.round(16 * corners).astype(np.int32)], 45.0, cv2.LINE_AA, shift=4)
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), 0.6), np.float32)
+        pictures.append(image + rng.normal(0.0, 0.5, image.shape).astype(np.float32))
+    places = promising_pivots(np.stack(pictures), 1.0, None, references_for)
+    assert min(float(np.hypot(*(place - pivot))) for place in places) < 6.0

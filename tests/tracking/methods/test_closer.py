@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import cv2
 import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import TrackOptions, TrackRefused, turned
+from servosight.tracking.core import Tilt, Track, TrackOptions, TrackRefused, turned
 from servosight.tracking.methods import _composite
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._footage import Footage
@@ -87,8 +87,20 @@ def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
     footage = SimpleNamespace(
         options=TrackOptions(), parts=lambda: [part], check=lambda _: None, candidate=lambda _: None
     )
+    footage.knowing = lambda rough: footage
     monkeypatch.setattr(Footage, "measured", measured)
     monkeypatch.setattr(_composite, "measured_closer", closer)
     with pytest.raises(TrackRefused):
         _composite._in_one_channel(cast(Footage, footage), None)
     assert len(tried) == uncertain
+
+
+def test_a_closer_look_knows_what_the_whole_picture_left_of_the_tilt() -> None:
+    """One corrected by 0.3 deg that leaves 0.4 deg; a refusal without angles tells nothing."""
+    unused = cast(Any, None)
+    footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
+    tilt = Tilt(tilt_deg=12.0, corrected_deg=0.3, sigma_deg=0.4)
+    knowing = footage.knowing(cast(Track, SimpleNamespace(tilt=tilt)))
+    assert knowing.tilt.doubt_deg == pytest.approx(0.5)
+    assert footage.knowing(None) is footage
+    assert footage.tilt.doubt_deg == 0.0

@@ -12,7 +12,9 @@ from servosight.tracking.composite.oblique._plane import ExpectedTilts
 from servosight.tracking.fit import PoseSensitivity, turned_errors
 
 _POSE = 6  # shift, stretch and perspective
-_USUAL_PX = np.repeat([30.0, 0.2], _POSE)  # of the poses, and of the learnt picture's own
+# Of the poses, of the learnt picture's own, and of what blur adds to that for each pixel by which
+# the tip moves from frame to frame: a needle's thin tip fades, which changed its length by 0.06 px.
+_USUAL_PX = np.repeat([30.0, 0.2, 0.05], _POSE)
 # What shadow, light and codec do to the pose of a part is the same at nearly equal angles: on
 # composed clips without tilt some hundredths of a pixel.
 _SYSTEMATIC_PX, _ALIKE_RAD = 0.05, np.deg2rad(15.0)
@@ -28,9 +30,10 @@ class TiltEstimate:
     """The plane's shape (4,) [px], the tilt [rad], by how much the pivot is off (2,) [px].
 
     Angles respond to the shape by ``by_shape`` (n, 4) [rad/px]. ``covariance`` (4, 4) is that of
-    the shape as poses tell it. ``doubt`` (4, 4) is the mean square of what the shape may be as far
-    as they can be believed: not where no tilt explains them, since a shadow then changes them, nor
-    those of a part that rests at few angles.
+    the shape as poses tell it, and by how much they contradict it, as far as that is more than
+    chance. ``doubt`` (4, 4) is the mean square of what the shape may be as far as they can be
+    believed: not where no tilt explains them, since a shadow then changes them, nor those of a part
+    that rests at few angles.
     """
 
     shape_px: Array
@@ -60,14 +63,16 @@ class _PoseErrors:
 
 
 def estimated_tilt(
-    angle_rad: Array, poses: Sequence[PoseSensitivity], shape_px: Array, expected: ExpectedTilts
-) -> TiltEstimate:
-    """From the poses (n,) that are left at angles (n,) in pictures seen in the plane ``shape_px``.
+    angle_rad: Array, tip_px: Array, poses: Sequence[PoseSensitivity], shape_px: Array,
+    expected: ExpectedTilts,
+) -> TiltEstimate:  # fmt: skip
+    """From the poses (n,) that are left at angles (n,) in pictures seen in the plane ``shape_px``,
+    in which the part's tip moves by ``tip_px`` (n,) from frame to frame.
 
     The mean over the tilts to expect, weighed by how well they explain the poses. Where even the
     best of them leaves more than chance does, the poses are as much less certain.
     """
-    seen = _pose_errors(angle_rad, poses)
+    seen = _pose_errors(angle_rad, tip_px, poses)
     precision = np.linalg.inv(seen.covariance)
     by_pivot = np.linalg.solve(precision[:2, :2], precision[:2, 2:])
     own = precision[2:, 2:] - precision[2:, :2] @ by_pivot
@@ -81,10 +86,13 @@ def estimated_tilt(
     doubted = _weighed(expected.weight, believed * more)
     turn = np.array([pose.turn for pose in poses])
     by_shape = np.einsum("na,nab->nb", turn, _relative(angle_rad))[:, 2:]
-    pivot = seen.error_px[:2] - by_pivot @ (weight @ away)
+    apart = weight @ away
+    pivot = seen.error_px[:2] - by_pivot @ apart
+    contradicted = (1.0 - 1.0 / scale) * np.outer(apart, apart)
     return TiltEstimate(
         mean, float(weight @ expected.tilt_rad), pivot, by_shape - by_shape.mean(0),
-        _square(expected.shape_px - mean, weight), _square(expected.shape_px, doubted),
+        _square(expected.shape_px - mean, weight) + contradicted,
+        _square(expected.shape_px, doubted),
     )  # fmt: skip
 
 
@@ -117,12 +125,15 @@ def _square(shape_px: Array, weight: Array) -> Array:
     return np.asarray((shape_px * weight[:, None]).T @ shape_px)
 
 
-def _pose_errors(angle_rad: Array, poses: Sequence[PoseSensitivity]) -> _PoseErrors:
-    """By least squares over pictures, with errors of the learnt picture, which turn with it.
+def _pose_errors(angle_rad: Array, tip_px: Array, poses: Sequence[PoseSensitivity]) -> _PoseErrors:
+    """By least squares over pictures, with errors of the learnt picture, which turn with it, and
+    with what blur adds to them, in proportion to the speed.
 
     To what the residuals' scatter says, errors that nearly equal angles share are added.
     """
-    rows = np.concatenate([_relative(angle_rad), turned_errors(angle_rad, _POSE)], axis=2)
+    own = turned_errors(angle_rad, _POSE)
+    blurred = (tip_px - tip_px.mean())[:, None, None] * own
+    rows = np.concatenate([_relative(angle_rad), own, blurred], axis=2)
     weight, right = np.array([one.weight for one in poses]), np.array([one.right for one in poses])
     pull = np.einsum("nai,nab->nib", rows, weight)
     normal = np.einsum("nib,nbj->ij", pull, rows) + np.diag(1.0 / _USUAL_PX**2)
@@ -133,7 +144,8 @@ def _pose_errors(angle_rad: Array, poses: Sequence[PoseSensitivity]) -> _PoseErr
     common_px = _SYSTEMATIC_PX if filled(angle_rad) else _RESTING_PX
     place = np.unique(np.floor(angle_rad / _ALIKE_RAD), return_inverse=True)[1]
     shared = np.stack([pull[place == one].sum(0) for one in range(int(place.max()) + 1)])
-    spread = scores.T @ scores + common_px**2 * np.einsum("gia,gja->ij", shared, shared)
+    alike = np.bincount(place)[place][:, None]
+    spread = (alike * scores).T @ scores + common_px**2 * np.einsum("gia,gja->ij", shared, shared)
     covariance = inverse + inverse @ spread @ inverse
     return _PoseErrors(found[:_POSE], covariance[:_POSE, :_POSE])
 

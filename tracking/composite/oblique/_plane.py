@@ -91,7 +91,7 @@ def plane_matrix(shape_px: Array, pivot_px: Array, farthest_px: float) -> Array:
 def in_plane(picture: Single, matrix: Array) -> Single:
     """A picture (height, width) as seen along the axis, in the same size; ``matrix`` (3, 3) is
     from the plane to the picture."""
-    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
     size = picture.shape[1::-1]
     seen = cv2.warpPerspective(picture, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(seen, np.float32)

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite._hint import Hint
 from servosight.tracking.composite.parts import Change, Reference, diverse, pivot_scores
 
 _ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
-_STEP_PX, _BLUR_PX = 6.0, 2.5  # of the coarse pictures
+_STEP_PX, _BLURS_PX = 6.0, (2.5, 1.25, 0.6)  # of the coarse pictures
 _FINE_PX = 2.0
 _REACH = 0.45  # of the longer side: how far a part reaches
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
@@ -32,9 +33,7 @@ def promising_pivots(
     """
     coarse, scale = scaled(pictures, _COARSE_PX)
     fewer = diverse(coarse, _FEWER)
-    blurred = np.stack([_blurred(p) for p in coarse[fewer]])
-    smooth = Change.of(blurred)
-    active = (smooth.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+    blur_px, blurred, active = _where_active(coarse[fewer])
     near = hint.scaled(scale) if hint is not None else None
     if near is not None and near.region is not None:
         active |= near.region.astype(np.uint8)
@@ -47,7 +46,7 @@ def promising_pivots(
     grid = grid[about[grid[:, 1].astype(int), grid[:, 0].astype(int)] > 0]
     reach = _REACH * max(height, width)
     rough, half = scaled(blurred[diverse(blurred, _FEWEST)], _ROUGH_PX)  # nothing finer is left
-    soft = near and replace(near, picture=_blurred(near.picture)).scaled(half)
+    soft = near and replace(near, picture=_blurred(near.picture, blur_px)).scaled(half)
     fewer_cells = Change.of(rough)
     references = referring(rough, fewer_cells, soft)
     places = (grid + 0.5) * half - 0.5
@@ -66,8 +65,19 @@ def promising_pivots(
     return [(place + 0.5) * (onto_scale / scale) - 0.5 for place in best]
 
 
-def _blurred(picture: Single) -> Single:
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), _BLUR_PX), np.float32)
+def _where_active(pictures: Single) -> tuple[float, Single, NDArray[np.uint8]]:
+    """The blur [px], the pictures (n, height, width) blurred by it, and where they change (height,
+    width): by less blur where none of the change is left, as of a needle of half a pixel."""
+    for blur_px in _BLURS_PX:
+        blurred = np.stack([_blurred(picture, blur_px) for picture in pictures])
+        active = (Change.of(blurred).moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+        if active.any():
+            break
+    return blur_px, blurred, active
+
+
+def _blurred(picture: Single, blur_px: float) -> Single:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), blur_px), np.float32)
 
 
 def _apart(places: Array, scores: Array, count: int, distance_px: float) -> list[Array]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -9,7 +11,12 @@ import pytest
 from servosight.models.core import Array
 from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
 from servosight.tracking.composite.oblique._correction import ahead_rad
-from servosight.tracking.composite.oblique._plane import _PER_FOCAL, ExpectedTilts, plane_matrix
+from servosight.tracking.composite.oblique._plane import (
+    _PER_FOCAL,
+    ExpectedTilts,
+    in_plane,
+    plane_matrix,
+)
 from servosight.tracking.composite.oblique._poses import blurred_less
 from servosight.tracking.core import mapped
 from servosight.tracking.fit import PoseSensitivity
@@ -121,7 +128,7 @@ def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_what_usual_ones_do(
     """Of the first two, they lie on both sides of the direction towards which the camera leans, so
     that lengths do not differ. A tilt t turns directions phi from there by log(1 / cos t) / 2 times
     sin(2 phi): the rms over tilts (Rayleigh, 12 deg) and leans, within 10 % for the bar's width; or
-    what the rounds of the search changed if that is more, 1.44 deg for 1.26 in one case."""
+    what the rounds of the search changed if that is more, 1.49 deg for 1.26 in one case."""
     steps = 0.6 + np.deg2rad(38.0) * np.sign(np.sin(np.linspace(0.0, 9.0, 48) + 0.01))
     view, before, _ = filmed(tilt_deg, steps, lean_deg)
     tilt, usual = np.deg2rad(np.arange(0.25, 46.0, 0.5)), np.deg2rad(12.0)
@@ -130,9 +137,49 @@ def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_what_usual_ones_do(
     expected = turn * np.sin(2.0 * np.deg2rad(38.0)) / np.sqrt(2.0)
     assert view is not None
     assert not view.found
-    assert 0.9 * expected < view.sigma_rad < max(1.1 * expected, np.deg2rad(1.45))
+    assert 0.9 * expected < view.sigma_rad < max(1.1 * expected, np.deg2rad(1.6))
     assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
     np.testing.assert_allclose(np.ptp(view.doubt_rad(steps), axis=0).max(), 2 * expected, rtol=0.25)
+
+
+def test_a_large_tilt_is_found_before_the_rounds_end() -> None:
+    """Each round shows a part of the tilt that is left: one after another, 0.44 deg were left."""
+    view, before, after = filmed(36.0)
+    assert view is not None
+    assert view.found
+    assert rms(after) < 0.05 * rms(before)
+    assert np.rad2deg(view.sigma_rad) < 0.3
+
+
+def test_of_a_tilt_that_is_shown_but_not_how_far_it_goes_sigma_holds_what_is_left() -> None:
+    view, before, _ = filmed(36.0, lean_deg=100.0)
+    assert view is not None
+    assert not view.found
+    assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
+
+
+def test_what_other_pictures_leave_doubtful_counts_where_no_tilt_is_found() -> None:
+    steps = 0.6 + np.deg2rad(38.0) * np.sign(np.sin(np.linspace(0.0, 9.0, 48) + 0.01))
+    view = filmed(12.0, steps)[0]
+    assert view is not None
+    wider = view.as_doubtful(2.0 * view.sigma_rad)
+    np.testing.assert_allclose(wider.doubt_rad(steps), 2.0 * view.doubt_rad(steps))
+    assert wider.sigma_rad == 2.0 * view.sigma_rad
+    assert view.as_doubtful(0.5 * view.sigma_rad) is view
+    found = replace(view, found=True)
+    assert found.as_doubtful(1.0) is found
+
+
+def test_a_picture_seen_in_a_plane_is_as_sharp_as_it_was() -> None:
+    """Waves of 4 px, stretched by 2 %: by cubic interpolation a tenth of them was lost between
+    pixels, and a needle seemed to fit better in the plane in which nothing is interpolated."""
+    y, x = np.mgrid[0.0:80.0, 0.0:80.0]
+    middle = np.array([40.0, 40.0])
+    matrix = plane_matrix(np.array([0.8, 0.0, 0.0, 0.0]), middle, 40.0)
+    at = mapped(matrix, np.column_stack([x.ravel(), y.ravel()]))[:, 0].reshape(x.shape)
+    waves = np.sin(0.5 * np.pi * x).astype(np.float32)
+    left = in_plane(waves, matrix) - np.sin(0.5 * np.pi * at)
+    assert np.abs(left[10:-10, 10:-10]).max() < 0.06
 
 
 def test_a_few_pictures_tell_nothing() -> None:

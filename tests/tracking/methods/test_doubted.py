@@ -1,0 +1,36 @@
+"""A track whose sigma is large by several small errors together says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.drawn_part import drawn_part
+
+from servosight.tracking.core import Shutters, Track
+from servosight.tracking.methods._doubted import with_doubts
+
+CORNERS = np.array([[0.0, -3.0], [40.0, -3.0], [40.0, 3.0], [0.0, 3.0]])
+ANGLE_DEG = 20.0 * np.sin(np.arange(60) / 6.0)
+TRACK = drawn_part((60.0, 50.0), CORNERS, ANGLE_DEG)
+LATE = Shutters(np.array([0.004]), 0.0, exposure_doubt_s=0.0015)
+
+
+def doubted(sigma_deg: float, shutters: Shutters) -> tuple[Track, bool]:
+    own = np.full(ANGLE_DEG.size, sigma_deg)
+    track = with_doubts(replace(TRACK, sigma_deg=own, shutters=shutters))
+    return track, any("all angles are uncertain" in note for note in track.notes)
+
+
+@pytest.mark.parametrize(
+    ("sigma_deg", "exposure_doubt_s", "said"),
+    [(0.2, 0.0, False), (0.05, 0.0015, False), (0.2, 0.0015, True), (0.3, 0.0, True)],
+)
+def test_noise_and_times_that_are_each_small_are_said_together(
+    sigma_deg: float, exposure_doubt_s: float, said: bool
+) -> None:
+    """Of 40 deg: more than 0.25 deg in half of the frames; times make 0.18 deg in the median."""
+    track, told = doubted(sigma_deg, replace(LATE, exposure_doubt_s=exposure_doubt_s))
+    assert (float(np.median(track.sigma_deg)) > 0.25) == said
+    assert told == said
