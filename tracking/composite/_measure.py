@@ -139,6 +139,16 @@ class PartMeter:
         """Of the part's farthest cell."""
         return float(self.model.radius_px.max())
 
+    @property
+    def gain(self) -> float:
+        """By how much less the part leaves of the sampled pictures than the background alone, mean
+        [grey levels^2 px^2]."""
+        known = np.flatnonzero(np.isfinite(self.known_rad)).tolist()
+        pictures = self.stabilised.pictures
+        fits = [self.model.fit(pictures[n], float(self.known_rad[n])) for n in known]
+        total = sum(fit.gain for fit in fits if fit is not None)
+        return float(total * self.view.step_px / len(pictures))
+
     def sampled(self, shape: tuple[int, ...]) -> SampledPart:
         """What the plane of motion is found from, of a video with pictures of a ``shape`` (height,
         width)."""

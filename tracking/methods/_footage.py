@@ -49,6 +49,7 @@ from servosight.tracking.methods._doubted import with_doubts
 from servosight.tracking.methods._entered import clear_of, left_out_of
 from servosight.tracking.methods._pointing import astray, hint_of, nothing_there, pointed_part
 from servosight.tracking.methods._repeated import with_repeats
+from servosight.tracking.methods._rivals import best_first
 from servosight.tracking.methods._told import left_out
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, sampled_where_it_moves
@@ -136,6 +137,7 @@ class Footage:
             pictures = np.where(first, known_median(pictures), pictures)
         if found is None:
             parts = find_parts(pictures, self.hint, content)
+            parts = best_first(self.stabilised, parts, self.hint)
         else:
             parts = parts_otherwise(pictures, found, self.hint, content)
         if first is None:

@@ -37,7 +37,8 @@ class PoseFit:
     angle by the leading half of the cells less that by the trailing one. A shift by one pixel,
     as of a pivot that is off, is taken for ``per_px_rad`` at most: much of an arm, hardly anything
     of a wheel. ``per_left_rad`` is the turn that would leave as much as the background alone does,
-    ``row_px`` the mean row of what determines the angle.
+    ``row_px`` the mean row of what determines the angle; ``gain`` by how much less is left than by
+    the background alone [grey levels^2 px] for each pixel of a ring's width.
     """
 
     angle_rad: float
@@ -50,6 +51,7 @@ class PoseFit:
     per_px_rad: float
     per_left_rad: float
     row_px: float = 0.0
+    gain: float = 0.0
 
     @property
     def sigma_rad(self) -> float:
@@ -167,6 +169,7 @@ class CompositeModel:
         return PoseFit(
             angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
             float(per_left), float(holds @ y / max(float(holds.sum()), 1e-9)),
+            self.step_rad * (plain - model),
         )  # fmt: skip
 
     def left(self, picture: Single, fit: PoseFit) -> tuple[Array, Array, Array]:
