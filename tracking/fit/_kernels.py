@@ -10,6 +10,7 @@ GATE = 4.5
 finger, a glint, a cable."""
 
 _SCALE_PIXELS = 600
+_MOST = 0.75  # of the pixels within the gate: then the median of all is that of what is in view
 
 _kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 
@@ -25,15 +26,15 @@ def median_residual(seen, value):  # type: ignore[no-untyped-def]
 def gate_of(seen, value, light):  # type: ignore[no-untyped-def]
     """The residual [grey levels] beyond which a pixel shows something else.
 
-    Among the pixels within the gate so far: where much is covered, the median of all is too large.
+    By the median of all, which is too large where much is covered: where a quarter is beyond the
+    gate so far, by that of the others.
     """
     gain, offset, gate, _ = light
     stride = 1 + seen.size // _SCALE_PIXELS
     residual = np.abs(seen[::stride] - gain * value[::stride] - offset)
     within = residual[residual < gate]
-    if within.size == 0:
-        return gate
-    return min(gate, GATE * (np.float32(1.4826) * np.median(within) + np.float32(0.3)))
+    used = within if 0 < within.size < _MOST * residual.size else residual
+    return min(gate, GATE * (np.float32(1.4826) * np.median(used) + np.float32(0.3)))
 
 
 @_kernel
