@@ -55,10 +55,8 @@ class CommandParser(argparse.ArgumentParser):
         option = re.match(r"unrecognized arguments: --([^ =]+)", message)
         if command:
             return did_you_mean(command[1], COMMANDS)
-        # Without the dashes, which all options have in common and count as alike.
         names = [name[2:] for name in self._option_string_actions if name.startswith("--")]
-        near = did_you_mean(option[1], names) if option else ""
-        return near.replace("mean ", "mean --")
+        return did_you_mean(option[1], names, prefix="--") if option else ""
 
 
 def parser() -> argparse.ArgumentParser:

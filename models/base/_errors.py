@@ -13,8 +13,10 @@ class InputError(Exception):
     """
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: str, known: Iterable[str], prefix: str = "") -> str:
     """The known name that a misspelt one is closest to, as a question; empty without one.
+
+    ``prefix`` is what all names begin with: it is shown, and does not make names alike.
 
     >>> did_you_mean("baklash", ["dead_time", "backlash"])
     ' (did you mean backlash?)'
@@ -22,4 +24,4 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     import difflib  # only where something is wrong
 
     close = difflib.get_close_matches(name, list(known), n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
+    return f" (did you mean {prefix}{close[0]}?)" if close else ""

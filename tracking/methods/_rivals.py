@@ -31,12 +31,18 @@ def best_first(
 ) -> list[FoundPart]:
     """The parts with the first one and those that explain about as much of the same change in the
     order of what is left once each is learnt about its own pivot; the others as they were."""
-    shapes = [_filled(outline_of(part, stabilised), stabilised) for part in parts[:_MOST]]
+    about = [
+        number
+        for number, part in enumerate(parts[:_MOST])
+        if part.explained_there >= _ABOUT * parts[0].explained_there
+    ]
+    if len(about) < 2:
+        return list(parts)
+    shapes = [_filled(outline_of(parts[number], stabilised), stabilised) for number in about]
     rivals = [
         number
-        for number, shape in enumerate(shapes)
-        if parts[number].explained_there >= _ABOUT * parts[0].explained_there
-        and _shared(shapes[0], shape) > _SAME
+        for number, shape in zip(about, shapes, strict=True)
+        if _shared(shapes[0], shape) > _SAME
     ]
     if len(rivals) < 2:
         return list(parts)
