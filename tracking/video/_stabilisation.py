@@ -53,10 +53,14 @@ class SimilarityMotion:
 
 @dataclass(frozen=True)
 class Stabiliser:
-    """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2)."""
+    """Features of a picture, most of which lie on what does not turn; ``points`` (n, 1, 2).
+
+    ``least`` of them must agree on a motion.
+    """
 
     picture: Image
     points: Any  # cv2's own hints for it clash
+    least: int = _LEAST_FOUND
 
     @classmethod
     def of(cls, picture: Image) -> Stabiliser | None:
@@ -83,7 +87,8 @@ class Stabiliser:
 
         A part with more texture than what is behind it has most of the features that agree closely
         in single images, where it is near its place in the picture: its own turn would be removed
-        from these. All features where too few are left.
+        from these. All features where too few are left. Of those that were steady in most images,
+        half need to agree: of all others it is not known whether they lie on the background.
         """
         seen, alike = np.zeros(len(self.points)), np.zeros(len(self.points))
         for image in images:
@@ -93,13 +98,15 @@ class Stabiliser:
                 seen[kept] += 1.0
                 alike[kept] += found[1]
         steady = alike > 0.5 * seen
-        enough = np.count_nonzero(steady) >= _LEAST_FOUND
-        return replace(self, points=self.points[steady]) if enough else self
+        count = int(np.count_nonzero(steady))
+        if count < _LEAST_FOUND:
+            return self
+        return replace(self, points=self.points[steady], least=min(_LEAST_FOUND, count // 2))
 
     def motion(self, image: Image) -> SimilarityMotion | None:
         """Shift and roll of most features from the picture to an image, None where these disagree,
         as where there is nothing but noise to see."""
-        return _motion(*self.seen(image))
+        return _motion(*self.seen(image), self.least)
 
     def aligned(self, image: Image) -> Aligned:
         """An image aligned with the picture by the shift and roll of most features. The image
@@ -140,7 +147,7 @@ class CameraMotion:
         shifts, unclear = [np.zeros(2)], []
         for image in images:
             before, after = bench.seen(image)
-            motion = _motion(before, after)
+            motion = _motion(before, after, bench.least)
             if motion is not None:
                 shifts.append(motion.shift_px)
             unclear.append(motion is None and _unclear(before, after))
@@ -170,9 +177,9 @@ def _unclear(before: Array, after: Array) -> bool:
     return sum(bool(part.size) and float(np.median(part)) > _ALONG for part in parts) >= _SIDES
 
 
-def _motion(before: Array, after: Array) -> SimilarityMotion | None:
-    """The motion on which features (n, 2) agree closely; None where too few do."""
-    found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FOUND)
+def _motion(before: Array, after: Array, least: int) -> SimilarityMotion | None:
+    """The motion on which ``least`` features (n, 2) agree closely; None where fewer do."""
+    found = most_agree_on(before, after, _ALIKE_PX, least)
     if found is None:
         return None
     matrix, same = found

@@ -21,7 +21,8 @@ from servosight.tracking.composite.oblique._poses import blurred_less, pose_sens
 from servosight.tracking.core import mapped, one_sigma, threaded
 from servosight.tracking.verification import PolarView
 
-_ROUNDS, _ENOUGH_RAD = 9, np.deg2rad(0.005)
+_ROUNDS, _ENOUGH_RAD = 24, np.deg2rad(0.005)
+_IN_VAIN = 7  # rounds that leave no less than an earlier one: after a step too far some leave more
 _FURTHER = 3.0  # rounds
 _SETTLING = 5  # rounds: at first the part's picture is of another plane than its angles
 _LEAST_PICTURES = 12
@@ -135,6 +136,8 @@ def oblique_view(part: SampledPart, angle_rad: Array, pace_rad: Array) -> Obliqu
         settled = len(rounds) > 2 and _spread(after - now) < _ENOUGH_RAD
         if settled or (len(rounds) > _SETTLING and _gain(rounds[0], one) < 0.0):
             break
+        if len(rounds) - 1 - _best(rounds) >= _IN_VAIN:
+            break
         now, (shape, pivot) = after, _next(rounds)
     return _view(part, angle_rad, rounds) if len(rounds) > 1 else None
 
@@ -188,7 +191,7 @@ def _round(
 
 
 def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> ObliqueView:
-    best = max(rounds[1:], key=lambda one: _smaller_by(rounds[0], one))
+    best = rounds[_best(rounds)]
     known = np.isfinite(best.angle_rad)
     change = best.angle_rad[known] - angle_rad[known]
     usual, ahead = best.estimate.sigma_rad, ahead_rad([one.angle_rad for one in rounds])
@@ -210,6 +213,13 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
         shifting_rad(best.model, best.pictures, best.fits), sides_apart_rad(best.fits),
         mapped(matrix, best.pivot_px[None])[0],
     )  # fmt: skip
+
+
+def _best(rounds: Sequence[_Round]) -> int:
+    """The number of the round that leaves least, of those in a plane that is found."""
+    return max(
+        range(min(1, len(rounds) - 1), len(rounds)), key=lambda n: _smaller_by(rounds[0], rounds[n])
+    )
 
 
 def _doubts(one: _Round, square: Array, sigma_rad: float) -> Array:

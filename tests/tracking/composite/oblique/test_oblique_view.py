@@ -142,17 +142,19 @@ def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_what_usual_ones_do(
     np.testing.assert_allclose(np.ptp(view.doubt_rad(steps), axis=0).max(), 2 * expected, rtol=0.25)
 
 
-def test_a_large_tilt_is_found_before_the_rounds_end() -> None:
-    """Each round shows a part of the tilt that is left: one after another, 0.44 deg were left."""
-    view, before, after = filmed(36.0)
+@pytest.mark.parametrize("lean_deg", [40.0, 100.0])
+def test_a_large_tilt_is_found_before_the_rounds_end(lean_deg: float) -> None:
+    """Each round shows a part of the tilt that is left: one after another, 0.44 deg were left of
+    the first. The second, which nine rounds did not reach, takes 24."""
+    view, before, after = filmed(36.0, lean_deg=lean_deg)
     assert view is not None
     assert view.found
     assert rms(after) < 0.05 * rms(before)
-    assert np.rad2deg(view.sigma_rad) < 0.3
+    assert np.rad2deg(view.sigma_rad) < 0.4
 
 
-def test_of_a_tilt_that_is_shown_but_not_how_far_it_goes_sigma_holds_what_is_left() -> None:
-    view, before, _ = filmed(36.0, lean_deg=100.0)
+def test_of_a_tilt_that_a_small_swing_hardly_shows_sigma_holds_what_is_left() -> None:
+    view, before, _ = filmed(25.0, np.deg2rad(12.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6, 10.0)
     assert view is not None
     assert not view.found
     assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
