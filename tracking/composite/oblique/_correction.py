@@ -66,9 +66,11 @@ class ObliqueView:
     ``found`` says that the pictures show the tilt, and determine it. Corrections are ``terms`` (5,)
     [rad] of a constant, cosine and sine of the angle and of twice the angle, zero if it is not.
     ``doubts`` (5, 4) [rad] are the same terms of one sigma of each error of the shape,
-    ``sigma_rad`` the rms that they make of the angles, ``apart_rad`` the rms by which angles in the
-    plane change where the part may also shift, ``sides_rad`` that between its halves there;
-    ``pivot_px`` (2,) lies in the picture.
+    ``sigma_rad`` the rms that they make of the angles, and of what angles in the plane differ by
+    from those that are corrected: the spokes of a wheel are not where a picture of them all has
+    them, each in another direction. ``apart_rad`` is the rms by which angles in the plane change
+    where the part may also shift, ``sides_rad`` that between its halves there; ``pivot_px`` (2,)
+    lies in the picture.
     """
 
     found: bool
@@ -207,9 +209,11 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
         doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
         return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, np.nan, part.pivot_px)
     matrix = plane_matrix(best.shape_px, part.pivot_px, part.farthest_px)
+    terms = _terms(angle_rad[known], change)
+    rest = _spread(change - _harmonics(angle_rad[known]) @ terms)
     return ObliqueView(
-        True, best.estimate.tilt_rad, _terms(angle_rad[known], change),
-        _doubts(best, best.estimate.covariance, sigma), sigma,
+        True, best.estimate.tilt_rad, terms,
+        _doubts(best, best.estimate.covariance, sigma), float(np.hypot(sigma, rest)),
         shifting_rad(best.model, best.pictures, best.fits), sides_apart_rad(best.fits),
         mapped(matrix, best.pivot_px[None])[0],
     )  # fmt: skip
