@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite.model import CompositeModel, PartRaster, PoseFit
-from servosight.tracking.core import threaded
+from servosight.tracking.composite.model import CompositeModel, PartRaster
 from servosight.tracking.verification import PolarView
 
 _ROUNDS = 4
@@ -30,7 +29,7 @@ def with_cover(
     ``shape`` (rows, columns) on ``view`` is the part's without that, ``usual`` (height, width) the
     pictures' median.
     """
-    first = _fitted(model, pictures, angle_rad)
+    first = model.fits(pictures, angle_rad)
     better, known = model, first
     for _ in range(_ROUNDS):
         seen = np.array([fit is not None and fit.shown for fit in known])
@@ -40,7 +39,7 @@ def with_cover(
         some, at = pictures[seen], angles[seen]
         raster = PartRaster.of(some, at, model.pivot_px, shape, view, usual, model.grain)
         better = CompositeModel.on(raster.matted(some, at))
-        again = _fitted(better, pictures, np.where(seen, angles, angle_rad))
+        again = better.fits(pictures, np.where(seen, angles, angle_rad))
         known = [fit if mine else None for fit, mine in zip(again, seen, strict=True)]
     pairs = [(one, two) for one, two in zip(first, known, strict=True) if one and two]
     if len(pairs) < _LEAST:
@@ -50,10 +49,3 @@ def with_cover(
         float(np.median([1.0 - fit.explained for fit in side])) for side in zip(*pairs, strict=True)
     ]
     return better if left[1] < _BETTER * left[0] else model, _DOUBT * float(np.std(apart))
-
-
-def _fitted(model: CompositeModel, pictures: Single, angle_rad: Array) -> list[PoseFit | None]:
-    """Of pictures (n, height, width), each by its turn from an angle (n,)."""
-    return threaded(
-        lambda number: model.fit(pictures[number], float(angle_rad[number])), range(len(pictures))
-    )

@@ -143,9 +143,8 @@ class PartMeter:
     def gain(self) -> float:
         """By how much less the part leaves of the sampled pictures than the background alone, mean
         [grey levels^2 px^2]."""
-        known = np.flatnonzero(np.isfinite(self.known_rad)).tolist()
-        pictures = self.stabilised.pictures
-        fits = [self.model.fit(pictures[n], float(self.known_rad[n])) for n in known]
+        pictures, known = self.stabilised.pictures, np.isfinite(self.known_rad)
+        fits = self.model.fits(pictures[known], self.known_rad[known])
         total = sum(fit.gain for fit in fits if fit is not None)
         return float(total * self.view.step_px / len(pictures))
 

@@ -25,7 +25,7 @@ class Refit:
 
 def refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
     """The pictures fitted by turn and shift, from angles (n,)."""
-    fits = model.fits(pictures, angles)
+    fits = model.fits(pictures, angles, shifted=True)
     good = np.array([fit is not None and fit.shown for fit in fits])
     refined, shifts = angles.copy(), np.zeros((len(fits), 2))
     for number, fit in enumerate(fits):

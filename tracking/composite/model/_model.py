@@ -193,11 +193,13 @@ class CompositeModel:
         )  # fmt: skip
         return np.where(area > 0.0, np.minimum(left**2, _FAR_OFF2), np.nan)
 
-    def fits(self, pictures: Single, angle_rad: Array) -> list[PoseFit | None]:
-        """Of pictures (n, height, width), each by turn and shift from its angle (n,)."""
+    def fits(
+        self, pictures: Single, angle_rad: Array, shifted: bool = False
+    ) -> list[PoseFit | None]:
+        """Of pictures (n, height, width), each as ``fit`` does from its angle (n,)."""
 
         def fitted(number: int) -> PoseFit | None:
-            return self.fit(pictures[number], float(angle_rad[number]), shifted=True)
+            return self.fit(pictures[number], float(angle_rad[number]), shifted)
 
         return threaded(fitted, range(len(pictures)))
 

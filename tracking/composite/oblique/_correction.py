@@ -136,9 +136,9 @@ def oblique_view(part: SampledPart, angle_rad: Array, pace_rad: Array) -> Obliqu
         rounds.append(one)
         after = np.where(np.isfinite(one.angle_rad), one.angle_rad, now)
         settled = len(rounds) > 2 and _spread(after - now) < _ENOUGH_RAD
-        if settled or (len(rounds) > _SETTLING and _gain(rounds[0], one) < 0.0):
-            break
-        if len(rounds) - 1 - _best(rounds) >= _IN_VAIN:
+        worse = len(rounds) > _SETTLING and _gain(rounds[0], one) < 0.0
+        in_vain = len(rounds) > _IN_VAIN and len(rounds) - 1 - _best(rounds) >= _IN_VAIN
+        if settled or worse or in_vain:
             break
         now, (shape, pivot) = after, _next(rounds)
     return _view(part, angle_rad, rounds) if len(rounds) > 1 else None
@@ -174,8 +174,7 @@ def _round(
     cover = (np.nan_to_num(view.of(in_plane(part.still, matrix))) > 0.5).astype(np.float32)
     usual = in_plane(part.behind, matrix)
     model = CompositeModel.of(seen, angle_rad, place, cover, view, usual, part.grain)
-    near = zip(seen, angle_rad.tolist(), strict=True)
-    fits = [fit if fit and fit.shown else None for fit in (model.fit(*one) for one in near)]
+    fits = [fit if fit and fit.shown else None for fit in model.fits(seen, angle_rad)]
     pairs = list(zip(seen, fits, strict=True))
     ways_px = (part.farthest_px * pace_rad).tolist()
     shown = [(picture, fit, px) for (picture, fit), px in zip(pairs, ways_px, strict=True) if fit]
@@ -221,9 +220,7 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
 
 def _best(rounds: Sequence[_Round]) -> int:
     """The number of the round that leaves least, of those in a plane that is found."""
-    return max(
-        range(min(1, len(rounds) - 1), len(rounds)), key=lambda n: _smaller_by(rounds[0], rounds[n])
-    )
+    return max(range(1, len(rounds)), key=lambda n: _smaller_by(rounds[0], rounds[n]))
 
 
 def _doubts(one: _Round, square: Array, sigma_rad: float) -> Array:

@@ -66,7 +66,7 @@ def _recentred(
     model = CompositeModel.of(
         pictures, part.angle_rad, view.pivot_px, part.cover, view, change.usual
     )
-    fits = model.fits(pictures, part.angle_rad)
+    fits = model.fits(pictures, part.angle_rad, shifted=True)
     good = [fit for fit in fits if fit is not None and fit.explained > 0.3 and fit.kept > 0.4]
     if len(good) < 6:
         return part
