@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from servosight.models.effects import Effect, Usual
+from servosight.models.effects import Effect, Place, Usual
 
 ORDINARY = (
     "gravity_load",
@@ -22,6 +22,7 @@ ORDINARY = (
     "feedback_backlash",
     "dead_band",
     "load_dependent_friction",
+    "motion_profile",
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
 
@@ -41,6 +42,18 @@ def at_several_gains(ordinary: Sequence[str], catalogue: Mapping[str, Effect]) -
     other = {name: first for name, first in places.items() if first is not None}
     other |= {first: name for name, first in other.items()}
     return tuple(other.get(name, name) for name in ordinary)
+
+
+def shapes(ordinary: Sequence[str], catalogue: Mapping[str, Effect]) -> dict[str, str]:
+    """The ordinary effects of the command that another one of these contains, and that one.
+
+    >>> from servosight.models.effects import catalogue
+    >>> shapes(ORDINARY, catalogue())
+    {'rate_limit': 'motion_profile'}
+    """
+    there = (catalogue[name] for name in ordinary if name in catalogue)
+    on_command = [effect for effect in there if effect.place is Place.COMMAND]
+    return {name: effect.id for effect in on_command for name in effect.contains}
 
 
 def usual(catalogue: Mapping[str, Effect], kind: Usual) -> tuple[str, ...]:

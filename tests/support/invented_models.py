@@ -23,7 +23,7 @@ from servosight.diagnose.selection import (
 from servosight.diagnose.selection.search import Visited
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.identify.problem import Work
-from servosight.models.effects import Usual
+from servosight.models.effects import Place, Usual
 
 SAMPLES = 1000
 POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d", "f", "g", "w"))
@@ -79,7 +79,7 @@ class InventedModels:
     ``held_deg`` are errors of sets with k held; ``usual`` are the weights and frictions;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
-    T to a bound; ``done`` is told of every fit in order.
+    T to a bound; ``on_command`` are effects of the command; ``done`` is told of every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -95,6 +95,7 @@ class InventedModels:
     at_bounds: Sequence[str] = ()
     driven: Mapping[str, str] = field(default_factory=dict)
     core_at_bounds: Sequence[str] = ()
+    on_command: str = ""
     trials: dict[object, InventedTrial] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -108,7 +109,10 @@ class InventedModels:
         names = sorted(set("".join(self.errors)))
         return {
             n: SimpleNamespace(
-                id=n, contains=tuple(self.contains.get(n, "")), usual=self.usual.get(n)
+                id=n,
+                contains=tuple(self.contains.get(n, "")),
+                usual=self.usual.get(n),
+                place=Place.COMMAND if n in self.on_command else Place.LOAD,
             )
             for n in names
         }

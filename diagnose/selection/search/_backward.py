@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from servosight.diagnose.selection._ordinary import at_several_gains
+from servosight.diagnose.selection._ordinary import at_several_gains, shapes
 from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
@@ -82,7 +82,9 @@ class BackwardSearch:
         """``base`` with what the user knows and the first ordinary effects, fitted at once.
 
         Where they end above the floor, those at the core are fitted alone, and all of them again
-        from there if that is lower.
+        from there if that is lower. Where they still do, and one that shapes the command matters,
+        they are fitted with what contains it in its place: with a command of another shape all
+        else is fitted wrong.
         """
         models, policy = self.models, self.visited.criterion.policy
         names = self._ordinary[: policy.together]
@@ -101,6 +103,22 @@ class BackwardSearch:
             begun = models.no_worse(begun)
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
+        return self._shaped(base, new, begun)
+
+    def _shaped(self, base: Trial, new: Sequence[str], begun: Trial) -> Trial:
+        """``begun``, or lower: ``base`` with ``new`` and a richer effect of the command."""
+        models, criterion = self.models, self.visited.criterion
+        for name, richer in shapes(self._ordinary, models.catalogue).items():
+            if criterion.settled(begun.score) or self.effort.is_spent(models):
+                return begun
+            if name not in begun.effects or richer not in models.candidates(begun):
+                continue
+            if not criterion.learnt(begun.score, models.without(begun, name).score):
+                continue
+            names = [richer if one == name else one for one in new]
+            other = models.together(base, names, criterion.enough_deg)
+            if criterion.learnt(other.score, begun.score):
+                begun = other
         return begun
 
     def _varied(self, trial: Trial, enough_deg: float) -> Trial:

@@ -45,7 +45,7 @@ def fitted_jointly(
     progress("ordinary effects together with k held", 0, 1)
     backward = BackwardSearch(visited.models, visited, effort, progress)
     begun = backward.together(linear)
-    if not visited.criterion.done(begun.score):
+    if not visited.criterion.settled(begun.score):
         return list(steps)
     backward.reduce(begun)
     best = _simplest(visited)

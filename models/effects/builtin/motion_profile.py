@@ -62,10 +62,10 @@ def term(
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
-    """Speeds about the largest seen, reached in 12 to 100 ms."""
+    """Speeds about the largest seen, reached in 12 to 200 ms."""
     return tuple(
         (share * features.speed_deg_s, share * features.speed_deg_s / time)
-        for time in (0.0125, 0.025, 0.05, 0.1)
+        for time in (0.0125, 0.025, 0.05, 0.1, 0.2)
         for share in (1.0, 0.7, 0.4)
     )
 

@@ -31,6 +31,7 @@ def test_the_ordinary_effects_and_their_order() -> None:
         "feedback_backlash",
         "dead_band",
         "load_dependent_friction",
+        "motion_profile",
     )
 
 

@@ -20,6 +20,7 @@ from servosight.diagnose.selection import (
 from servosight.diagnose.selection.search import BackwardSearch, BeamSearch, Visited, fitted_jointly
 from servosight.diagnose.selection.search._wide import _simplest
 from servosight.models.core import silent
+from servosight.models.effects import Place
 
 CRITERION = AcceptanceCriterion(0.1, 0.0, SelectionPolicy(ordinary=("a", "b", "c", "d")))
 EFFORT = SearchEffort(beam=1)
@@ -120,6 +121,25 @@ def test_the_first_three_are_fitted_alone_where_more_end_above_the_floor(
 
 
 @pytest.mark.parametrize(
+    ("errors", "richer"),
+    [
+        ({"": 1.0, "abc": 0.5, "ab": 0.6, "abg": 0.1}, ["together abg"]),
+        ({"": 1.0, "abc": 0.5, "ab": 0.503, "abg": 0.1}, []),  # c hardly matters
+        ({"": 1.0, "abc": 0.1, "ab": 0.6, "abg": 0.1}, []),  # at the floor with c
+    ],
+)
+def test_a_richer_effect_of_the_command_takes_the_place_of_one_that_matters(
+    errors: dict[str, float], richer: list[str]
+) -> None:
+    """``g`` contains ``c``, and both shape the command."""
+    models = InventedModels(errors, contains={"g": "c"}, on_command="cg")
+    search = backward(models, ordinary=("a", "b", "c", "g"), together=3)
+    begun = search.together(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[1:] == ["together abc", *richer]
+    assert "".join(begun.effects) == ("abg" if richer else "abc")
+
+
+@pytest.mark.parametrize(
     ("at_one_gain", "limit"), [(True, "torque_saturation"), (False, "current_limit")]
 )
 def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
@@ -138,7 +158,7 @@ def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
         at_one_gain=at_one_gain,
         known=models.known,
         catalogue={
-            name: SimpleNamespace(contains=(), for_several_gains=first)
+            name: SimpleNamespace(contains=(), for_several_gains=first, place=Place.DRIVE)
             for name, first in zip(ordinary, (None, None, None, "torque_saturation"), strict=True)
         },
         candidates=lambda base: ordinary,
@@ -252,6 +272,17 @@ def test_ordinary_effects_at_once_are_the_answer_where_they_explain(
     models = InventedModels({"": 1.0, "ab": 0.1})
     seen = Visited(models, CRITERION)  # type: ignore[arg-type]
     assert fitted_jointly(steps, seen, EFFORT, silent) == steps
+
+
+def test_what_fits_together_is_reduced_even_if_it_does_not_predict() -> None:
+    """All that are fitted at once leave 0.3 deg of the validation data, and two of them 0.1."""
+    errors = {"": 1.0, "a": 0.6, "ab": 0.1, "abcd": 0.1}
+    ways = {"abcd": 0.3, "abc": 0.3, "abd": 0.3}
+    models = InventedModels(errors, validation_deg=ways, k_may_be_held=True)
+    steps = [Step(models.first())]  # type: ignore[arg-type]
+    seen = Visited(models, CRITERION)  # type: ignore[arg-type]
+    ended = fitted_jointly(steps, seen, EFFORT, silent)
+    assert ended[-1].trial.effects == ("a", "b")
 
 
 def test_special_cases_of_the_best_are_tried_whatever_was_tried_before() -> None:
