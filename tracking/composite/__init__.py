@@ -1,6 +1,8 @@
 """Footage as people film it: part and background as one model, from dense pictures alone."""
 
+from servosight.tracking.composite._continuity import leap_deg as leap_deg
 from servosight.tracking.composite._continuity import longest_sure as longest_sure
+from servosight.tracking.composite._continuity import without_false_turns as without_false_turns
 from servosight.tracking.composite._exposure import find_exposure as find_exposure
 from servosight.tracking.composite._hint import Hint as Hint
 from servosight.tracking.composite._measure import PartMeter as PartMeter

@@ -1,8 +1,10 @@
-"""Which frames of a part that looks the same at several angles hang together."""
+"""Which frames of a part hang together: where it looks the same at several angles, is hidden,
+or seems to leap."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +14,59 @@ from servosight.tracking.core import Index
 
 _OFTEN = 0.3
 _ALIKE_RAD = np.deg2rad(5.0)
+_FAR_ABOVE = 4.0  # times what frames usually leave
+_ELSEWHERE_RAD = np.deg2rad(75.0)  # from one frame to the next
+_FASTEST_RAD_S = np.deg2rad(2000.0)  # the fastest servos turn by 60 deg in 0.05 s
+_AT_REST = 0.1  # of a leap
+
+
+def without_false_turns(fits: Sequence[PoseFit | None]) -> list[PoseFit | None]:
+    """The fits (frames,) without those that led to another turn of the part, and what follows them
+    on its own turn.
+
+    Who passes behind a part may look like it and lead a search around the pivot: in frames that
+    leave far more than usual, until the part is seen elsewhere again. Where it turns over such
+    frames by whole turns other than its speeds before and after say, they are left out.
+    """
+    kept = list(fits)
+    index = np.array([n for n, fit in enumerate(fits) if fit is not None])
+    if index.size == 0:
+        return kept
+    noise = np.array([fit.noise for fit in fits if fit is not None])
+    angle = np.array([fit.angle_rad for fit in fits if fit is not None])
+    sure = np.flatnonzero(noise <= _FAR_ABOVE * np.median(noise))
+    for before, after in zip(sure[1:-2].tolist(), sure[2:-1].tolist(), strict=True):
+        path = np.diff(angle[before : after + 1])
+        if after == before + 1 or np.abs(path).max() < _ELSEWHERE_RAD:
+            continue
+        ends = [before - 1, before, after, after + 1]
+        first, last = np.diff(angle[ends])[::2] / np.diff(index[ends])[::2]
+        expected = 0.5 * (first + last) * (index[after] - index[before])
+        turns = round(float(path.sum() - expected) / (2.0 * np.pi))
+        if turns:
+            angle[after:] -= 2.0 * np.pi * turns
+            for n in index[before + 1 : after].tolist():
+                kept[n] = None
+    for n, angle_rad in zip(index.tolist(), angle.tolist(), strict=True):
+        fit = kept[n]
+        kept[n] = None if fit is None else replace(fit, angle_rad=angle_rad)
+    return kept
+
+
+def leap_deg(time_s: Array, angle_deg: Array) -> float:
+    """The largest turn [deg] from one frame to the next, faster than any servo's, between frames
+    in which the part rests; 0 if there is none. NaN where it is not found.
+
+    So does no part that turns, but a fit of something else that finds another place.
+
+    >>> leap_deg(np.arange(6) / 60.0, np.array([0.0, 1.0, 1.5, 61.0, 60.5, 60.0]))
+    59.5
+    """
+    step = np.abs(np.diff(angle_deg))
+    fast = step > np.rad2deg(_FASTEST_RAD_S) * np.diff(time_s)
+    around = np.maximum(step[:-2], step[2:]) if step.size > 2 else np.empty(0)
+    leaps = fast[1:-1] & (around < _AT_REST * step[1:-1])
+    return float(step[1:-1][leaps].max(initial=0.0))
 
 
 def longest_sure(fits: Sequence[PoseFit | None], rivals_rad: Sequence[Array]) -> Mask:

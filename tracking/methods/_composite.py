@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from servosight.models.core import FrameProgress
-from servosight.tracking.composite import CLICKED, FoundPart, uncertain
+from servosight.tracking.composite import CLICKED, TRUST, FoundPart, uncertain
 from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
 from servosight.tracking.methods._compared import alike, beside, surest
@@ -166,9 +166,14 @@ def instead(
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
     """The track of the first part after those ``tried`` that the frames confirm; where they confirm
-    none, ``refused``, the refusal of the first one, unless another's tells more."""
+    none, ``refused``, the refusal of the first one, unless another's tells more.
+
+    Those that explain as much as is asked of a part that is believed come first: a screen beside a
+    part changes more of the picture, and no turn explains it as well.
+    """
     numbers = range(tried + 1, len(parts) + 1)
     rivals = [n for n in numbers if parts[n - 1].explained_there >= footage.least_tried]
+    rivals.sort(key=lambda n: parts[n - 1].explained_there < TRUST.least_explained)
     for number in rivals[:_RIVALS]:
         try:
             return _of_part(footage, parts, number, Footage.measured, progress)

@@ -20,6 +20,7 @@ from servosight.tracking.composite import (
     StabilisedSample,
     distrust,
     find_parts,
+    leap_deg,
     longest_sure,
     oblique_view,
     outline_of,
@@ -27,6 +28,7 @@ from servosight.tracking.composite import (
     parts_otherwise,
     rough_enough,
     settled_part,
+    without_false_turns,
 )
 from servosight.tracking.core import (
     UNKNOWN,
@@ -58,6 +60,10 @@ from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 _LEAST_FRAMES = 12
 _LEAST_POINTED = 0.15
+_LEAPS = (
+    "leaps by {:.0f} deg from one frame to the next and rests before and after; expected a part "
+    "that turns"
+)
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
 
 
@@ -178,6 +184,7 @@ class Footage:
             if progress is not None:
                 progress(frame.index + 1, self.film.header.count)
         found = np.array([fit is not None for fit in fits])
+        fits = without_false_turns(fits)
         sure = longest_sure(fits, rivals)
         fits = [fit if kept else None for fit, kept in zip(fits, sure, strict=True)]
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
@@ -224,15 +231,18 @@ class Footage:
         if why is None and coloured and not clear_of(part, self.stabilised):
             why, by_sigma = "enters the picture, and its colour alone shows that it turns", False
         rough = by_sigma and rough_enough(seen_deg, sigma_deg) and clear_of(part, self.stabilised)
+        stamps_s = self.stamps_s[: len(fits)]
+        leap = leap_deg(stamps_s, np.where(track.found, track.angle_deg, np.nan))
+        if leap > 0.0:
+            why, rough = _LEAPS.format(leap), False
         x, y = track.pivot_px
         sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
         if why is not None and not rough:
-            raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma)
+            raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma and not leap)
         if view is not None:
             view = view.as_doubtful(float(np.deg2rad(self.tilt.doubt_deg)))
             pivot_px = self.stabilised.in_video(view.pivot_px)
             track = along_axis(track, view, angle_rad, pivot_px)
-        stamps_s = self.stamps_s[: len(fits)]
         track = with_doubts(at_mid_exposure(track, self.film, meter, stamps_s, fits))
         if why is not None:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=True, rough=track)

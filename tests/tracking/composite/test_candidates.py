@@ -71,6 +71,26 @@ def test_the_more_telling_refusal_is_raised(
         instead(footage, others, 1, TrackRefused("first", PICTURE), None)
 
 
+def test_a_part_that_explains_enough_is_tried_before_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two pieces of a screen, of half of which a turn explains the change, and then a horn."""
+    unused = cast(Any, None)
+    footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
+    tried: list[float] = []
+
+    def measured(self: Footage, part: Any, progress: Any) -> Any:
+        tried.append(part.explained_there)
+        raise TrackRefused("", PICTURE)
+
+    monkeypatch.setattr(Footage, "measured", measured)
+    monkeypatch.setattr(Footage, "candidate", lambda *_: None)
+    others = [cast(Any, SimpleNamespace(explained_there=s)) for s in (0.9, 0.5, 0.51, 0.85)]
+    with pytest.raises(TrackRefused):
+        instead(footage, others, 1, TrackRefused("", PICTURE), None)
+    assert tried == [0.85, 0.5]
+
+
 def test_of_one_part_the_refusal_with_the_smaller_sigma_counts() -> None:
     """A rough track of 0.3 deg, another one of 0.4 deg, and none."""
     surer, rough = (

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from servosight.models.core import Array
-from servosight.tracking.composite import PoseFit, longest_sure
+from servosight.tracking.composite import PoseFit, leap_deg, longest_sure, without_false_turns
 from servosight.tracking.composite._continuity import repeats_rad
 from servosight.tracking.composite._sighting import Sighting
 
@@ -89,3 +91,60 @@ def test_a_hand_that_gains_more_is_tried_after_the_angle_expected() -> None:
     clear = Sighting(angle, 0.9 * lobe(10.0) + lobe(100.0) - 0.1, (np.deg2rad(8.0), 0.5))
     assert np.rad2deg(clear.likeliest) == pytest.approx([10.0], abs=0.01)
     assert Sighting(angle, gain - 2.0, None).likeliest == ()
+
+
+SWING_DEG = 170.0 * np.sin(np.arange(120) / 6.0)
+
+
+def hidden_behind(fits: list[PoseFit | None], frames: range) -> list[PoseFit | None]:
+    """The same where something else in these frames leaves ten times as much as usual."""
+    return [
+        replace(fit, noise=10.0) if fit is not None and n in frames else fit
+        for n, fit in enumerate(fits)
+    ]
+
+
+@pytest.mark.parametrize("turns", [-1, 1])
+def test_a_turn_around_the_pivot_that_someone_behind_a_part_led_to_is_taken_back(
+    turns: int,
+) -> None:
+    """Truth: a swing through 340 deg; over six frames a search follows someone around the pivot,
+    then sees the part again, a whole turn off."""
+    wrong = SWING_DEG.copy()
+    wrong[54:60] = wrong[53] + 10.0 * turns * np.arange(1, 7)
+    wrong[60:] += 360.0 * turns
+    assert abs(wrong[60] - wrong[59]) > 75.0
+    found = without_false_turns(hidden_behind(fits_at(wrong), range(54, 60)))
+    assert [n for n, fit in enumerate(found) if fit is None] == [54, 55, 56, 57, 58, 59]
+    angle_deg = np.rad2deg([fit.angle_rad for fit in found if fit is not None])
+    np.testing.assert_allclose(angle_deg, np.delete(SWING_DEG, range(54, 60)), atol=1e-9)
+
+
+def test_a_part_that_turns_on_behind_someone_keeps_its_turns() -> None:
+    """Truth: 50 deg from frame to frame, six of which show something else as well."""
+    fits = hidden_behind(fits_at(50.0 * np.arange(60)), range(30, 36))
+    assert without_false_turns(fits) == fits
+
+
+def test_nothing_is_changed_where_no_frame_leaves_more_than_usual() -> None:
+    fits = fits_at(SWING_DEG, range(40, 44))
+    assert without_false_turns(fits) == fits
+    assert without_false_turns([None, None]) == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "rate_hz", "expected"),
+    [
+        ([0.0, 1.0, 1.5, 61.0, 60.5, 60.0], 60.0, 59.5),
+        ([0.0, 1.0, 1.5, 61.0, 60.5, 60.0], 15.0, 0.0),  # as fast as a servo
+        ([0.0, 1.0, 20.0, 61.0, 100.0, 120.0], 60.0, 0.0),  # as fast before and after
+        ([0.0, 1.0, 1.5, np.nan, 61.0, 60.5, 60.0], 60.0, 0.0),  # not seen in between
+        ([0.0, 0.0, 61.0, 0.0, 0.0], 60.0, 0.0),  # one wrong frame
+        ([0.0, 60.0], 60.0, 0.0),
+    ],
+)
+def test_what_leaps_faster_than_any_servo_and_rests_before_and_after(
+    angle_deg: list[float], rate_hz: float, expected: float
+) -> None:
+    time_s = np.arange(len(angle_deg)) / rate_hz
+    assert leap_deg(time_s, np.array(angle_deg)) == expected
