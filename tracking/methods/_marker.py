@@ -90,7 +90,7 @@ def _detected(
     """Presentation times [s] (frames,) and the marker's corners [px] (frames, 4, 2), NaN where it
     is not detected."""
     stamps, corners = [], []
-    for frame in frames(film.path):
+    for frame in frames(film.path, woven=film.woven):
         stamps.append(frame.time_s)
         corners.append(_seen(detector, frame.image).get(number, np.full((4, 2), np.nan)))
         if progress is not None:

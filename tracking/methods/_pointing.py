@@ -22,7 +22,7 @@ def hint_of(
         return None
     frame = film.images[0]
     if options.at_s is not None:
-        frame = frame_at(film.path, options.at_s).image
+        frame = frame_at(film.path, options.at_s, film.woven).image
     index = int(np.argmin(np.abs(stamps_s - (options.at_s or stamps_s[0]))))
     return Hint.of(stabilised, small(frame, stabilised.scale), index, options.pivot, box)
 

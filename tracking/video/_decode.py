@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from servosight.models.core import InputError
 from servosight.tracking.video._container import is_timed, picture_rate
+from servosight.tracking.video._fields import FieldOrder
 from servosight.tracking.video._upright import progressive
 
 if TYPE_CHECKING:
@@ -50,12 +51,14 @@ class _Packets:
 
 
 def timed_pictures(
-    video: Path, container: InputContainer, stream: Any, least: int
-) -> Iterator[TimedPicture]:
+    video: Path, container: InputContainer, stream: Any, least: int,
+    woven: FieldOrder | None = None,
+) -> Iterator[TimedPicture]:  # fmt: skip
     """The pictures up to the file's end or to 30 packets in a row that cannot be decoded.
 
     Times are presentation times (pts x time base); in a file without them pictures are counted by
-    the rate that its codec states. A packet that cannot be decoded is left out, and so is a picture
+    the rate that its codec states. Of pictures that are ``woven`` of two fields the first field is
+    given. A packet that cannot be decoded is left out, and so is a picture
     whose time does not rise, as one that the decoder concealed. Raises FFmpeg's error where less
     than ``least`` pictures come before it, and ``InputError`` where the times of many pictures do
     not rise.
@@ -64,7 +67,7 @@ def timed_pictures(
     packets = _Packets()
     count = left_out = in_a_row = 0
     last_s, stamped = -math.inf, False
-    for picture in progressive(_decoded(container, stream, least, packets)):
+    for picture in progressive(_decoded(container, stream, least, packets), woven):
         stamp = _stamp(picture) if timed else None
         time_s = float(stamp) if stamp is not None else last_s
         if stamp is None and not stamped:

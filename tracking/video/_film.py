@@ -12,6 +12,7 @@ import numpy as np
 from servosight.models.core import Array, Image, InputError
 from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
+from servosight.tracking.video._fields import FieldOrder, most_different, woven_fields
 from servosight.tracking.video._frame_table import read_frame_table
 from servosight.tracking.video._given import check_interval, given_shutters
 from servosight.tracking.video._prefetch import prefetch
@@ -42,7 +43,9 @@ class Film:
     ``table`` is the frames.csv used in place of the file's own times, ``table_time_s`` (frames,)
     its mid-exposure times. ``shutters`` are the given ones, None where nothing is given.
     ``stabiliser`` aligns frames with the first one, None where the camera does not move, as
-    ``camera`` says. ``kept`` are the decoded ``runs``, none where they are too large.
+    ``camera`` says. ``woven`` is the order of the fields of which its pictures are woven although
+    the file does not say so, None where they are not. ``kept`` are the decoded ``runs``, none where
+    they are too large.
     """
 
     path: Path
@@ -53,6 +56,7 @@ class Film:
     shutters: Shutters | None = None
     stabiliser: Stabiliser | None = None
     camera: CameraMotion = _MOUNTED
+    woven: FieldOrder | None = None
     kept: tuple[list[Frame], ...] = field(default=(), repr=False, compare=False)
 
     @property
@@ -95,18 +99,18 @@ class Film:
 
     def frames(self) -> Iterator[Frame]:
         """All frames in order; memory does not grow with the video's length."""
-        return prefetch(map(self._still, frames(self.path)), _AHEAD)
+        return prefetch(map(self._still, frames(self.path, woven=self.woven)), _AHEAD)
 
     def decoded(self, coloured: bool = False) -> Iterator[Frame]:
         """The same as they were filmed, with their colour where ``coloured``."""
-        return prefetch(frames(self.path, coloured=coloured), _AHEAD)
+        return prefetch(frames(self.path, coloured, self.woven), _AHEAD)
 
     def in_first(self, options: TrackOptions) -> TrackOptions:
         """The options with what points at another frame given in the first one's pixels, where the
         camera has moved between the two."""
         if self.stabiliser is None or options.at_s is None:
             return options
-        motion = self.stabiliser.motion(frame_at(self.path, options.at_s).image)
+        motion = self.stabiliser.motion(frame_at(self.path, options.at_s, self.woven).image)
         if motion is None:
             return options
         back = motion.before
@@ -127,7 +131,7 @@ class Film:
 
     def frame_at(self, at_s: float) -> Frame:
         """The frame whose presentation time is nearest to ``at_s``; InputError beyond the end."""
-        return self._still(frame_at(self.path, at_s))
+        return self._still(frame_at(self.path, at_s, self.woven))
 
     def runs(self) -> Iterator[list[Frame]]:
         """Eight runs of ``run_frames`` neighbouring frames, spread evenly over the video.
@@ -137,7 +141,7 @@ class Film:
         if self.kept:
             yield from self._kept_still
             return
-        for run in stretches(self.path, _RUNS, self.run_frames):
+        for run in stretches(self.path, _RUNS, self.run_frames, self.woven):
             yield [self._still(frame) for frame in run]
 
     @cached_property
@@ -157,7 +161,7 @@ class Film:
     def notes(self, stamps_s: Sequence[float], missing: Sequence[int] = ()) -> tuple[str, ...]:
         """Remarks on times, codec and camera motion, a sentence each; ``missing`` (frames,) is how
         many pictures before each frame could not be used."""
-        notes = of_pictures(self.header, self.tag_deg, self.images[0].shape)
+        notes = of_pictures(self.header, self.tag_deg, self.images[0].shape, self.woven)
         if self.table is None:
             notes += of_clock(self.header, stamps_s[0])
         notes += of_rate(self.header, stamps_s) + of_missing(self.header, stamps_s, sum(missing))
@@ -190,8 +194,13 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     if times is not None:
         _check_length(table, len(times[0]), video, header.count)
     kept: list[list[Frame]] = []
+    pairs: list[tuple[Image, Image]] = []
     runs = stretches(video, _RUNS, _run_frames(header))
-    calm = tuple(calm_frames(_keeping(runs, kept)))
+    calm = tuple(calm_frames(_keeping(_moving(runs, pairs), kept)))
+    woven = None if header.interlaced or calm[0].tag_deg % 180 else woven_fields(pairs)
+    if woven is not None:
+        runs = stretches(video, _RUNS, _run_frames(header), woven)
+        calm = tuple(calm_frames(_keeping(runs, kept := [])))
     shutters = given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )
@@ -205,6 +214,7 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         table,
         times[0] if times is not None else None,
         shutters,
+        woven=woven,
         kept=tuple(kept),
     )
 
@@ -212,6 +222,14 @@ def open_film(video: Path, options: TrackOptions) -> Film:
 def _run_frames(header: Header) -> int:
     small = _RUN_FRAMES * header.pixels <= _LARGE_RUN_BYTES
     return _RUN_FRAMES if small else _LARGE_RUN_FRAMES
+
+
+def _moving(runs: Iterable[list[Frame]], pairs: list[tuple[Image, Image]]) -> Iterator[list[Frame]]:
+    """The same runs; ``pairs`` holds of each the neighbouring pictures between which most moves."""
+    for run in runs:
+        pair = most_different([frame.image for frame in run])
+        pairs += [] if pair is None else [pair]
+        yield run
 
 
 def _keeping(runs: Iterable[list[Frame]], kept: list[list[Frame]]) -> Iterator[list[Frame]]:

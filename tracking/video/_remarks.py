@@ -7,12 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from servosight.tracking.video._container import Header
+from servosight.tracking.video._fields import FieldOrder
 from servosight.tracking.video._rate import varying_rate
 
 _OFF_RATE = 0.02  # tolerated difference of the declared rate from the presentation times'
 _EVEN = 0.1  # share of a frame time, and of frames, that an even rate may be off
 _BITS = 8  # a sample, in which pictures are read
 _BUFFERED = 4  # frames that a decoder may keep to itself at the end
+_WOVEN = (
+    "the pictures are woven of two fields, as of an interlaced video, although the file does not "
+    "say so"
+)
 _NEAR_S = 0.1  # of time 0: B frames alone shift the first picture by less
 
 
@@ -78,9 +83,12 @@ def of_missing(header: Header, stamps_s: Sequence[float], left_out: int) -> list
     return notes
 
 
-def of_pictures(header: Header, tag_deg: int, shape: tuple[int, ...]) -> list[str]:
+def of_pictures(
+    header: Header, tag_deg: int, shape: tuple[int, ...], woven: FieldOrder | None = None
+) -> list[str]:
     """A sentence each where pictures of this shape (height, width) are not used as they are stored;
-    ``tag_deg`` is by how much a tag turns them counter-clockwise [deg]."""
+    ``tag_deg`` is by how much a tag turns them counter-clockwise [deg], ``woven`` the order of
+    fields that the file does not tell of."""
     notes = []
     if header.streams > 1:
         notes.append(
@@ -97,10 +105,10 @@ def of_pictures(header: Header, tag_deg: int, shape: tuple[int, ...]) -> list[st
             "the rows of the sensor are columns of the picture: a rolling shutter is not "
             "corrected, and sigma allows for it"
         )
-    if header.interlaced:
+    if header.interlaced or woven is not None:
         notes.append(
-            "the video is interlaced: the field that was exposed first is used of each frame, "
-            "with half of the lines"
+            ("the video is interlaced" if woven is None else _WOVEN)
+            + ": the field that was exposed first is used of each frame, with half of the lines"
         )
     if header.bits > _BITS:
         notes.append(f"its pictures have {header.bits} bits a sample, of which {_BITS} are used")

@@ -10,25 +10,29 @@ from typing import Any
 import numpy as np
 
 from servosight.models.core import Image, InputError
+from servosight.tracking.video._fields import FieldOrder
 
 _LARGEST_SIDE_PX = 8192
 # One picture a frame, of the field that was exposed first: its time is the frame's.
 _DEINTERLACE = "mode=send_frame:deint=interlaced"
+_DEINTERLACE_ALL = "mode=send_frame:deint=all:parity={}"
 
 
-def progressive(pictures: Iterator[Any]) -> Iterator[Any]:
+def progressive(pictures: Iterator[Any], woven: FieldOrder | None = None) -> Iterator[Any]:
     """The same pictures, of interlaced ones the first field, its missing lines filled in.
 
-    FFmpeg's ``yadif``; pictures that are not interlaced pass unchanged.
+    FFmpeg's ``yadif``; pictures that are not interlaced pass unchanged, unless all are ``woven`` of
+    fields in that order, whatever the file says.
     """
     for picture in pictures:
-        if picture.interlaced_frame:
-            yield from _deinterlaced(picture, pictures)
+        if woven is not None or picture.interlaced_frame:
+            options = _DEINTERLACE if woven is None else _DEINTERLACE_ALL.format(woven.value)
+            yield from _deinterlaced(picture, pictures, options)
             return
         yield picture
 
 
-def _deinterlaced(first: Any, others: Iterator[Any]) -> Iterator[Any]:
+def _deinterlaced(first: Any, others: Iterator[Any], options: str) -> Iterator[Any]:
     import av
     from av.filter import Graph
 
@@ -36,7 +40,7 @@ def _deinterlaced(first: Any, others: Iterator[Any]) -> Iterator[Any]:
     source = graph.add_buffer(
         width=first.width, height=first.height, format=first.format, time_base=first.time_base
     )
-    graph.link_nodes(source, graph.add("yadif", _DEINTERLACE), graph.add("buffersink")).configure()
+    graph.link_nodes(source, graph.add("yadif", options), graph.add("buffersink")).configure()
 
     def ready() -> Iterator[Any]:
         while True:

@@ -19,6 +19,7 @@ from servosight.tracking.video._container import (
     picture_rate,
 )
 from servosight.tracking.video._decode import TimedPicture, timed_pictures
+from servosight.tracking.video._fields import FieldOrder
 from servosight.tracking.video._upright import colours, tag_deg, upright
 
 _PART = 10  # of so many frames the calmest is taken
@@ -51,9 +52,9 @@ class Frame:
         return channel.mixed(*self.colour)
 
 
-def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
+def frames(video: Path, coloured: bool = False, woven: FieldOrder | None = None) -> Iterator[Frame]:
     """Stream the pictures of a video in order, ``coloured`` ones with their colour; memory does not
-    grow with its length.
+    grow with its length. Of pictures that are ``woven`` of two fields the first one is used.
 
     Times are presentation times, the start of exposure. What is damaged is left out, as
     ``timed_pictures`` says. Raises ``InputError`` for a file that cannot be decoded, that changes
@@ -61,7 +62,7 @@ def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
     """
     with opened(video) as (container, stream):
         shape: tuple[int, ...] | None = None
-        for index, seen in enumerate(timed_pictures(video, container, stream, MIN_FRAMES)):
+        for index, seen in enumerate(timed_pictures(video, container, stream, MIN_FRAMES, woven)):
             image = upright(video, index, seen.picture, shape)
             shape = image.shape
             colour = colours(seen.picture) if coloured else None
@@ -75,11 +76,11 @@ def frames(video: Path, coloured: bool = False) -> Iterator[Frame]:
             )
 
 
-def frame_at(video: Path, at_s: float) -> Frame:
+def frame_at(video: Path, at_s: float, woven: FieldOrder | None = None) -> Frame:
     """The picture whose presentation time is nearest to ``at_s`` [s]; InputError where the video
     has none near it."""
     best: Frame | None = None
-    for frame in frames(video):
+    for frame in frames(video, woven=woven):
         if best is None and at_s < frame.time_s - _BEYOND_S:
             raise InputError(
                 f"{video}: --at {at_s:g} is before the first frame, at {frame.time_s:.3f} s; "
@@ -130,14 +131,16 @@ def sample_frames(video: Path, count: int) -> list[Frame]:
         return [frame for frame in sampled if frame.image.shape == image.shape]
 
 
-def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
+def stretches(
+    video: Path, count: int, length: int, woven: FieldOrder | None = None
+) -> Iterator[list[Frame]]:
     """``count`` runs of ``length`` neighbouring pictures, spread evenly over the video.
 
     ``index`` counts from the video's start, by the declared rate after the first run. Decodes what
     lies between them in a file that is short, declares no length or holds no times.
     """
     if _in_order(video, 2 * count * length):
-        yield from _in_one_pass(video, count, length)
+        yield from _in_one_pass(video, count, length, woven)
         return
     last_s, shape = -np.inf, None
     for number in range(count):
@@ -151,7 +154,8 @@ def stretches(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
             if number:
                 container.seek(int(target_s / base), stream=stream)
             run: list[Frame] = []
-            for seen in timed_pictures(video, container, stream, 0 if number else length):
+            least = 0 if number else length
+            for seen in timed_pictures(video, container, stream, least, woven):
                 if seen.time_s >= max(target_s, last_s + 1e-9):
                     run.append(_of_run(video, seen, (seen.time_s - start_s) * float(rate), shape))
                     shape = run[-1].image.shape
@@ -183,7 +187,9 @@ def _last_s(video: Path) -> float:
         return len(stamps) / float(picture_rate(stream) or 1)
 
 
-def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
+def _in_one_pass(
+    video: Path, count: int, length: int, woven: FieldOrder | None
+) -> Iterator[list[Frame]]:
     """The runs of ``stretches`` from a video that is decoded once."""
     end_s = _last_s(video)
     with opened(video) as (container, stream):
@@ -192,7 +198,7 @@ def _in_one_pass(video: Path, count: int, length: int) -> Iterator[list[Frame]]:
         starts_s = [start_s + (number / count) * (end_s - start_s) for number in range(count)]
         run: list[Frame] = []
         last_s, shape = -np.inf, None
-        for seen in timed_pictures(video, container, stream, length):
+        for seen in timed_pictures(video, container, stream, length, woven):
             if seen.time_s < max(starts_s[0], last_s + 1e-9):
                 continue
             run.append(_of_run(video, seen, (seen.time_s - start_s) * float(rate), shape))

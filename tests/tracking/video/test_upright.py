@@ -108,23 +108,29 @@ def test_the_readout_turns_with_the_picture(tmp_path: Path, pictures: list[Image
         assert (shutters.readout_s, shutters.readout_doubt_s) == (readout_s, doubt_s)
 
 
+@pytest.mark.parametrize("said", [True, False])
 @pytest.mark.parametrize("first", ["tff", "bff"])
 def test_of_interlaced_pictures_the_first_field_is_used(
-    first: str, tmp_path: Path, pictures: list[Image]
+    first: str, said: bool, tmp_path: Path, pictures: list[Image]
 ) -> None:
-    """Half of the lines are from the next picture: as they stand, edges are combs."""
+    """Half of the lines are from the next picture: as they stand, edges are combs. Whether the file
+    says so or not."""
     woven = [picture.copy() for picture in pictures]
     late = slice(1 if first == "tff" else 0, None, 2)
     for now, later in zip(woven, pictures[3:], strict=False):
         now[late] = later[late]
     options = {"crf": "12", "preset": "ultrafast", "flags": "+ildct+ilme"}
-    path = written(tmp_path / "tape.mkv", woven, options=options, fields=first)
+    if said:
+        path = written(tmp_path / "tape.mkv", woven, options=options, fields=first)
+    else:
+        path = written(tmp_path / "tape.mkv", woven)
     film = open_film(path, TrackOptions())
     seen = list(film.frames())
     assert len(seen) == len(pictures)
     stamps = [frame.time_s for frame in seen]
     assert stamps == pytest.approx(np.arange(60) / RATE_HZ, abs=1e-3)
     assert any("interlaced" in note for note in film.notes(stamps))
+    assert any("does not say so" in note for note in film.notes(stamps)) is not said
 
     def away(number: int, pictures: list[Image]) -> float:
         # Where the fin passes; the lines that are filled in are less sharp.
