@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,16 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "identify-nothing": ("none is given", lambda: ss.identify([])),
     "diagnose-nothing": ("none is given", lambda: ss.diagnose([], validate=recorded())),
+    "identify-repeated": ("given twice", lambda: ss.identify([recorded(), recorded()])),
+    "identify-renamed": (
+        "given twice, also as",
+        lambda: ss.identify([recorded(), replace(recorded(), name="copy")]),
+    ),
+    "diagnose-repeated": ("given twice", lambda: ss.diagnose([recorded(), recorded()])),
+    "diagnose-test-repeated": (
+        "given twice",
+        lambda: ss.diagnose(ss.simulate(seed=1), test=[recorded(), recorded()]),
+    ),
     "diagnose-twice": (
         "is given to fit and to validate",
         lambda: ss.diagnose(recorded(), validate=recorded()),
