@@ -104,10 +104,10 @@ def read_sheet(path: Path) -> Sheet:
     """Read a table separated by commas, semicolons, tabs or spaces; any BOM and line ends will do.
 
     Beside other separators a comma in a number is a decimal comma, and in quotes where no number
-    has a point and one cannot be read otherwise, as "0,25" and not "1,250". What stands above the header is
-    skipped, a row of units below it is joined with it, and columns without a header are called by
-    their numbers, from 1. InputError for a file that is missing, empty, too large or no text, or
-    with a row of another width.
+    has a point and one cannot be read otherwise, as "0,25" and not "1,250". What stands above the
+    header is skipped, a row of units below it is joined with it, and columns without a header are
+    called by their numbers, from 1. InputError for a file that is missing, empty, too large or no
+    text, or with a row of another width.
     """
     text = log_text(path, "a CSV file", LARGEST_TABLE)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
