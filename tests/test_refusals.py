@@ -28,6 +28,14 @@ def recorded() -> ss.Recording:
     return ss.Recording.from_arrays(time_s=TIME_S, angle_deg=angle + noise, command_deg=command)
 
 
+def arrays(**other: object) -> ss.Recording:
+    """A sine as arrays, ``other`` ones in their places."""
+    sine = np.sin(TIME_S)
+    return ss.Recording.from_arrays(
+        **{"time_s": TIME_S, "angle_deg": sine, "command_deg": sine, **other}
+    )
+
+
 @pytest.fixture(autouse=True)
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory."""
@@ -57,6 +65,21 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "identify-nothing": ("none is given", lambda: ss.identify([])),
     "diagnose-nothing": ("none is given", lambda: ss.diagnose([], validate=recorded())),
+    "identify-none": ("is of type NoneType", lambda: ss.identify(None)),  # type: ignore[call-overload]
+    "identify-array": ("Recording.from_arrays", lambda: ss.identify(TIME_S)),  # type: ignore[call-overload]
+    "validate-array": ("ndarray", lambda: ss.diagnose(recorded(), validate=TIME_S)),  # type: ignore[arg-type]
+    "predict-none": ("is of type NoneType", lambda: ss.predict(None, recorded())),  # type: ignore[arg-type]
+    "predict-two-commands": (
+        "a recording is given and time_s",
+        lambda: model().predict(recorded(), time_s=TIME_S[:9]),
+    ),
+    "predict-array": ("ndarray", lambda: model().predict(TIME_S)),  # type: ignore[arg-type]
+    "arrays-masked": (
+        "index 3: angle_deg is masked",
+        lambda: arrays(angle_deg=np.ma.masked_greater(TIME_S, 0.025)),
+    ),
+    "arrays-complex": ("angle_deg is complex", lambda: arrays(angle_deg=np.exp(1j * TIME_S))),
+    "arrays-sigma": ("sigma_deg is -0.03", lambda: arrays(sigma_deg=-0.03)),
     "identify-repeated": ("given twice", lambda: ss.identify([recorded(), recorded()])),
     "identify-renamed": (
         "given twice, also as",

@@ -48,6 +48,12 @@ class Actuator(Frozen):
 
     ``parameters`` holds k, T, xi, bias and ``effect.parameter`` for each of ``effects``.
     ``provenance`` says what it was fitted on.
+
+    >>> import servosight as ss
+    >>> act = ss.identify(ss.simulate(seed=3), method="gradient").actuator
+    >>> act.save("model.toml")
+    >>> ss.Actuator.load("model.toml").value("k") == act.value("k")
+    True
     """
 
     parameters: Mapping[str, Estimate]
@@ -110,7 +116,8 @@ class Actuator(Frozen):
 
         For a recording (or its path) at its times, from its start; or for a command that holds
         between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
-        effects of a plugin. InputError where the times do not rise or a number is not finite.
+        effects of a plugin. InputError where the times do not rise, a number is not finite, or
+        both a recording and a command are given.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -123,6 +130,11 @@ class Actuator(Frozen):
         from servosight.models.plant import predict, predict_command
 
         known = built_in() if catalogue is None else catalogue
+        if recording is not None and (time_s is not None or command_deg is not None):
+            raise InputError(
+                "predict: a recording is given and time_s or command_deg, too, expected one "
+                "command; leave out the recording or both of the others"
+            )
         if recording is None:
             if time_s is None or command_deg is None:
                 raise InputError(
@@ -132,6 +144,11 @@ class Actuator(Frozen):
             return predict_command(self, times, command, known)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)
+        if not isinstance(recording, Recording):
+            raise InputError(
+                f"predict: the recording is of type {type(recording).__name__}, expected a "
+                f"Recording or the path of one; for arrays give time_s and command_deg"
+            )
         return predict(self, recording, known)
 
     def to_control(self, *, state_space: bool = False, delay_order: int = 0) -> Any:

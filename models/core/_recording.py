@@ -105,7 +105,8 @@ class Recording(Frozen):
     ) -> Recording:
         """A recording from arrays; ``command_time_s`` where the command has rows of its own.
 
-        Raises InputError for whatever a recording cannot be, as for a file.
+        ``sigma_deg`` (samples,) may be one number for all samples. Raises InputError for whatever a
+        recording cannot be, as for a file.
         """
         from servosight.models.io import recording_from_arrays  # it checks what files hold
 

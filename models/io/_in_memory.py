@@ -23,6 +23,9 @@ def recording_from_arrays(
     """What :meth:`servosight.Recording.from_arrays` does; ``arrays`` by its arguments' names."""
     if hold not in ("zero", "linear"):
         raise InputError(f"hold is {hold!r}, expected 'zero' or 'linear'; give one of them")
+    sigma_deg = arrays["sigma_deg"]
+    if sigma_deg is not None and np.ndim(sigma_deg) == 0:
+        arrays = {**arrays, "sigma_deg": np.full(np.shape(arrays["angle_deg"]), sigma_deg)}
     found = {
         key: _series(name, key, one)
         for key, one in arrays.items()
@@ -102,7 +105,9 @@ def _column_names(name: str, frame: Any) -> list[Any]:
 
 
 def _series(name: str, label: str, values: Any) -> Series:
-    """One column of numbers; InputError where it is none."""
+    """One column of numbers; InputError where it is none, or one of them is masked or complex."""
+    if np.iscomplexobj(values):
+        raise InputError(f"{name}: {label} is complex, expected real numbers; take its real part")
     try:
         array: Array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -112,5 +117,11 @@ def _series(name: str, label: str, values: Any) -> Series:
     if array.ndim != 1:
         raise InputError(
             f"{name}: {label} has the shape {array.shape}, expected one dimension; give one column"
+        )
+    if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
+        raise InputError(
+            f"{name}, index {np.argmax(values.mask)}: {label} is masked, expected a number for "
+            f"each sample; leave out of every array what is masked in one, as in "
+            f"{label}[~{label}.mask]"
         )
     return Series(Path(name), label, array, array, range(array.size), "index")
