@@ -11,7 +11,7 @@ import numpy as np
 from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers import Column, Raw, Request, assemble, units_of
+from servosight.models.io.importers import Column, Raw, Request, assemble, check_distinct, units_of
 from servosight.models.io.tables import Series, check_angle, check_finite, check_time
 
 _OPTIONAL = ("command_time_s", "sigma_deg")
@@ -77,6 +77,7 @@ def recording_from_frame(
         for quantity, column in columns.items()
         if column is not None
     }
+    check_distinct(name, chosen)
     for quantity, column in chosen.items():
         if column.name not in known:
             raise InputError(

@@ -152,7 +152,7 @@ def read_sheet(path: Path) -> Sheet:
     for number, row in zip(numbers, rows, strict=True):
         if row.count(delimiter) != len(header) - 1:
             raise InputError(
-                f"{path}, row {number}: the row has {row.count(delimiter) + 1} fields, expected "
+                f"{path}, row {number}: the row has {_fields(row, delimiter)}, expected "
                 f"{len(header)} as in the header; correct the row or delete it"
             )
     units = with_units(header, rows[1].split(delimiter)) if first and len(rows) > 1 else None
@@ -167,6 +167,11 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
     rows = zip(*(column.tolist() for column in columns), strict=True)
     body = "".join(",".join(map(repr, row)) + "\n" for row in rows)
     return ",".join(header) + "\n" + body
+
+
+def _fields(row: str, delimiter: str) -> str:
+    count = row.count(delimiter) + 1
+    return f"{count} field{'s' * (count > 1)}"
 
 
 def _without_last_separator(rows: Sequence[str], delimiter: str) -> list[str]:
