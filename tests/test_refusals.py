@@ -70,7 +70,7 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     "validate-array": ("ndarray", lambda: ss.diagnose(recorded(), validate=TIME_S)),  # type: ignore[arg-type]
     "predict-none": ("is of type NoneType", lambda: ss.predict(None, recorded())),  # type: ignore[arg-type]
     "predict-two-commands": (
-        "a recording is given and time_s",
+        "expected one command",
         lambda: model().predict(recorded(), time_s=TIME_S[:9]),
     ),
     "predict-array": ("ndarray", lambda: model().predict(TIME_S)),  # type: ignore[arg-type]

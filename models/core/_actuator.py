@@ -50,10 +50,9 @@ class Actuator(Frozen):
     ``provenance`` says what it was fitted on.
 
     >>> import servosight as ss
-    >>> act = ss.identify(ss.simulate(seed=3), method="gradient").actuator
-    >>> act.save("model.toml")
-    >>> ss.Actuator.load("model.toml").value("k") == act.value("k")
-    True
+    >>> ss.identify(ss.simulate(seed=3), method="gradient").actuator.save("model.toml")
+    >>> ss.Actuator.load("model.toml").effects
+    ()
     """
 
     parameters: Mapping[str, Estimate]
@@ -115,9 +114,8 @@ class Actuator(Frozen):
         """Angle [deg], (samples,), simulated from the command alone.
 
         For a recording (or its path) at its times, from its start; or for a command that holds
-        between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
-        effects of a plugin. InputError where the times do not rise, a number is not finite, or
-        both a recording and a command are given.
+        between ``time_s`` (samples,), from rest. ``catalogue`` is needed for effects of a plugin.
+        InputError where the times do not rise, a number is not finite, or both are given.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -130,24 +128,20 @@ class Actuator(Frozen):
         from servosight.models.plant import predict, predict_command
 
         known = built_in() if catalogue is None else catalogue
-        if recording is not None and (time_s is not None or command_deg is not None):
+        given = tuple(one is not None for one in (recording, time_s, command_deg))
+        if given not in ((True, False, False), (False, True, True)):
             raise InputError(
-                "predict: a recording is given and time_s or command_deg, too, expected one "
-                "command; leave out the recording or both of the others"
+                "predict: expected one command; give a recording, or else time_s and command_deg"
             )
         if recording is None:
-            if time_s is None or command_deg is None:
-                raise InputError(
-                    "predict: no command, expected a recording, or time_s and command_deg; give one"
-                )
-            times, command = command_from_arrays("predict", time_s, command_deg)
-            return predict_command(self, times, command, known)
+            rows = command_from_arrays("predict", time_s, command_deg)
+            return predict_command(self, *rows, known)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)
         if not isinstance(recording, Recording):
             raise InputError(
-                f"predict: the recording is of type {type(recording).__name__}, expected a "
-                f"Recording or the path of one; for arrays give time_s and command_deg"
+                f"predict: a {type(recording).__name__} is no recording, expected a Recording or "
+                f"the path of one; give arrays as time_s and command_deg"
             )
         return predict(self, recording, known)
 
@@ -304,6 +298,5 @@ def _estimate(path: Path, key: str, entry: float | Mapping[str, Any], q: Paramet
     read = validated(
         entry if isinstance(entry, Mapping) else {"value": entry}, _Entry, path, key, notes=True
     )
-    expected = f"{q.low:g} to {q.high:g} {q.unit}"
-    require(q.low <= read.value <= q.high, path, f"{key}.value", read.value, expected)
+    require(q.low <= read.value <= q.high, path, f"{key}.value", read.value, q.range_words)
     return Estimate(read.value, read.sigma, q.unit)
