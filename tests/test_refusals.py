@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import servosight as ss
+from servosight.models.core import Stream, one_or_more, views
 from servosight.models.excitation import CommandLimits, design
 from servosight.scenarios.draws import hidden
 from servosight.scenarios.scenario import Scenario
@@ -26,6 +27,12 @@ def recorded() -> ss.Recording:
     angle = ss.Actuator.load(path).predict(time_s=TIME_S, command_deg=command)
     noise = 0.02 * np.random.default_rng(1).standard_normal(TIME_S.size)
     return ss.Recording.from_arrays(time_s=TIME_S, angle_deg=angle + noise, command_deg=command)
+
+
+def test_a_horn_that_moves_as_its_surface_is_no_repeat() -> None:
+    rec = recorded()
+    both = replace(rec, horn=Stream(rec.time_s, rec.angle_deg))
+    assert len(one_or_more(views([both]))) == 2
 
 
 def arrays(**other: object) -> ss.Recording:

@@ -46,9 +46,13 @@ def refuse_repeats(recordings: Sequence[Recording]) -> None:
 
 
 def is_same_run(one: Recording, other: Recording) -> bool:
-    """True where times and angles are the same to the last digit, whatever the files are called."""
+    """True where times and angles are the same to the last digit, whatever the files are called.
+
+    A horn and its surface are two measurements, also where nothing between them shows.
+    """
     pairs = (one.time_s, other.time_s), (one.angle_deg, other.angle_deg)
-    return all(np.array_equal(a, b) for a, b in pairs)
+    sides = {one.side == "horn", other.side == "horn"}
+    return len(sides) == 1 and all(np.array_equal(a, b) for a, b in pairs)
 
 
 def views(recordings: Sequence[Recording]) -> list[Recording]:
