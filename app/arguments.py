@@ -105,6 +105,19 @@ def add_fixed(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def fixed(args: argparse.Namespace) -> dict[str, float]:
+    """The parameters of ``--fix`` by name; InputError where one is given twice."""
+    values: dict[str, float] = {}
+    for name, value in args.fix:
+        if name in values:
+            raise InputError(
+                f"--fix {name}: is given twice, with {values[name]:g} and {value:g}, expected each "
+                f"parameter once; leave one of them out"
+            )
+        values[name] = value
+    return values
+
+
 def add_force(parser: argparse.ArgumentParser) -> None:
     """``--force``."""
     parser.add_argument(
@@ -113,7 +126,9 @@ def add_force(parser: argparse.ArgumentParser) -> None:
 
 
 def any_path(text: str) -> Path:
-    """A path that a file or folder can have."""
+    """A path that a file or folder can have; an empty one would be the working directory."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty, expected the path of a file or folder")
     path = Path(text)
     try:
         check_path(path)

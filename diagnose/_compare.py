@@ -69,6 +69,12 @@ class Comparison(Result):
     ``explained``: the error is at most 1.10 times ``floor_deg``, the smallest error that counts.
     ``sentences``: the error as a whole, then the findings, the largest first. ``fit_percent``
     compares the error with the motion (100 %: no error; None in results of earlier versions).
+
+    >>> import servosight as ss
+    >>> recording = ss.simulate(seed=3)
+    >>> found = ss.compare(ss.identify(recording, method="gradient"), recording)
+    >>> found.explained, found.rmse_deg < 1.1 * found.floor_deg, len(found.recordings)
+    (True, True, 1)
     """
 
     TYPE: ClassVar[str] = "comparison"

@@ -63,7 +63,7 @@ def check_effects(effects: Mapping[str, Mapping[str, float]], source: str) -> No
             if effect in known:
                 bounds = known[effect].parameter(name)
                 holds = bounds.low <= value <= bounds.high
-                expected = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}"
+                expected = bounds.range_words
             require(holds, source, f"{effect}.{name}", value, expected)
 
 

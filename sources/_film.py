@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servosight.models.core import StageProgress, silent
+from servosight.models.core import InputError, StageProgress, either, silent
 
 if TYPE_CHECKING:
     from servosight.models.io import RecordingFolder
@@ -29,6 +29,13 @@ class Part:
     tip: tuple[float, float] | None = None
     at_s: float | None = None
     pick: int = 1
+
+    def __post_init__(self) -> None:
+        if self.at_s is not None and not (self.pivot or self.template or self.tip):
+            raise InputError(
+                f"track: {either(f'at_s={self.at_s:g}', f'--at {self.at_s:g}')} points at nothing, "
+                f"expected a place on that frame; give --pivot, --template or --tip as well"
+            )
 
 
 @dataclass(frozen=True)

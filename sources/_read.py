@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from servosight.models.core import Recording, Side, StageProgress, check_path, silent
+from servosight.models.core import InputError, Recording, Side, StageProgress, check_path, silent
 from servosight.models.io import inspect_folder, load_recording
 from servosight.sources._film import track_folder
 
@@ -59,6 +60,11 @@ def read(
     """
     if isinstance(source, Recording):
         return source
+    if not isinstance(source, str | os.PathLike):
+        raise InputError(
+            f"recording: is of type {type(source).__name__}, expected a Recording or the path of "
+            f"one; arrays become one by Recording.from_arrays, data frames by Recording.from_frame"
+        )
     path = Path(source)
     check_path(path)
     if is_log(path, options):
@@ -77,8 +83,14 @@ def read_all(
     progress: StageProgress = silent,
 ) -> list[Recording]:
     """One or several recordings, in order."""
-    several = [sources] if isinstance(sources, Recording | Path | str) else sources
-    return [read(source, options, progress) for source in several]
+    return [read(source, options, progress) for source in _several(sources)]
+
+
+def _several(sources: Any) -> Iterable[Any]:
+    """What is given for recordings, one after the other, whatever it is."""
+    single = isinstance(sources, Recording | Path | str) or not isinstance(sources, Iterable)
+    # What can be an array holds numbers, not recordings.
+    return [sources] if single or hasattr(sources, "__array__") else sources
 
 
 def read_log(path: Path, options: Options = Options()) -> Recording:

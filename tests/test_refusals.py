@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import servosight as ss
+from servosight.models.core import Stream, one_or_more, views
 from servosight.models.excitation import CommandLimits, design
 from servosight.scenarios.draws import hidden
 from servosight.scenarios.scenario import Scenario
@@ -25,6 +27,20 @@ def recorded() -> ss.Recording:
     angle = ss.Actuator.load(path).predict(time_s=TIME_S, command_deg=command)
     noise = 0.02 * np.random.default_rng(1).standard_normal(TIME_S.size)
     return ss.Recording.from_arrays(time_s=TIME_S, angle_deg=angle + noise, command_deg=command)
+
+
+def test_a_horn_that_moves_as_its_surface_is_no_repeat() -> None:
+    rec = recorded()
+    both = replace(rec, horn=Stream(rec.time_s, rec.angle_deg))
+    assert len(one_or_more(views([both]))) == 2
+
+
+def arrays(**other: object) -> ss.Recording:
+    """A sine as arrays, ``other`` ones in their places."""
+    sine = np.sin(TIME_S)
+    return ss.Recording.from_arrays(
+        **{"time_s": TIME_S, "angle_deg": sine, "command_deg": sine, **other}
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -56,6 +72,31 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "identify-nothing": ("none is given", lambda: ss.identify([])),
     "diagnose-nothing": ("none is given", lambda: ss.diagnose([], validate=recorded())),
+    "identify-none": ("is of type NoneType", lambda: ss.identify(None)),  # type: ignore[call-overload]
+    "identify-array": ("Recording.from_arrays", lambda: ss.identify(TIME_S)),  # type: ignore[call-overload]
+    "validate-array": ("ndarray", lambda: ss.diagnose(recorded(), validate=TIME_S)),  # type: ignore[arg-type]
+    "predict-none": ("is of type NoneType", lambda: ss.predict(None, recorded())),  # type: ignore[arg-type]
+    "predict-two-commands": (
+        "expected one command",
+        lambda: model().predict(recorded(), time_s=TIME_S[:9]),
+    ),
+    "predict-array": ("ndarray", lambda: model().predict(TIME_S)),  # type: ignore[arg-type]
+    "arrays-masked": (
+        "index 3: angle_deg is masked",
+        lambda: arrays(angle_deg=np.ma.masked_greater(TIME_S, 0.025)),
+    ),
+    "arrays-complex": ("angle_deg is complex", lambda: arrays(angle_deg=np.exp(1j * TIME_S))),
+    "arrays-sigma": ("sigma_deg is -0.03", lambda: arrays(sigma_deg=-0.03)),
+    "identify-repeated": ("given twice", lambda: ss.identify([recorded(), recorded()])),
+    "identify-renamed": (
+        "given twice, also as",
+        lambda: ss.identify([recorded(), replace(recorded(), name="copy")]),
+    ),
+    "diagnose-repeated": ("given twice", lambda: ss.diagnose([recorded(), recorded()])),
+    "diagnose-test-repeated": (
+        "given twice",
+        lambda: ss.diagnose(ss.simulate(seed=1), test=[recorded(), recorded()]),
+    ),
     "diagnose-twice": (
         "is given to fit and to validate",
         lambda: ss.diagnose(recorded(), validate=recorded()),

@@ -99,6 +99,12 @@ class ServoChange(Result):
     ``p`` is the probability of a difference this large by chance if nothing had changed: of
     ``chi_square`` over the ``freedom`` parameters that both have with a sigma; None without any.
     ``other_rmse_deg`` of a side is the error of the other's model on its recordings.
+
+    >>> import servosight as ss
+    >>> fits = [ss.identify(ss.simulate(seed=seed), method="gradient") for seed in (3, 4)]
+    >>> change = ss.compare(*fits)
+    >>> change.changed, [one.name for one in change.parameters]
+    ((), ['k', 'T', 'xi'])
     """
 
     TYPE: ClassVar[str] = "change"

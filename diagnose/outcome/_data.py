@@ -6,8 +6,6 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from servosight.diagnose.evidence import run_floor
 from servosight.diagnose.result.wording import Levels
 from servosight.diagnose.selection import PriorKnowledge, Spans, cut, stretches
@@ -18,7 +16,7 @@ from servosight.identify.problem import (
     thinned,
     usable_views,
 )
-from servosight.models.core import InputError, Recording
+from servosight.models.core import InputError, Recording, is_same_run, refuse_repeats
 from servosight.models.effects import Effect
 
 USES = "fit", "validate", "test"
@@ -94,20 +92,17 @@ def diagnosis_data(
 
 
 def _refuse_two_uses(groups: Sequence[Sequence[Recording]]) -> None:
-    """InputError where a recording that is to validate or to test is fitted too, or does both."""
+    """InputError where a recording has two uses, or one use twice."""
+    for group in groups:
+        refuse_repeats(group)
     used = [(use, one) for use, group in zip(USES, groups, strict=True) for one in group]
     for (first, one), (second, other) in itertools.combinations(used, 2):
-        if first != second and _is_same(one, other):
+        if first != second and is_same_run(one, other):
             raise InputError(
                 f"{other.name}: the same recording is given to {first} and to {second}, expected "
                 f"one use of each; give another run to {second}, or none: parts of the recordings "
                 f"then {second}"
             )
-
-
-def _is_same(one: Recording, other: Recording) -> bool:
-    pairs = (one.time_s, other.time_s), (one.angle_deg, other.angle_deg)
-    return all(np.array_equal(a, b) for a, b in pairs)
 
 
 def _levels(

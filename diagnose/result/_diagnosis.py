@@ -163,6 +163,22 @@ class Diagnosis(Result):
     ``transmissions`` have ratio and play between horn and surface, where both were measured.
     ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then
     multiplies its angle, and T and xi describe its own answer.
+
+    >>> import servosight as ss
+    >>> time_s = np.arange(0.0, 5.0, 0.02)
+    >>> command_deg = 10.0 * np.sign(np.sin(4.0 * time_s + 0.1))
+    >>> core = {"k": 1.0, "T": 0.03, "xi": 0.6, "bias": 0.0}
+    >>> act = ss.Actuator({name: Estimate(value, None, "") for name, value in core.items()})
+    >>> angle_deg = act.predict(time_s=time_s, command_deg=command_deg)
+    >>> angle_deg += 0.02 * np.random.default_rng(1).standard_normal(time_s.size)
+    >>> why = ss.diagnose(
+    ...     ss.Recording.from_arrays(time_s=time_s, angle_deg=angle_deg, command_deg=command_deg)
+    ... )
+    >>> why.verdict.value, why.effects, len(why.ladder)
+    ('no_effect_missing', (), 1)
+    >>> why.save("diagnosis.json")
+    >>> ss.load("diagnosis.json").headline
+    'No effect is missing'
     """
 
     TYPE: ClassVar[str] = "diagnosis"

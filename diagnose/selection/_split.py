@@ -58,13 +58,14 @@ class Split:
             carried = []
             divided = list(zip(recordings, uses, strict=True))
         short = [one.name for one, use in divided if apart and not np.any(use == TEST)]
+        reported = _reported([use for _, use in divided])
         return cls(
             tuple(recordings),
             tuple(uses),
             tuple(validate),
             tuple(carried),
             tuple(test),
-            tuple(_too_short(name) for name in short),
+            tuple(_too_short(name, reported) for name in short),
             (0.0,) * (len(recordings) + len(validate)),
         )
 
@@ -98,11 +99,21 @@ def _earlier(recordings: Sequence[Recording], late_s: Sequence[float]) -> tuple[
     return tuple(one.shifted(-late) for one, late in zip(recordings, late_s, strict=True))
 
 
-def _too_short(name: str) -> str:
+def _too_short(name: str, reported: str) -> str:
     return (
         f"{name}: too short to be split into fit, validation and test blocks of one second; the "
-        f"reported error is the validation error, of the data that chose the effects"
+        f"reported error is {reported}"
     )
+
+
+def _reported(uses: Sequence[Uses]) -> str:
+    """Which data the error is of where a recording has no test: what ``held_out_rms`` is over."""
+    given = {int(use) for one in uses for use in np.unique(one)}
+    if TEST in given:
+        return "that of the test data of the other recordings"
+    if VALIDATION in given:
+        return "the validation error, of the data that chose the effects"
+    return "the error of the fitted data, which chose the effects as well"
 
 
 def _all(recording: Recording, use: int) -> Uses:

@@ -29,6 +29,12 @@ class ExportResult(Result):
     run on, of ``samples``. ``difference_rms_deg`` and ``difference_max_deg`` are between target and
     model. On a recording, ``model_rmse_deg`` and ``target_rmse_deg`` are their errors against the
     measured angle. ``omissions`` are the effects that the target cannot express.
+
+    >>> import servosight as ss
+    >>> fit = ss.identify(ss.simulate(seed=3), method="gradient")
+    >>> result = ss.export(fit, "header", "servo.h")
+    >>> result.kind, result.file, len(result.omissions)
+    ('header', 'servo.h', 0)
     """
 
     TYPE: ClassVar[str] = "export"

@@ -123,7 +123,7 @@ def _words(name: str, parameter: Parameter, value: float | None, still: bool) ->
     if value is None:
         motion = "the motion, which never reverses," if still else "the motion"
         return f"{effect} could not have shown: {motion} does not excite it"
-    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
+    unit = parameter.suffix
     neutral = parameter.neutral or 0.0
     if parameter.reciprocal:
         size = f"below {rounded(value, 2)}{unit}"

@@ -286,4 +286,4 @@ class Uncertainty:
         end = coordinate.from_search(x + inward * reach)
         upward = (inward > 0.0) != coordinate.parameter.reciprocal
         word = "at most" if upward else "at least"
-        return f", {word} {end:.3g} {coordinate.parameter.unit} with 95 % confidence"
+        return f", {word} {end:.3g}{coordinate.parameter.suffix} with 95 % confidence"

@@ -10,6 +10,13 @@ class InputError(Exception):
 
     The message is one sentence that names the file, the row or key, what was expected and how to
     fix it. The command line prints it and exits with code 2.
+
+    >>> import servosight as ss
+    >>> try:
+    ...     ss.read("run7")
+    ... except ss.InputError as error:
+    ...     print(error)
+    run7: no such file or folder, expected a recording; check the name
     """
 
 

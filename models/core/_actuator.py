@@ -48,6 +48,11 @@ class Actuator(Frozen):
 
     ``parameters`` holds k, T, xi, bias and ``effect.parameter`` for each of ``effects``.
     ``provenance`` says what it was fitted on.
+
+    >>> import servosight as ss
+    >>> ss.identify(ss.simulate(seed=3), method="gradient").actuator.save("model.toml")
+    >>> ss.Actuator.load("model.toml").effects
+    ()
     """
 
     parameters: Mapping[str, Estimate]
@@ -109,8 +114,8 @@ class Actuator(Frozen):
         """Angle [deg], (samples,), simulated from the command alone.
 
         For a recording (or its path) at its times, from its start; or for a command that holds
-        between ``time_s`` (samples,), from rest. ``catalogue`` is needed where the actuator has
-        effects of a plugin. InputError where the times do not rise or a number is not finite.
+        between ``time_s`` (samples,), from rest. ``catalogue`` is needed for effects of a plugin.
+        InputError where the times do not rise, a number is not finite, or both are given.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -123,15 +128,21 @@ class Actuator(Frozen):
         from servosight.models.plant import predict, predict_command
 
         known = built_in() if catalogue is None else catalogue
+        given = tuple(one is not None for one in (recording, time_s, command_deg))
+        if given not in ((True, False, False), (False, True, True)):
+            raise InputError(
+                "predict: expected one command; give a recording, or else time_s and command_deg"
+            )
         if recording is None:
-            if time_s is None or command_deg is None:
-                raise InputError(
-                    "predict: no command, expected a recording, or time_s and command_deg; give one"
-                )
-            times, command = command_from_arrays("predict", time_s, command_deg)
-            return predict_command(self, times, command, known)
+            rows = command_from_arrays("predict", time_s, command_deg)
+            return predict_command(self, *rows, known)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)
+        if not isinstance(recording, Recording):
+            raise InputError(
+                f"predict: a {type(recording).__name__} is no recording, expected a Recording or "
+                f"the path of one; give arrays as time_s and command_deg"
+            )
         return predict(self, recording, known)
 
     def to_control(self, *, state_space: bool = False, delay_order: int = 0) -> Any:
@@ -287,6 +298,5 @@ def _estimate(path: Path, key: str, entry: float | Mapping[str, Any], q: Paramet
     read = validated(
         entry if isinstance(entry, Mapping) else {"value": entry}, _Entry, path, key, notes=True
     )
-    expected = f"{q.low:g} to {q.high:g} {q.unit}"
-    require(q.low <= read.value <= q.high, path, f"{key}.value", read.value, expected)
+    require(q.low <= read.value <= q.high, path, f"{key}.value", read.value, q.range_words)
     return Estimate(read.value, read.sigma, q.unit)

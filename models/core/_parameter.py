@@ -85,6 +85,16 @@ class Parameter:
         """True where the optimiser sees 1 / value."""
         return self.neutral is not None and math.isinf(self.neutral)
 
+    @property
+    def suffix(self) -> str:
+        """The unit behind a value in a sentence, with its space; nothing where it has none."""
+        return "" if self.unit == "-" else f" {self.unit}"
+
+    @property
+    def range_words(self) -> str:
+        """The bounds in words, such as "0.02 to 20" or "0.001 to 2 s"."""
+        return f"{self.low:g} to {self.high:g}{self.suffix}"
+
     def to_search(self, value: float) -> float:
         """Map a physical value to the optimiser's coordinate."""
         if not self.reciprocal:

@@ -105,7 +105,8 @@ class Recording(Frozen):
     ) -> Recording:
         """A recording from arrays; ``command_time_s`` where the command has rows of its own.
 
-        Raises InputError for whatever a recording cannot be, as for a file.
+        ``sigma_deg`` (samples,) may be one number for all samples. Raises InputError for whatever a
+        recording cannot be, as for a file.
         """
         from servosight.models.io import recording_from_arrays  # it checks what files hold
 
@@ -138,8 +139,9 @@ class Recording(Frozen):
         """A recording from columns of a pandas or Polars data frame, or of a mapping.
 
         ``unit`` (deg, rad or rev) is that of angle, command and sigma where their names have none:
-        ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us or
-        ns). Where no angle has a unit, degrees are assumed and a note says so. Raises InputError.
+        ``angle_rad`` and ``pos [rad]`` have one. ``time_unit`` is that of the time (s, ms, us,
+        ns, min or h). Where no angle has a unit, degrees are assumed and a note says so. Raises
+        InputError.
         """
         from servosight.models.io import recording_from_frame  # it checks what files hold
 

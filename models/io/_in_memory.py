@@ -11,7 +11,7 @@ import numpy as np
 from servosight.models.core import Array, Hold, InputError, Recording
 from servosight.models.io._recording import Streams, recording_of
 from servosight.models.io._settings import RecordingSettings
-from servosight.models.io.importers import Column, Raw, Request, assemble, units_of
+from servosight.models.io.importers import Column, Raw, Request, assemble, check_distinct, units_of
 from servosight.models.io.tables import Series, check_angle, check_finite, check_time
 
 _OPTIONAL = ("command_time_s", "sigma_deg")
@@ -23,6 +23,9 @@ def recording_from_arrays(
     """What :meth:`servosight.Recording.from_arrays` does; ``arrays`` by its arguments' names."""
     if hold not in ("zero", "linear"):
         raise InputError(f"hold is {hold!r}, expected 'zero' or 'linear'; give one of them")
+    sigma_deg = arrays["sigma_deg"]
+    if sigma_deg is not None and np.ndim(sigma_deg) == 0:
+        arrays = {**arrays, "sigma_deg": np.full(np.shape(arrays["angle_deg"]), sigma_deg)}
     found = {
         key: _series(name, key, one)
         for key, one in arrays.items()
@@ -74,6 +77,7 @@ def recording_from_frame(
         for quantity, column in columns.items()
         if column is not None
     }
+    check_distinct(name, chosen)
     for quantity, column in chosen.items():
         if column.name not in known:
             raise InputError(
@@ -102,7 +106,9 @@ def _column_names(name: str, frame: Any) -> list[Any]:
 
 
 def _series(name: str, label: str, values: Any) -> Series:
-    """One column of numbers; InputError where it is none."""
+    """One column of numbers; InputError where it is none, or one of them is masked or complex."""
+    if np.iscomplexobj(values):
+        raise InputError(f"{name}: {label} is complex, expected real numbers; take its real part")
     try:
         array: Array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -112,5 +118,11 @@ def _series(name: str, label: str, values: Any) -> Series:
     if array.ndim != 1:
         raise InputError(
             f"{name}: {label} has the shape {array.shape}, expected one dimension; give one column"
+        )
+    if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
+        raise InputError(
+            f"{name}, index {np.argmax(values.mask)}: {label} is masked, expected a number for "
+            f"each sample; leave out of every array what is masked in one, as in "
+            f"{label}[~{label}.mask]"
         )
     return Series(Path(name), label, array, array, range(array.size), "index")

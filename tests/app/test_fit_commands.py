@@ -29,6 +29,7 @@ def test_identify_then_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert values["schema"] == 1
     assert 98.0 < values["fit_percent"] < 100.0
     assert Actuator.load(card, catalogue()).value("k") == values["parameters"]["k"]["value"]
+    complaint(capsys, ["compare", str(result), str(rec)], "r.json: is a fit", "-o MODEL.toml")
 
     assert main(["compare", str(card), str(rec), "--json", "-"]) == 0
     captured = capsys.readouterr()
@@ -53,6 +54,11 @@ def test_a_model_with_effects_is_what_the_next_diagnosis_begins_with(
     card.write_text(re.sub(r"(\[parameters.T\]\nvalue = )[0-9.]+", r"\g<1>0.2", text))
     assert main(["compare", str(card), str(rec)]) == 0
     assert following in capsys.readouterr().out
+
+
+def test_a_parameter_held_at_two_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["identify", str(log(tmp_path / "log.csv")), "--fix", "k=1", "--fix", "k=2"]
+    complaint(capsys, words, "--fix k: is given twice, with 1 and 2")
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,7 @@ def test_import_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     complaint(capsys, ["import", str(source), "-o", str(tmp_path / "r")], "--map time=COLUMN")
     complaint(capsys, [*words, "--unit-scale", "0"], "--unit-scale 0", "expected")
     complaint(capsys, ["import", "none.json", "-o", "r"], "none.json", "no such file")
+    complaint(capsys, ["import", str(source), "-o", ""], "--output", "is empty")
     complaint(capsys, [*words, "-o", f"{source}/rec"], "cannot be written", "expected")
     assert not (tmp_path / "r").exists()
 

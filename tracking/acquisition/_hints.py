@@ -9,6 +9,7 @@ import numpy as np
 
 from servosight.models.core import InputError
 from servosight.tracking.core import Box, TrackOptions
+from servosight.tracking.video import check_before_end
 
 _FARTHEST = 1.5  # times the picture's longer side, from its middle to the pivot
 _LEAST_BOX_PX = 12
@@ -35,6 +36,8 @@ def check_hints(video: Path, options: TrackOptions, shape: tuple[int, ...]) -> N
         raise InputError(
             f"{video}: --at is {options.at_s:g}; expected seconds from 0, a time in the video."
         )
+    if options.at_s is not None:
+        check_before_end(video, options.at_s)
     if options.pick < 1:
         raise InputError(f"{video}: --pick is {options.pick}; expected 1 or more.")
 

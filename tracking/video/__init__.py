@@ -28,6 +28,9 @@ from servosight.tracking.video._video import (
     calm_frames as calm_frames,
 )
 from servosight.tracking.video._video import (
+    check_before_end as check_before_end,
+)
+from servosight.tracking.video._video import (
     frame_at as frame_at,
 )
 from servosight.tracking.video._video import (

@@ -76,6 +76,17 @@ def frames(video: Path, coloured: bool = False, woven: FieldOrder | None = None)
             )
 
 
+def check_before_end(video: Path, at_s: float) -> None:
+    """InputError where ``at_s`` [s] is beyond the end that the video declares, if it does."""
+    with opened(video) as (container, stream):
+        end_s = declared_end_s(stream, container)
+    if end_s is not None and at_s > end_s + _BEYOND_S:
+        raise InputError(
+            f"{video}: --at {at_s:g} is beyond the end of the video, at {end_s:.3f} s; expected a "
+            "time in the video."
+        )
+
+
 def frame_at(video: Path, at_s: float, woven: FieldOrder | None = None) -> Frame:
     """The picture whose presentation time is nearest to ``at_s`` [s]; InputError where the video
     has none near it."""

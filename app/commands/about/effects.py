@@ -71,7 +71,7 @@ def _show(out: Console, effect: Effect) -> None:
 def _parameter(parameter: Parameter) -> str:
     neutral = parameter.neutral
     vanishes = "" if neutral is None else f", vanishes at {_plain(neutral)}"
-    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
+    unit = parameter.suffix
     shown = f" [{unit.strip()}]" if unit else ""
     bounds = f"{_plain(parameter.low)} to {_plain(parameter.high)}{unit}"
     return f"{parameter.meaning}{shown}, {bounds}{vanishes}"

@@ -16,6 +16,7 @@ from servosight.app.arguments import (
     add_recordings,
     add_report,
     any_path,
+    fixed,
     identifiers,
     plugins_again,
 )
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace) -> None:
     if not is_model_file(args.model) or is_model_file(args.recordings[0]):
         _change(args)
         return
-    refuse_fitting(args.effects, dict(args.fix))
+    refuse_fitting(args.effects, fixed(args))
     effects: Mapping[str, Effect] = catalogue(args.plugin)
     start: list[object] = []
     if is_fmu(args.model):
@@ -137,7 +138,7 @@ def _change(args: argparse.Namespace) -> None:
             args.model,
             args.recordings[0],
             effects=args.effects,
-            fix=dict(args.fix),
+            fix=fixed(args),
             plugins=args.plugin,
             progress=show,
         )

@@ -18,6 +18,7 @@ from servosight.app.arguments import (
     add_report,
     add_seed,
     any_path,
+    fixed,
     identifiers,
     limit_pair,
     plugins_again,
@@ -173,7 +174,7 @@ def _of_card(args: argparse.Namespace, effects: Mapping[str, Effect]) -> Callabl
         start=None if args.start is None else Actuator.load(args.start, effects),
         with_effects=args.with_effects,
         without_effects=args.without_effects,
-        fix=dict(args.fix),
+        fix=fixed(args),
     )
     return partial(diagnose, prior=prior)
 
@@ -189,7 +190,7 @@ def _of_fmu(args: argparse.Namespace) -> Callable[..., Diagnosis]:
         trust=args.trust,
         with_effects=args.with_effects,
         without_effects=args.without_effects,
-        fix=dict(args.fix),
+        fix=fixed(args),
     )
 
 

@@ -15,6 +15,7 @@ from servosight.app.arguments import (
     add_recordings,
     add_seed,
     any_path,
+    fixed,
     identifiers,
     plugins_again,
 )
@@ -92,7 +93,7 @@ def run(args: argparse.Namespace) -> None:
             catalogue=effects,
             method=args.method,
             seed=args.seed,
-            fix=dict(args.fix),
+            fix=fixed(args),
         )
     if args.output is not None:
         result.actuator.save(args.output)
@@ -136,7 +137,7 @@ def _run_fmu(args: argparse.Namespace) -> None:
             args.effects,
             catalogue=catalogue(args.plugin),
             trust=args.trust,
-            fix=dict(args.fix),
+            fix=fixed(args),
             command=args.fmu_input,
             angle=args.fmu_output,
         )

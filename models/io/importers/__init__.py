@@ -8,6 +8,7 @@ whether a file that begins with the bytes ``start``, or a folder, is one of its 
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from servosight.models.core import InputError, Recording, check_path
 from servosight.models.io.importers._assemble import assemble
 from servosight.models.io.importers._kinds import unknown_kind
 from servosight.models.io.importers._raw import Raw
-from servosight.models.io.importers._request import Column, Request, parse_map
+from servosight.models.io.importers._request import Column, Request, check_distinct, parse_map
 from servosight.models.io.importers._units import units_of
 from servosight.models.io.tables import UTF_16
 
@@ -35,6 +36,8 @@ _NAMES = (
 )
 """In the order in which they are asked; the first that recognises a file reads it."""
 START_BYTES = 1 << 16
+_RESULT = re.compile(rb'\{\s*"schema": \d+,\s*"type": "(fit|comparison|diagnosis|change)"')
+"""How the JSON of a result begins that has a model (docs/json.md)."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,7 @@ def import_recording(source: Path, request: Request) -> Recording:
     check_path(source)
     if not source.exists():
         raise InputError(f"{source}: no such file, expected a log to import; check the name")
+    _refuse_result(source)
     found = recognised(source)
     if found is None:
         what, remedy = (
@@ -79,9 +83,22 @@ def import_recording(source: Path, request: Request) -> Recording:
             f"{source}: {what}, expected a log of one of "
             f"{', '.join(one.name for one in FORMATS)}; {remedy}"
         )
-    if request.command is not None:
+    if request.command is None:
+        check_distinct(str(source), request.columns)
+    else:
         _check_command(source, found.name, request.command)
     return found.read(source, request)
+
+
+def _refuse_result(source: Path) -> None:
+    """InputError where a file is what servosight made of recordings: no log, and no model card."""
+    kind = _RESULT.match(b"" if source.is_dir() else _start(source))
+    if kind is not None:
+        raise InputError(
+            f"{source}: is a {kind[1].decode()} that servosight wrote as JSON, expected a "
+            f"recording or a model; where its model is meant, give the model card that "
+            f"-o MODEL.toml writes"
+        )
 
 
 def _check_command(source: Path, name: str, command: Path) -> None:
@@ -126,6 +143,7 @@ __all__ = [
     "Raw",
     "Request",
     "assemble",
+    "check_distinct",
     "import_recording",
     "parse_map",
     "recognised",

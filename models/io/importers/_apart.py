@@ -25,6 +25,10 @@ from servosight.models.io.importers import reader
 
 LARGEST_FILE = 1 << 32
 LONGEST_READ_S = 120.0
+CUT_OFF = (
+    "the end of the file is missing, and what is before it was read; copy it again if it can be"
+)
+"""The note on a log whose recorder was interrupted, or of which a copy was."""
 _PROGRAM = f"import sys; from {reader.__name__} import main; sys.exit(main())"
 
 
@@ -33,13 +37,15 @@ class Extract:
     """What a parser found of the columns that were asked for.
 
     ``columns`` (rows,) by name, ``times_s`` (rows,) of those that have stamps of their own, the
-    ``names`` of all columns, and ``facts``: single numbers and texts.
+    ``names`` of all columns, and ``facts``: single numbers and texts. ``notes`` are sentences that
+    the user should read.
     """
 
     columns: dict[str, Array]
     names: tuple[str, ...]
     times_s: dict[str, Array] = field(default_factory=dict)
     facts: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,4 +111,4 @@ def _unpacked(content: bytes) -> Extract:
         index = json.loads(bytes(arrays[reader.INDEX]))
         columns = {name: arrays[f"column_{n}"] for n, name in enumerate(index["columns"])}
         times_s = {name: arrays[f"time_{n}"] for n, name in enumerate(index["times"])}
-    return Extract(columns, tuple(index["names"]), times_s, index["facts"])
+    return Extract(columns, tuple(index["names"]), times_s, index["facts"], tuple(index["notes"]))

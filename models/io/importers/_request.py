@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from servosight.models.core import InputError, Side, column_map
+from servosight.models.core import InputError, Side, column_map, did_you_mean
 from servosight.models.io.tables import SIGNALS
 
 QUANTITIES = ("time", "command", "angle", "sigma")
@@ -46,6 +46,16 @@ class Request:
     angle_of: Side | None = None
 
 
+def check_distinct(name: str, columns: Mapping[str, Column]) -> None:
+    """InputError where command and angle are one column of the log ``name``."""
+    command, angle = columns.get("command"), columns.get("angle")
+    if command is not None and angle is not None and command.name == angle.name:
+        raise InputError(
+            f"{name}: column {angle.name} is mapped to command and angle both, expected a column "
+            f"for each; correct one of the two"
+        )
+
+
 def parse_map(words: Sequence[str]) -> dict[str, Column]:
     """``["time=t:ms", "angle=pos:rad"]`` as columns by quantity."""
     columns: dict[str, Column] = {}
@@ -54,7 +64,12 @@ def parse_map(words: Sequence[str]) -> dict[str, Column]:
         name, colon, unit = place.rpartition(":")
         if not colon:
             name, unit = place, ""
-        if not equals or not name or quantity not in ALL:
+        if equals and name and quantity not in ALL:
+            raise InputError(
+                f"columns: {quantity} in {word} is no quantity{did_you_mean(quantity, ALL)}, "
+                f"expected one of {', '.join(ALL)}; correct the name before the equals sign"
+            )
+        if not equals or not name:
             raise InputError(
                 f"columns: {word} maps none, expected one of "
                 f"{', '.join(ALL)} and a column, with its unit where its "

@@ -45,6 +45,7 @@ def main() -> int:
             "times": list(found.times_s),
             "names": list(found.names),
             "facts": found.facts,
+            "notes": list(found.notes),
         }
         arrays = {INDEX: np.frombuffer(json.dumps(index).encode(), dtype=np.uint8)}
         arrays |= {f"column_{n}": one for n, one in enumerate(found.columns.values())}

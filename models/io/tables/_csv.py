@@ -13,6 +13,7 @@ import numpy as np
 from servosight.models.core import LARGEST_TABLE, Array, InputError
 from servosight.models.io.tables._layout import (
     COMMENT,
+    QUOTE,
     delimiter_of,
     is_number,
     layout_of,
@@ -23,6 +24,9 @@ from servosight.models.io.tables._text import log_text
 LONGEST_LINE = 100_000
 _GROUPED = re.compile(r"[+-]?(?:\d{1,3}(?:,\d{3})+\.\d*|\d{1,3}(?:\.\d{3})+,\d*)")
 """A number with separators of thousands and a decimal mark."""
+_WITH_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_OF_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A number that may be with a separator of thousands, or with a decimal comma."""
 _GROUPS = re.compile(r"\d[,'\u2019\u00a0\u202f ]\d{3}\b")
 _DATE = re.compile(r"\d\s*[/:.-]\s*\d+\s*[/:.-]\s*\d")
 _MISSING = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")
@@ -99,10 +103,11 @@ def _wanted(cell: str) -> str:
 def read_sheet(path: Path) -> Sheet:
     """Read a table separated by commas, semicolons, tabs or spaces; any BOM and line ends will do.
 
-    Beside other separators a comma in a number is a decimal comma. What stands above the header is
-    skipped, a row of units below it is joined with it, and columns without a header are called by
-    their numbers, from 1. InputError for a file that is missing, empty, too large or no text, or
-    with a row of another width.
+    Beside other separators a comma in a number is a decimal comma, and in quotes where no number
+    has a point and one cannot be read otherwise, as "0,25" and not "1,250". What stands above the
+    header is skipped, a row of units below it is joined with it, and columns without a header are
+    called by their numbers, from 1. InputError for a file that is missing, empty, too large or no
+    text, or with a row of another width.
     """
     text = log_text(path, "a CSV file", LARGEST_TABLE)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -127,13 +132,14 @@ def read_sheet(path: Path) -> Sheet:
     if delimiter == " ":
         rows = [" ".join(row.split()) for row in rows]
     rows = _without_last_separator(rows, delimiter)
-    quoted = '"' in text
+    quoted = QUOTE in text
     if quoted:
         rows = [
             _unquoted(path, number, row, delimiter)
             for number, row in zip(numbers, rows, strict=True)
         ]
         delimiter = _UNQUOTED
+        decimal_comma = decimal_comma or _has_decimal_commas(rows[1:])
     header = tuple(name.strip() for name in rows[0].split(delimiter))
     if quoted or decimal_comma:
         rows = [_plain_row(row, delimiter, decimal_comma) for row in rows]
@@ -146,7 +152,7 @@ def read_sheet(path: Path) -> Sheet:
     for number, row in zip(numbers, rows, strict=True):
         if row.count(delimiter) != len(header) - 1:
             raise InputError(
-                f"{path}, row {number}: the row has {row.count(delimiter) + 1} fields, expected "
+                f"{path}, row {number}: the row has {_fields(row, delimiter)}, expected "
                 f"{len(header)} as in the header; correct the row or delete it"
             )
     units = with_units(header, rows[1].split(delimiter)) if first and len(rows) > 1 else None
@@ -163,6 +169,11 @@ def table_text(header: Sequence[str], columns: Sequence[Array]) -> str:
     return ",".join(header) + "\n" + body
 
 
+def _fields(row: str, delimiter: str) -> str:
+    count = row.count(delimiter) + 1
+    return f"{count} field{'s' * (count > 1)}"
+
+
 def _without_last_separator(rows: Sequence[str], delimiter: str) -> list[str]:
     """Rows without a separator at the end where either only they or only the header have one."""
     header, *body = (row.rstrip(" ") for row in rows)
@@ -172,6 +183,14 @@ def _without_last_separator(rows: Sequence[str], delimiter: str) -> list[str]:
     if more == {-1} and header.endswith(delimiter):
         return [header[: -len(delimiter)], *body]
     return list(rows)
+
+
+def _has_decimal_commas(rows: Sequence[str]) -> bool:
+    """True where quoted numbers have decimal commas and none has a decimal point."""
+    cells = [cell.strip() for row in rows for cell in row.split(_UNQUOTED)]
+    return any(
+        _WITH_COMMA.fullmatch(cell) and not _OF_THOUSANDS.fullmatch(cell) for cell in cells
+    ) and not any("." in cell and is_number(cell) for cell in cells)
 
 
 def _plain_row(row: str, delimiter: str, decimal_comma: bool) -> str:

@@ -15,6 +15,8 @@ _SPELLINGS = {
     **dict.fromkeys(("msec", "millis", "milliseconds"), "ms"),
     **dict.fromkeys(("µs", "μs", "usec", "micros", "microseconds"), "us"),
     **dict.fromkeys(("nsec", "nanos", "nanoseconds"), "ns"),
+    **dict.fromkeys(("mins", "minute", "minutes"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
     **dict.fromkeys(("°", "degree", "degrees"), "deg"),
     **dict.fromkeys(("radian", "radians"), "rad"),
     **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), "rev"),
@@ -22,6 +24,8 @@ _SPELLINGS = {
 """Other spellings of the units in ``SECONDS`` and ``DEGREES``."""
 _KNOWN = frozenset((*SECONDS, *DEGREES, PULSE))
 _SIGNAL_UNIT = re.compile(r"[munkµ]?(?:Nm|N|A|V|W)|[cm]N\.?m|kgf?\.?cm|Ncm")
+_OF_TIME = re.compile(r"t|(?:.*[^a-z])?time", re.IGNORECASE)
+"""Names of clocks; in ``angle_min`` and ``pos_h`` the end is no unit."""
 _LABEL = re.compile(r"(?P<name>.*?)(?P<label>(?:\[[^\[\]]*\])*)")
 """A path and the joint or the place in square brackets at its end."""
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
@@ -52,6 +56,8 @@ def split_unit(header: str) -> tuple[str, str | None]:
     (('pos', 'rad'), ('t', 'ms'), ('goal', 'rad'), ('time', 'ms'))
     >>> split_unit("pos (counts)"), split_unit("arm/pos"), split_unit("joint[2]")
     (('pos', 'counts'), ('arm/pos', None), ('joint[2]', None))
+    >>> split_unit("time_h"), split_unit("angle_min")
+    (('time', 'h'), ('angle_min', None))
     """
     found = _BRACKETS.fullmatch(header.strip())
     if found:
@@ -90,6 +96,7 @@ def signal_unit(name: str, split: Split = split_unit) -> str | None:
 def _behind_a_mark(name: str) -> tuple[str, str | None]:
     for mark in "_/":
         bare, _, unit = name.rpartition(mark)
-        if bare and spelled(unit) in _KNOWN:
+        long = spelled(unit) in ("min", "h") and not _OF_TIME.fullmatch(bare)
+        if bare and spelled(unit) in _KNOWN and not long:
             return bare, spelled(unit)
     return name, None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from servosight.models.io.tables._dates import date_kind
 from servosight.models.io.tables._header_units import is_unit, split_unit
 
 COMMENT = "#"
+QUOTE = '"'
 _MARKS = (",", ";", "\t")
 _LONGEST_PREAMBLE = 200
 _SAMPLE = 20
@@ -119,7 +121,14 @@ def _names_columns(comment: str, row: str) -> bool:
 
 
 def _split(row: str, mark: str) -> list[str]:
-    return row.split() if mark == " " else row.split(mark)
+    if mark == " ":
+        return row.split()
+    if QUOTE in row:
+        try:
+            return next(csv.reader([row], delimiter=mark))
+        except csv.Error:  # longer than a field may be: the reader of the rows refuses it
+            pass
+    return row.split(mark)
 
 
 def _note(path: Path, skipped: Sequence[int], which: str) -> str:

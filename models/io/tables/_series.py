@@ -23,7 +23,7 @@ SHORTEST_S = 0.04
 
 SIGNALS = ("disturbance", "supply", "current", "torque")
 """What else a log may hold beside the angle; a unit follows in the name of its column."""
-SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+SECONDS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600}
 """How many of a unit make a second; dividing keeps 8 ms at exactly the float 0.008."""
 PULSE = "us"
 """The unit of a command that is a pulse width."""

@@ -43,7 +43,7 @@ def export(
     from servosight.sources import read
 
     known = catalogue_of(plugins)
-    given = read(on) if isinstance(on, Path | str) else on
+    given = None if on is None else read(on)
     return export_model(
         actuator_of(model, known),
         to,

@@ -43,12 +43,19 @@ def catalogue_of(plugins: Path | str | Sequence[Path | str]) -> Mapping[str, Eff
 
 
 def actuator_of(model: Model, known: Mapping[str, Effect]) -> Actuator:
-    """The actuator that a model is, or has."""
-    from servosight.models.core import Actuator
+    """The actuator that a model is, or has; InputError where it is no model."""
+    from servosight.models.core import Actuator, InputError
 
     if isinstance(model, Path | str):
         return Actuator.load(Path(model), known)
-    return model if isinstance(model, Actuator) else model.actuator
+    if isinstance(model, Actuator):
+        return model
+    if not hasattr(model, "actuator"):
+        raise InputError(
+            f"model: is of type {type(model).__name__}, expected a fit, a diagnosis, an actuator "
+            f"or the path of a model card; give one of them"
+        )
+    return model.actuator
 
 
 def is_model(given: Any) -> TypeGuard[Model]:

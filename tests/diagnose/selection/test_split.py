@@ -114,6 +114,16 @@ def test_too_short_for_three_falls_back_to_two_with_a_warning() -> None:
     assert "short: too short" in split.warnings[0]
 
 
+def test_the_warning_names_the_data_that_the_reported_error_is_of() -> None:
+    long, short, shortest = recording(12.0), recording(2.6, "short"), recording(0.9, "shortest")
+    (alone,) = Split.of([shortest]).warnings
+    assert alone.endswith("the error of the fitted data, which chose the effects as well")
+    (validated,) = Split.of([short]).warnings
+    assert validated.endswith("the validation error, of the data that chose the effects")
+    (beside,) = Split.of([long, short]).warnings
+    assert beside.endswith("that of the test data of the other recordings")
+
+
 def test_half_a_second_is_enough_to_test_on() -> None:
     """Of 4.6 s, the fifth block can be tested on only if the second validates."""
     one = recording(4.6)

@@ -47,6 +47,13 @@ def test_at_a_bound_the_profile_says_how_much_is_allowed(record: Any) -> None:
     assert 0.0 < float(allowed[1]) < 0.01
 
 
+def test_a_bound_without_a_unit_prints_none(record: Any) -> None:
+    name = "load_dependent_friction"
+    found = identify([record(4.0, 2)], [name], catalogue=catalogue(), method="gradient")
+    (warning,) = found.warnings
+    assert re.fullmatch(rf"{name}.ratio is .*, at most \S+ with 95 % confidence", warning)
+
+
 def test_the_profile_agrees_with_the_jacobian_on_a_parabola(record: Any) -> None:
     """k is all but linear: a rise of 1 at one sigma, of 4 at two."""
     found = assessed(record(2.0, 1))

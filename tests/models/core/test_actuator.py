@@ -81,6 +81,13 @@ def test_what_is_wrong_is_named_in_one_sentence(
     assert "\n" not in message
 
 
+def test_the_range_of_a_ratio_has_no_unit(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"expected 0\.02 to 20;"):
+        load(tmp_path, GOOD.replace("xi = 0.55", "xi = 99"))
+    with pytest.raises(InputError, match=r"expected 0\.001 to 2 s;"):
+        load(tmp_path, GOOD.replace("0.0078", "99"))
+
+
 def test_a_missing_card_says_how_to_get_one(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such file.*servosight identify"):
         Actuator.load(tmp_path / "none.toml", catalogue())

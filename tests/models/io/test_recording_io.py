@@ -44,6 +44,14 @@ def test_other_separators_with_decimal_commas(tmp_path: Path, mark: str) -> None
     np.testing.assert_array_equal(plain.angle_deg, other.angle_deg)
 
 
+def test_decimal_commas_in_quotes_between_commas(tmp_path: Path) -> None:
+    plain = load_recording(written(tmp_path / "plain.csv", table()))
+    rows = [[f'"{cell.replace(".", ",")}"' for cell in line.split(",")] for line in table()]
+    other = load_recording(written(tmp_path / "other.csv", [",".join(cells) for cells in rows]))
+    np.testing.assert_array_equal(plain.angle_deg, other.angle_deg)
+    np.testing.assert_array_equal(plain.time_s, other.time_s)
+
+
 def test_quotes_notes_and_blank_lines(tmp_path: Path) -> None:
     lines = table("time_s,command_deg,angle_deg,note")
     lines = [lines[0], *(f'{line},"left, then right"' for line in lines[1:])]

@@ -49,6 +49,7 @@ SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
         ["time_s,command_deg,angle_deg,sigma_deg", *(f"{r},0" for r in table()[1:])],
         ("row 2", "sigma_deg", "above 0"),
     ),
+    "short row": (with_row(4, "1"), ("row 4", "the row has 1 field,")),
     "quotes": (with_row(4, '0.02,"1,1'), ("row 4", "quotes", "remove")),
     "long row": (with_row(4, "1" * 200_000), ("row 4", "200000 characters", "table")),
 }

@@ -19,7 +19,7 @@ from servosight.tracking.methods import _footage
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._footage import Footage
 from servosight.tracking.verification import FrameSample, small
-from servosight.tracking.video import Frame, open_film
+from servosight.tracking.video import Frame, frame_at, open_film
 from servosight.tracking.video.drawing import SeenPart, refusal_picture
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -192,13 +192,23 @@ def test_a_tip_is_a_box_within_the_picture(point: tuple[float, float], box: Box)
     assert pointed_box(TrackOptions(tip=point), SIZE[::-1]) == box
 
 
+def test_a_time_without_a_place_is_refused(
+    tmp_path: Path, write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    video = write(tmp_path / "two.mkv", pictures(), np.arange(FRAMES) / RATE_HZ)
+    assert main(["track", str(video), "--at", "1"]) == 2
+    assert "give --pivot, --template or --tip as well" in capsys.readouterr().err
+
+
 def test_a_time_beyond_the_end_is_refused(
     tmp_path: Path, write: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
     video = write(tmp_path / "two.mkv", pictures(), np.arange(FRAMES) / RATE_HZ)
     assert main(["track", str(video), "--tip", "90,60", "--at", "7"]) == 2
-    assert "--at 7 is beyond the last frame, at 1.960 s" in capsys.readouterr().err
+    assert "--at 7 is beyond the end of the video, at 1.961 s" in capsys.readouterr().err
     assert not (tmp_path / "track_refused.png").exists()
+    with pytest.raises(InputError, match=r"--at 7 is beyond the last frame, at 1\.960 s"):
+        frame_at(video, 7.0)
 
 
 def test_a_refusal_shows_what_to_copy() -> None:

@@ -14,12 +14,13 @@ import numpy as np
 
 from servosight.models.core import InputError, Recording
 from servosight.models.io._power import power_columns
-from servosight.models.io.importers._apart import Extract, Parser
+from servosight.models.io.importers._apart import CUT_OFF, Extract, Parser
 from servosight.models.io.importers._request import Request
+from servosight.models.io.importers.formats._mcap_end import MAGIC, with_end
 from servosight.models.io.importers.formats._streams import read_streams
 
 PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
-_ENDINGS = {b"\x89MCAP0\r\n": ".mcap", b"SQLite format 3\0": ".db3"}
+_ENDINGS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3"}
 """The bytes that begin a file of a bag, and its ending."""
 _HEADER_BYTES = 64
 _MOST_PLACES = 100
@@ -48,23 +49,12 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
-    with (
-        TemporaryDirectory() as place,
-        AnyReader([_with_ending(path, Path(place))], default_typestore=store) as bag,
-    ):
-        names = _names(bag)
-        chosen = {*wanted, *power_columns(names)} if wanted else set()
-        topics = {name: _topic(name, bag.topics) for name in chosen}
-        found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in chosen}
-        connections = [one for one in bag.connections if one.topic in topics.values()]
-        for connection, logged_ns, data in bag.messages(connections) if connections else ():
-            message = bag.deserialize(data, connection.msgtype)
-            numbers = dict(_numbers(message))
-            for name, topic in topics.items():
-                value = numbers.get(name.removeprefix(f"{topic}."))
-                if topic == connection.topic and value is not None:
-                    found[name].append((_stamp_ns(message), logged_ns, value))
-        found = {name: rows for name, rows in found.items() if rows}
+    with TemporaryDirectory() as folder:
+        place, cut = _readable(path, Path(folder))
+        with AnyReader([place], default_typestore=store) as bag:
+            names, found = _messages(bag, wanted)
+    if cut and not names:
+        raise InputError("ends before its first message, expected a whole bag; copy it again")
     by_header = all(row[0] > 0 for name in wanted for row in found.get(name, ()))
     if by_header:  # what else has no such stamp is on another clock
         found = {name: own for name, own in found.items() if all(row[0] > 0 for row in own)}
@@ -76,21 +66,47 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     }
     columns = {name: np.array([row[2] for row in own]) for name, own in found.items()}
     clock = "header.stamp" if by_header else "time of recording"
-    return Extract(columns, tuple(names), times_s, {"clock": clock})
+    facts, notes = {"clock": clock}, (CUT_OFF,) if cut else ()
+    return Extract(columns, tuple(names), times_s, facts, notes)
 
 
-def _with_ending(path: Path, place: Path) -> Path:
-    """A bag; a file under a name in ``place`` with the ending by which rosbags knows its kind."""
+def _messages(
+    bag: Any, wanted: Sequence[str]
+) -> tuple[list[str], dict[str, list[tuple[int, int, float]]]]:
+    """All columns' names; rows of header's stamp [ns], time of recording [ns] and value by name."""
+    names = _names(bag)
+    chosen = {*wanted, *power_columns(names)} if wanted else set()
+    topics = {name: _topic(name, bag.topics) for name in chosen}
+    found: dict[str, list[tuple[int, int, float]]] = {name: [] for name in chosen}
+    connections = [one for one in bag.connections if one.topic in topics.values()]
+    for connection, logged_ns, data in bag.messages(connections) if connections else ():
+        message = bag.deserialize(data, connection.msgtype)
+        numbers = dict(_numbers(message))
+        for name, topic in topics.items():
+            value = numbers.get(name.removeprefix(f"{topic}."))
+            if topic == connection.topic and value is not None:
+                found[name].append((_stamp_ns(message), logged_ns, value))
+    return names, {name: rows for name, rows in found.items() if rows}
+
+
+def _readable(path: Path, folder: Path) -> tuple[Path, bool]:
+    """A bag that rosbags can read, and whether it is what an interrupted recorder left.
+
+    A file gets a name in ``folder`` with the ending by which rosbags knows its kind, and there an
+    end where its own is missing.
+    """
     if path.is_dir():
-        return path
+        return path, False
     with path.open("rb") as stream:
         start = stream.read(_HEADER_BYTES)
     ending = next(one for mark, one in _ENDINGS.items() if start.startswith(mark))
+    place = folder / f"bag{ending}"
     if ending == ".mcap":
         _check_profile(start)
-    link = place / f"bag{ending}"
-    link.symlink_to(path.resolve())
-    return link
+        if with_end(path, place):
+            return place, True
+    place.symlink_to(path.resolve())
+    return place, False
 
 
 def _check_profile(start: bytes) -> None:

@@ -60,7 +60,8 @@ def read_streams(
     details: dict[str, Any] = {"source": {**source_of(path, form, raw), **found.facts}}
     used = [one.column for one in raw.values()]
     raw, cut = _powered(path, raw, found)
-    every = (*notes, *assumed, *overlooked(path, found.names, used, split_path), *cut)
+    told = (f"{path}: {note}" for note in found.notes)
+    every = (*notes, *told, *assumed, *overlooked(path, found.names, used, split_path), *cut)
     return assemble(path, raw, request, details, every)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ import numpy as np
 
 from servosight.models.core import Array, Recording
 from servosight.models.io._power import power_columns
-from servosight.models.io.importers._apart import Extract, Parser
+from servosight.models.io.importers._apart import CUT_OFF, Extract, Parser
 from servosight.models.io.importers._request import Request
 from servosight.models.io.importers.formats._streams import read_streams
 
 PARSER = Parser(__name__, "a PX4 log", "pyulog")
+_HEAD = 3
 
 
 def recognises(path: Path, start: bytes) -> bool:
@@ -35,11 +37,34 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     names = [f"{topic}.{field}" for topic in formats for field in _fields(formats, topic)]
     chosen = {*wanted, *power_columns(names)}
     topics = sorted({name.partition(".")[0].partition("[")[0] for name in chosen})
-    columns, times_s = _data(ULog(str(path), topics), wanted)
+    file = _File(path)
+    columns, times_s = _data(ULog(file, topics), wanted)
     if not wanted or not set(wanted) <= set(columns):  # all that is there, to list it
         log = ULog(str(path))
         names = [name for topic in log.data_list for name in _topic_names(topic)]
-    return Extract(columns, tuple(sorted(names)), times_s)
+    return Extract(columns, tuple(sorted(names)), times_s, notes=(CUT_OFF,) if file.cut else ())
+
+
+class _File(io.BufferedReader):
+    """A log that knows whether its end cut a message off: pyulog stops there and says nothing.
+
+    pyulog reads the head of each message, its size in two bytes and its kind, and then the message.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path))
+        self.cut = False
+        self._message: int | None = None
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        if self._message is not None and size == self._message:
+            self.cut |= len(data) < self._message
+            self._message = None
+        elif size == _HEAD:
+            self.cut |= 0 < len(data) < _HEAD
+            self._message = int.from_bytes(data[:2], "little") if len(data) == _HEAD else None
+        return data
 
 
 def _data(log: Any, wanted: Sequence[str]) -> tuple[dict[str, Array], dict[str, Array]]:

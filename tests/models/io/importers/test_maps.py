@@ -58,8 +58,12 @@ def test_csv_with_colons_pulses_and_metres(tmp_path: Path) -> None:
         (Request(), ("row 1", "time", "--map time=COLUMN", "t, goal, pos")),
         (Request({"time": Column("T")}), ("row 1", "no column T", "t, goal, pos", "--map")),
         (
-            Request(parse_map(["time=t:h", "command=goal:deg", "angle=pos:deg"])),
-            ("column t", "'h'", "s, ms, us"),
+            Request(parse_map(["time=t:ticks", "command=goal:deg", "angle=pos:deg"])),
+            ("column t", "'ticks'", "s, ms, us"),
+        ),
+        (
+            Request(parse_map(["time=t:ms", "command=pos:deg", "angle=pos:deg"])),
+            ("column pos is mapped to command and angle both",),
         ),
         (
             Request(parse_map(["time=t:ms", "command=goal:deg", "angle=pos:m"])),
@@ -83,6 +87,11 @@ def test_bad_maps(tmp_path: Path, request_: Request, words: tuple[str, ...]) -> 
 def test_maps_that_say_nothing(word: str) -> None:
     with pytest.raises(InputError, match=r"columns: .*expected"):
         parse_map([word])
+
+
+def test_a_misspelt_quantity() -> None:
+    with pytest.raises(InputError, match=r"tiem in tiem=t is no quantity \(did you mean time\?\)"):
+        parse_map(["tiem=t"])
 
 
 def test_a_quantity_mapped_twice() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.foreign_logs import COUNT, bag, columns, is_sound, ulog
 from support.refusal import refused
@@ -35,6 +36,20 @@ def test_a_px4_log_without_torque_at_the_end_is_cut(tmp_path: Path) -> None:
     assert "torque_enable is false in 50 of 200 messages" in recording.notes[-1]
 
 
+def test_a_px4_log_that_was_cut_off_says_so(tmp_path: Path) -> None:
+    pytest.importorskip("pyulog")
+    path = ulog(tmp_path / "flight")
+    request = columns(
+        "command=servo_setpoint.position[1]:rad", "angle=servo_status[1].position:rad"
+    )
+    content = path.read_bytes()
+    for lost in (1, 20, 2010):
+        path.write_bytes(content[:-lost])
+        recording = import_recording(path, request)
+        assert "the end of the file is missing" in recording.notes[0]
+        assert COUNT // 2 < recording.time_s.size < COUNT
+
+
 @pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])
 def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     """The folder, and the one file in it under another name; stamps are those of the headers."""
@@ -51,6 +66,25 @@ def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     is_sound(import_recording(file.rename(tmp_path / "run.log"), request))
     folder = bag(tmp_path / "again", storage)
     refused(folder, columns("command=/goal.position[x]:rad"), "angle", "/goal.position[pan]")
+
+
+def test_a_bag_that_was_cut_off_is_read_to_there(tmp_path: Path) -> None:
+    """Within the messages, and between them and the summary behind them."""
+    (file,) = bag(tmp_path / "bag", "MCAP").glob("*.mcap")
+    request = columns(
+        "command=/goal.position[elbow]:rad", "angle=/joint_states.position[elbow]:rad"
+    )
+    whole = import_recording(file, request)
+    content = file.read_bytes()
+    for kept, least in ((0.6, COUNT // 2), (0.9999, COUNT)):
+        file.write_bytes(content[: int(kept * len(content))])
+        recording = import_recording(file, request)
+        assert any("the end of the file is missing" in note for note in recording.notes)
+        size = recording.time_s.size
+        assert least <= size <= COUNT
+        np.testing.assert_array_equal(recording.angle_deg, whole.angle_deg[:size])
+    file.write_bytes(content[:200])
+    refused(file, request, "a whole bag")
 
 
 @pytest.mark.parametrize(

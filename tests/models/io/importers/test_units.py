@@ -33,6 +33,21 @@ def test_units_in_headers_are_used(tmp_path: Path, header: str) -> None:
     assert mapped.angle_deg[5] == pytest.approx(math.sin(0.7))
 
 
+@pytest.mark.parametrize(
+    ("header", "unit", "seconds"),
+    [("t (min)", "", 60.0), ("time_h", "", 3600.0), ("t [hours]", "", 3600.0), ("t", ":min", 60.0)],
+)
+def test_minutes_and_hours_are_units_of_time(
+    tmp_path: Path, header: str, unit: str, seconds: float
+) -> None:
+    rows = [f"{0.02 * i / seconds:.12f};{math.sin(0.2 * i)};{i}" for i in range(60)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([f"{header};goal_rad;angle_min", *rows]))
+    columns = parse_map([f"time={header}{unit}", "command=goal", "angle=angle_min:deg"])
+    recording = import_recording(path, Request(columns))
+    assert recording.time_s[7] == pytest.approx(0.14, abs=1e-8)
+
+
 def test_columns_with_the_quantities_names_need_no_map(tmp_path: Path) -> None:
     path = csv_log(tmp_path / "a.csv", "Time (ms);Command (deg);Angle (deg)")
     assert import_recording(path, Request()).time_s[1] == 0.008
@@ -43,7 +58,7 @@ def test_columns_with_the_quantities_names_need_no_map(tmp_path: Path) -> None:
     [
         ("t_ms;goal_rad;pos", ("column pos for the angle has no unit", "angle=pos:rad", "--unit")),
         ("t_ms;goal_rad;pos (counts)", ("column pos (counts)", "'counts'", "--unit-scale")),
-        ("t (h);goal_rad;pos_rad", ("column t (h)", "'h'", "s, ms, us, ns")),
+        ("t (ticks);goal_rad;pos_rad", ("column t (ticks)", "'ticks'", "s, ms, us, ns")),
         ("t;goal_rad;pos_rad", ("column t", "8 s", "milli")),
     ],
 )
