@@ -17,6 +17,8 @@ class TrustLimits:
 
     Attributes:
         largest_apart_deg: rms difference of its angles from those found without a pivot.
+        largest_apart_share: the same as a share of the motion, where that is more: what swings
+            through 260 deg turns, if 1 deg of that is uncertain.
         largest_sigma_deg: median sigma of its angles; 95 % of the frames are then within half a
             degree. Not asked of a part that the user points at. Of the clips in
             docs/measured/wild.md, 0.3 deg admits two with 0.25 deg rms, and two with 0.37 and 0.86.
@@ -33,6 +35,7 @@ class TrustLimits:
     """
 
     largest_apart_deg: float = 0.5
+    largest_apart_share: float = 1.0 / 200.0
     largest_sigma_deg: float = 0.25
     largest_sigma_share: float = 1.0 / 400.0
     largest_rough_share: float = 1.0 / 40.0
@@ -70,15 +73,17 @@ def rough_enough(angle_deg: Array, sigma_deg: Array, limits: TrustLimits = TRUST
 
 
 def swept_deg(angle_deg: Array) -> float:
-    """The range of angles (found,), without the widest gap in which there is none.
+    """The range of angles (found,), without the widest gap in which there is none; a turn at most.
 
-    Someone at the border who looks alike at two angles 90 deg apart does not turn through them.
+    Someone at the border who looks alike at two angles 90 deg apart does not turn through them, and
+    no more turns make a wrong angle less wrong.
 
     >>> swept_deg(np.array([0.0, 2.0, 4.0, 94.0, 96.0]))
     6.0
     """
     ordered = np.sort(angle_deg)
-    return float(ordered[-1] - ordered[0] - np.diff(ordered).max(initial=0.0))
+    swept = float(ordered[-1] - ordered[0] - np.diff(ordered).max(initial=0.0))
+    return min(swept, 360.0)
 
 
 def rough_note(angle_deg: Array, sigma_deg: Array) -> str:
@@ -98,14 +103,14 @@ def distrust(
 
     ``sigma_deg`` (found,) are those of the frames in which it was found.
     """
-    if apart_deg > limits.largest_apart_deg:
+    angle_deg = np.rad2deg([fit.angle_rad for fit in fits if fit is not None])
+    if apart_deg > max(limits.largest_apart_deg, limits.largest_apart_share * swept_deg(angle_deg)):
         return (
             f"turns by angles that differ by {apart_deg:.2g} deg rms from those found without a "
             "pivot; expected a part that turns about one point"
         )
     if pointed:
         return None
-    angle_deg = np.rad2deg([fit.angle_rad for fit in fits if fit is not None])
     why = uncertain(angle_deg, sigma_deg, limits)
     if why is not None:
         return f"{why}, film it larger, without shadows"

@@ -47,6 +47,18 @@ def test_of_a_wide_swing_a_share_counts() -> None:
     why = distrust(0.0, 2.5 * SIGMA_DEG, wide, pointed=False)
     assert why is not None
     assert "expected 0.623 deg at most" in why
+    assert distrust(1.24, SIGMA_DEG, wide, pointed=False) is None
+    why = distrust(1.25, SIGMA_DEG, wide, pointed=False)
+    assert why is not None
+    assert "without a pivot" in why
+
+
+def test_a_wheel_that_turns_on_and_on_has_no_more_than_a_turn_of_angles() -> None:
+    """Ten turns in steps of 18 deg allow no sigma of 9 deg, nor angles that are 18 deg apart."""
+    wheel = [fit(np.deg2rad(18.0 * n), 0.9) for n in range(201)]
+    assert distrust(0.0, np.full(201, 0.9), wheel, pointed=False) is None
+    assert distrust(0.0, np.full(201, 0.91), wheel, pointed=False) is not None
+    assert distrust(1.81, np.full(201, 0.1), wheel, pointed=False) is not None
 
 
 @pytest.mark.parametrize(("apart_share", "refused"), [(0.9, False), (1.1, True)])
