@@ -15,6 +15,8 @@ from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
+_ASTRAY = 10.0  # times the floor
+
 
 @dataclass(frozen=True)
 class BackwardSearch:
@@ -82,9 +84,9 @@ class BackwardSearch:
         """``base`` with what the user knows and the first ordinary effects, fitted at once.
 
         Where they end above the floor, those at the core are fitted alone, and all of them again
-        from there if that is lower. Where they still do, and one that shapes the command matters,
-        they are fitted with what contains it in its place: with a command of another shape all
-        else is fitted wrong.
+        from there if that is lower. Where they still end far above it, and one that shapes the
+        command matters, they are fitted with what contains it in its place: with a command of
+        another shape all else is fitted wrong.
         """
         models, policy = self.models, self.visited.criterion.policy
         names = self._ordinary[: policy.together]
@@ -109,7 +111,8 @@ class BackwardSearch:
         """``begun``, or lower: ``base`` with ``new`` and a richer effect of the command."""
         models, criterion = self.models, self.visited.criterion
         for name, richer in shapes(self._ordinary, models.catalogue).items():
-            if criterion.settled(begun.score) or self.effort.is_spent(models):
+            near = begun.score.train_rmse_deg <= _ASTRAY * criterion.floor_deg
+            if near or self.effort.is_spent(models):
                 return begun
             if name not in begun.effects or richer not in models.candidates(begun):
                 continue

@@ -123,9 +123,9 @@ def test_the_first_three_are_fitted_alone_where_more_end_above_the_floor(
 @pytest.mark.parametrize(
     ("errors", "richer"),
     [
-        ({"": 1.0, "abc": 0.5, "ab": 0.6, "abg": 0.1}, ["together abg"]),
-        ({"": 1.0, "abc": 0.5, "ab": 0.503, "abg": 0.1}, []),  # c hardly matters
-        ({"": 1.0, "abc": 0.1, "ab": 0.6, "abg": 0.1}, []),  # at the floor with c
+        ({"": 3.0, "abc": 1.01, "ab": 1.2, "abg": 0.1}, ["together abg"]),
+        ({"": 3.0, "abc": 1.01, "ab": 1.02, "abg": 0.1}, []),  # c hardly matters
+        ({"": 3.0, "abc": 0.99, "ab": 1.2, "abg": 0.1}, []),  # within ten times the floor with c
     ],
 )
 def test_a_richer_effect_of_the_command_takes_the_place_of_one_that_matters(
