@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from servosight.models.core import Array, rounded
+from servosight.models.core import Array, rounded, runs_of
 
 Paint = Callable[[Figure], None]
 
@@ -153,6 +153,5 @@ def _short(value: float) -> str:
 
 def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_], colour: str = SHADE) -> None:
     """Shade the stretches of time where ``marked`` (samples,) is True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
-    for start, stop in edges.reshape(-1, 2):
+    for start, stop in runs_of(marked):
         axes.axvspan(time_s[start], time_s[stop - 1], color=colour, linewidth=0, zorder=0)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from servosight.diagnose.residuals._samples import FEWEST, Index, Samples
-from servosight.models.core import Array
+from servosight.models.core import Array, runs_of
 
 TURN_SHARE = 0.02
 """A turn counts where the model comes back by this share of its range."""
@@ -138,9 +138,7 @@ def rests(samples: Sequence[Samples]) -> Rests | None:
     """The error where the model rests after a motion; None where it seldom does."""
     short, taken = [], 0.0
     for one in samples:
-        still = one.direction == 0.0
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
-        for start, stop in edges.reshape(-1, 2):
+        for start, stop in runs_of(one.direction == 0.0):
             calm = slice(np.searchsorted(one.time_s, one.time_s[start] + LEAST_REST_S), stop)
             error = one.error_deg[calm][one.scored[calm]]
             before = int(np.searchsorted(one.time_s, one.time_s[start] - ARRIVAL_S))

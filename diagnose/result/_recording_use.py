@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Uses
 from servosight.diagnose.selection import Spans, Split
-from servosight.models.core import Mask, Recording, Table
+from servosight.models.core import Mask, Recording, Table, runs_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,6 @@ def _use(parts: Sequence[tuple[Recording, Uses, float]], spans: Spans) -> Record
 
 def _times(recording: Recording, mask: Mask) -> Iterator[tuple[float, float]]:
     """First and last time of each run of samples under the mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     times = recording.time_s
-    for i, j in edges.reshape(-1, 2):
+    for i, j in runs_of(mask):
         yield float(times[i]), float(times[j - 1])

@@ -63,6 +63,7 @@ from servosight.models.core._recording import command_at as command_at
 from servosight.models.core._result import SCHEMA as SCHEMA
 from servosight.models.core._result import Result as Result
 from servosight.models.core._result import Table as Table
+from servosight.models.core._runs import runs_of as runs_of
 from servosight.models.core._views import is_same_run as is_same_run
 from servosight.models.core._views import one_or_more as one_or_more
 from servosight.models.core._views import read_by_servo as read_by_servo

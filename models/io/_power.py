@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import InputError, Mask
+from servosight.models.core import InputError, Mask, runs_of
 from servosight.models.io.tables import Sheet, several
 
 _PLAIN_NAMES = ("torqueenable", "torqueenabled")
@@ -106,9 +106,8 @@ def _says_no(cell: str) -> bool:
 
 def _longest_run(flags: Mask) -> tuple[int, int]:
     """Start and end (exclusive) of the longest stretch of True; the first on a tie."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    starts, stops = edges[::2], edges[1::2]
-    if starts.size == 0:
+    runs = runs_of(flags)
+    if not len(runs):
         return 0, 0
-    best = int(np.argmax(stops - starts))
-    return int(starts[best]), int(stops[best])
+    start, stop = runs[np.argmax(runs[:, 1] - runs[:, 0])].tolist()
+    return start, stop

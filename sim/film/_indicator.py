@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.models.core import Array, runs_of
 
 SHOWS = ("start", "above", "step")
 
@@ -34,9 +34,9 @@ class Indicator:
             on = command_deg > 0.5 * (command_deg.min() + command_deg.max())
         else:
             on = np.concatenate([[0], np.cumsum(np.diff(command_deg) != 0.0)]) % 2 == 1
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]])))
+        starts, ends = runs_of(on).T
         until = np.append(time_s, np.inf)
-        return np.column_stack([time_s[edges[::2]], until[edges[1::2]]])
+        return np.column_stack([time_s[starts], until[ends]])
 
 
 def share(lit: Array, opens_s: Array, closes_s: Array) -> Array:

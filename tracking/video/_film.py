@@ -199,8 +199,9 @@ def open_film(video: Path, options: TrackOptions) -> Film:
     calm = tuple(calm_frames(_keeping(_moving(runs, pairs), kept)))
     woven = None if header.interlaced or calm[0].tag_deg % 180 else woven_fields(pairs)
     if woven is not None:
+        kept = []
         runs = stretches(video, _RUNS, _run_frames(header), woven)
-        calm = tuple(calm_frames(_keeping(runs, kept := [])))
+        calm = tuple(calm_frames(_keeping(runs, kept)))
     shutters = given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )

@@ -19,7 +19,7 @@ from servosight.tracking.video._container import (
     picture_rate,
 )
 from servosight.tracking.video._decode import TimedPicture, timed_pictures
-from servosight.tracking.video._fields import FieldOrder
+from servosight.tracking.video._fields import FieldOrder, changes
 from servosight.tracking.video._upright import colours, tag_deg, upright
 
 _PART = 10  # of so many frames the calmest is taken
@@ -240,8 +240,7 @@ def calm_frames(runs: Iterable[list[Frame]]) -> list[Frame]:
     for run in runs:
         if len(run) < 2:
             continue
-        thin = np.stack([frame.image[::4, ::4] for frame in run]).astype(np.int16)
-        change = np.abs(np.diff(thin, axis=0)).mean((1, 2))
+        change = changes([frame.image for frame in run])
         unlike = np.maximum(np.append(change, change[-1:]), np.append(change[:1], change))
         if not calm:
             calm.append(run[0])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.models.core import Array, Recording
+from servosight.models.core import Array, Recording, runs_of
 
 LEARNT_SHARE = 0.65
 """The shared error in a frame's sigma. On seven films of a rehearsed servo, the fourteen rests
@@ -30,11 +30,10 @@ def standstill_errors(recording: Recording) -> Array:
     if recording.shared_deg is None or sigma is None:
         return np.zeros((angle.size, 0))
     still = np.abs(np.diff(angle)) < _MOVED * np.maximum(sigma[1:], sigma[:-1])
-    begins = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0) == 1)
-    ends = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0) == -1) + 1
     places: list[float] = []
     columns: list[Array] = []
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+    for begin, last in runs_of(still).tolist():
+        end = last + 1
         if end - begin < _LEAST_FRAMES:
             continue
         place = float(np.median(angle[begin:end]))

@@ -94,19 +94,6 @@ def without(recording: Recording, left_out: Mask) -> Recording:
     )
 
 
-def wrong_reads(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
-    """Which samples jump away and back as no servo can, (samples,).
-
-    >>> time_s = np.arange(0.0, 2.0, 0.01)
-    >>> angle_deg = 10.0 * np.sin(5.0 * time_s)
-    >>> angle_deg[120] += 22.5
-    >>> log = Recording.from_arrays(time_s=time_s, angle_deg=angle_deg, command_deg=np.sin(time_s))
-    >>> np.flatnonzero(wrong_reads(log)).tolist()
-    [120]
-    """
-    return judged_reads(recording, limits).wrong
-
-
 @dataclass(frozen=True)
 class JudgedReads:
     """``wrong``: samples to leave out; ``doubtful``: those that only look so and stay.
@@ -120,7 +107,15 @@ class JudgedReads:
 
 
 def judged_reads(recording: Recording, limits: ReadErrorLimits = LIMITS) -> JudgedReads:
-    """The read errors of a recording, and what may be some but is not plain."""
+    """The read errors of a recording, and what may be some but is not plain.
+
+    >>> time_s = np.arange(0.0, 2.0, 0.01)
+    >>> angle_deg = 10.0 * np.sin(5.0 * time_s)
+    >>> angle_deg[120] += 22.5
+    >>> log = Recording.from_arrays(time_s=time_s, angle_deg=angle_deg, command_deg=np.sin(time_s))
+    >>> np.flatnonzero(judged_reads(log).wrong).tolist()
+    [120]
+    """
     time_s, angle = recording.time_s, recording.angle_deg
     none = np.zeros(angle.size, dtype=bool)
     if angle.size <= 4 * limits.around or limits.longest < 1:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array, Mask
+from servosight.models.core import Array, Mask, runs_of
 
 
 def bends(time_s: Array, angle_deg: Array, places: NDArray[np.int64]) -> Array:
@@ -44,10 +44,9 @@ def passed_by(
     rough[[0, -1]] = rough[[1, -2]]
     reach = longest + 2
     near = np.convolve(rough, np.ones(2 * reach + 1), mode="same") > 0.5
-    edges = np.flatnonzero(np.diff(near.astype(np.int8), prepend=0, append=0))
     left_out = np.zeros(size, dtype=bool)
-    for first, end in edges.reshape(-1, 2):
-        part = slice(int(first), int(end))
+    for first, end in runs_of(near).tolist():
+        part = slice(first, end)
         ends = (at_ends if first == 0 else 0, at_ends if end == size else 0)
         left_out[part] = _stretch(time_s[part], angle_deg[part], price_deg, longest, ends)
     return left_out
@@ -98,9 +97,3 @@ def _costs(time_s: Array, angle: Array, price: float, most: int) -> Array:
             slope = (behind + ahead) / (2.0 * behind * ahead)
             costs[last, ahead - 1, behind] = passed + slope * np.abs(off)
     return costs
-
-
-def runs_of(mask: Mask) -> list[tuple[int, int]]:
-    """First sample and number of samples of each run of True."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return [(int(first), int(end - first)) for first, end in edges.reshape(-1, 2)]

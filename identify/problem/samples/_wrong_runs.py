@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from servosight.identify.problem.samples._read_limits import ReadErrorLimits
-from servosight.identify.problem.samples._smooth_path import bends, runs_of
-from servosight.models.core import Array, Mask, Recording
+from servosight.identify.problem.samples._smooth_path import bends
+from servosight.models.core import Array, Mask, Recording, runs_of
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Run:
 def isolated(recording: Recording, left_out: Mask, limits: ReadErrorLimits) -> list[Run]:
     """The runs of ``left_out`` (samples,) away from a motion that is smooth beside them."""
     path = Path(recording, ~left_out)
-    runs = [path.run(first, length) for first, length in runs_of(left_out)]
+    runs = [path.run(first, end - first) for first, end in runs_of(left_out).tolist()]
     return [run for run in runs if _stands_out(run, path, limits)]
 
 

@@ -12,11 +12,15 @@ from servosight.diagnose import PriorKnowledge, compare, diagnose
 from servosight.identify.fit import identify
 from servosight.identify.problem import ReadErrorLimits, usable_views
 from servosight.identify.problem.samples._old_values import held_values, old_values
-from servosight.identify.problem.samples._read_errors import wrong_reads
+from servosight.identify.problem.samples._read_errors import judged_reads
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import catalogue
 
 STEP_DEG = 360.0 / 4096
+
+
+def wrong_reads(recording: Recording, *limits: ReadErrorLimits) -> Mask:
+    return judged_reads(recording, *limits).wrong
 
 
 def log(angle_deg: Array | None = None, rate_hz: float = 100.0) -> Recording:
