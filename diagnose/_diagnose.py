@@ -32,7 +32,6 @@ from servosight.diagnose.result.next_step import next_experiment
 from servosight.diagnose.result.wording import headline_and_summary
 from servosight.diagnose.selection import (
     MOST_ROWS,
-    AcceptanceCriterion,
     PriorKnowledge,
     SelectionPolicy,
 )
@@ -78,9 +77,7 @@ def diagnose(
     prior = prior or PriorKnowledge()
     groups = one_or_more(recordings), validate, test
     data = diagnosis_data(groups, known, prior, tolerance=tolerance, most_rows=most_rows)
-    criterion = AcceptanceCriterion(
-        data.levels.floor_deg, data.levels.tolerance_deg, policy or SelectionPolicy()
-    )
+    criterion = data.criterion(policy or SelectionPolicy())
     searched = select(data, criterion, prior, auto=auto, progress=progress)
     outcome, ladder = with_ladder(searched)
     verdict = verdict_of(outcome)
@@ -131,7 +128,7 @@ def _result(
     )
     return Diagnosis(
         noise_deg=levels.noise_deg,
-        scatter_deg=data.scatter_deg,
+        scatter_deg=data.scatter.rms_deg if data.scatter else None,
         tolerance_deg=levels.tolerance_deg,
         floor_deg=levels.floor_deg,
         verdict=verdict,

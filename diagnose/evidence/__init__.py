@@ -13,9 +13,10 @@ from servosight.diagnose.evidence._partial import Unexplained as Unexplained
 from servosight.diagnose.evidence._partial import partial as partial
 from servosight.diagnose.evidence._partial import taken as taken
 from servosight.diagnose.evidence._repeats import Repeated as Repeated
+from servosight.diagnose.evidence._repeats import Scatter as Scatter
 from servosight.diagnose.evidence._repeats import repeated as repeated
 from servosight.diagnose.evidence._repeats import run_floor as run_floor
-from servosight.diagnose.evidence._repeats import run_scatter_deg as run_scatter_deg
+from servosight.diagnose.evidence._repeats import run_scatter as run_scatter
 from servosight.diagnose.evidence.regimes import Regime as Regime
 from servosight.diagnose.evidence.regimes import RegimePolicy as RegimePolicy
 from servosight.diagnose.evidence.regimes import regimes as regimes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servosight.diagnose.residuals import Judged
+from servosight.diagnose.residuals import Judged, lagged_sums
 from servosight.identify.problem import command_periods, period_table
 from servosight.models.core import Array, Recording, degrees
 
@@ -91,8 +91,21 @@ def _periods(judged: Sequence[Judged]) -> list[tuple[tuple[str, ...], Array]]:
     return found
 
 
-def run_scatter_deg(recordings: Sequence[Recording]) -> float | None:
-    """Rms by which runs with the same command differ, noise included [deg]; None where few do.
+@dataclass(frozen=True)
+class Scatter:
+    """By how much runs with the same command differ, noise included: ``rms_deg``.
+
+    ``worth`` is how many independent samples one sample is worth in a mean square, as what differs
+    is autocorrelated; ``freedom`` how many independent samples the rms is known from.
+    """
+
+    rms_deg: float
+    worth: float
+    freedom: float
+
+
+def run_scatter(recordings: Sequence[Recording]) -> Scatter | None:
+    """By how much runs with the same command differ; None where few do.
 
     It is the floor of the servo itself: no model of the command alone predicts the next run more
     closely. From every run its mean goes and, as runs may be a little apart in time, the command in
@@ -103,38 +116,57 @@ def run_scatter_deg(recordings: Sequence[Recording]) -> float | None:
     known = sum(one.time_s.size for group in groups for one in group)
     if 2 * known < sum(one.time_s.size for one in recordings) or not groups:
         return None
-    squares, freedom = 0.0, 0
-    for group in groups:
-        time_s = _common_s(group)
-        u = np.array([one.command_at(one.time_s[0] + time_s) for one in group])
-        y = np.array([np.interp(time_s, _since(one), one.angle_deg) for one in group])
-        u, y = (rows - rows.mean(axis=1, keepdims=True) for rows in (u, y))
-        error = y - float(np.sum(u * y)) / max(float(np.sum(u * u)), 1e-300) * u
-        squares += float(np.sum((error - error.mean(axis=0)) ** 2))
-        freedom += (len(group) - 1) * time_s.size
-    return float(np.sqrt(squares / freedom))
+    differences = [_differences_deg(group) for group in groups]
+    freedom = sum((len(one) - 1) * one.shape[1] for one in differences)
+    squares = sum(float(np.sum(one**2)) for one in differences)
+    worth = _worth([row for one in differences for row in one])
+    return Scatter(float(np.sqrt(squares / freedom)), worth, worth * freedom)
 
 
-def run_floor(recordings: Sequence[Recording]) -> tuple[float | None, list[str]]:
-    """The scatter of runs with the same command, where it may be the floor [deg], and a sentence.
+def _differences_deg(group: Sequence[Recording]) -> Array:
+    """What is left of each run without what all of a group share, (runs, samples)."""
+    time_s = _common_s(group)
+    u = np.array([one.command_at(one.time_s[0] + time_s) for one in group])
+    y = np.array([np.interp(time_s, _since(one), one.angle_deg) for one in group])
+    u, y = (rows - rows.mean(axis=1, keepdims=True) for rows in (u, y))
+    error = y - float(np.sum(u * y)) / max(float(np.sum(u * u)), 1e-300) * u
+    return np.asarray(error - error.mean(axis=0))
+
+
+def _worth(rows: Sequence[Array]) -> float:
+    """How many independent samples one of ``rows`` (samples,) each is worth in a mean square.
+
+    One over the sum of the squared correlation at all lags, up to where chance could have made it
+    (Bayley and Hammersley, Supplement to the JRSS 8 (1946) 184).
+    """
+    lags = min(row.size for row in rows) - 1
+    sums = np.sum([lagged_sums(row, row, lags) for row in rows], axis=0)
+    pairs = np.sum([row.size - np.arange(lags + 1) for row in rows], axis=0)
+    correlation = sums / pairs * (pairs[0] / max(sums[0], 1e-300))
+    by_chance = np.abs(correlation) <= 2.0 / np.sqrt(pairs)
+    end = int(np.argmax(by_chance)) if by_chance.any() else lags + 1
+    return float(1.0 / (1.0 + 2.0 * np.sum(correlation[1:end] ** 2)))
+
+
+def run_floor(recordings: Sequence[Recording]) -> tuple[Scatter | None, list[str]]:
+    """The scatter of runs with the same command, where it may be the floor, and a sentence.
 
     Runs that differ by more than ``LARGEST`` of the range differ in more than chance: a gain, a
     load or a supply that was changed between them is physics, and not the floor.
     """
-    scatter = run_scatter_deg(recordings)
-    if scatter is None or scatter < SAME_RUN_DEG:
+    scatter = run_scatter(recordings)
+    if scatter is None or scatter.rms_deg < SAME_RUN_DEG:
         return None, []
     names = ", ".join(one.name for group in _groups(recordings) for one in group)
+    differ = f"{names} have the same command and differ by {degrees(scatter.rms_deg)} rms"
     moved = max(one.moved_range_deg for one in recordings)
-    if scatter > LARGEST * moved:
+    if scatter.rms_deg > LARGEST * moved:
         return None, [
-            f"{names} have the same command and differ by {degrees(scatter)} rms, more than "
-            f"{100.0 * LARGEST:.0f} % of the moved range: what was changed between them? For gain "
-            f"or load set relative_gain or relative_load in recording.toml"
+            f"{differ}, more than {100.0 * LARGEST:.0f} % of the moved range: what was changed "
+            f"between them? For gain or load set relative_gain or relative_load in recording.toml"
         ]
     return scatter, [
-        f"{names} have the same command and differ by {degrees(scatter)} rms, noise included: "
-        f"where that is more than the noise, it is the floor"
+        f"{differ}, noise included: where that is more than the noise, it is the floor"
     ]
 
 

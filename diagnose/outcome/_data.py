@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from servosight.diagnose.evidence import run_floor
+from servosight.diagnose.evidence import Scatter, run_floor
 from servosight.diagnose.result.wording import Levels
-from servosight.diagnose.selection import PriorKnowledge, Spans, cut, stretches
+from servosight.diagnose.selection import (
+    AcceptanceCriterion,
+    PriorKnowledge,
+    SelectionPolicy,
+    Spans,
+    cut,
+    stretches,
+)
 from servosight.identify.fit import floor_deg, tolerance_deg
 from servosight.identify.problem import (
     joint_noise_deg,
@@ -30,8 +37,8 @@ class DiagnosisData:
     ``whole`` are the recordings, ``spans`` the stretches [s] of each that are used, none where it
     is used whole; ``fitted``, ``validate`` and ``test`` are those stretches, with the samples that
     are scored. ``runs`` numbers the recording that each stretch to fit or to validate is of.
-    ``catalogue`` holds the effects that these recordings can show. ``scatter_deg`` is
-    by how much runs with the same command differ, None where that says nothing. ``left_out`` and
+    ``catalogue`` holds the effects that these recordings can show. ``scatter`` is by how
+    much runs with the same command differ, None where that says nothing. ``left_out`` and
     ``shortened`` are warnings on samples that are not used: faulty ones, and those of long
     recordings.
     """
@@ -44,9 +51,19 @@ class DiagnosisData:
     runs: tuple[int, ...]
     catalogue: Mapping[str, Effect]
     levels: Levels
-    scatter_deg: float | None
+    scatter: Scatter | None
     left_out: tuple[str, ...]
     shortened: tuple[str, ...]
+
+    def criterion(self, policy: SelectionPolicy) -> AcceptanceCriterion:
+        """What a model must meet on these recordings; a scatter as floor is known from few runs."""
+        levels, scatter = self.levels, self.scatter
+        accepted = AcceptanceCriterion(levels.floor_deg, levels.tolerance_deg, policy)
+        if scatter is None or scatter.rms_deg <= levels.noise_deg:
+            return accepted
+        # The tolerance is known exactly (Satterthwaite, Biometrics Bulletin 2 (1946) 110).
+        freedom = scatter.freedom * (levels.floor_deg / scatter.rms_deg) ** 4
+        return replace(accepted, worth=scatter.worth, freedom=freedom)
 
 
 def diagnosis_data(
@@ -67,7 +84,7 @@ def diagnosis_data(
     usable, left_out = zip(*map(usable_views, groups), strict=True)
     whole = tuple(itertools.chain(*usable))
     known = offered(catalogue, usable[0], prior.first)
-    levels, scatter_deg, repeats = _levels(whole, tolerance)
+    levels, scatter, repeats = _levels(whole, tolerance)
     spans, notes = stretches(whole, most_rows)
     parts = [cut(recording, own) for recording, own in zip(whole, spans, strict=True)]
     scored, thinning = thinned([part for own in parts for part in own])
@@ -85,7 +102,7 @@ def diagnosis_data(
         runs=tuple(runs[: fitted + validate]),
         catalogue=known,
         levels=levels,
-        scatter_deg=scatter_deg,
+        scatter=scatter,
         left_out=(*itertools.chain(*left_out), *repeats),
         shortened=(*notes, *thinning),
     )
@@ -107,13 +124,14 @@ def _refuse_two_uses(groups: Sequence[Sequence[Recording]]) -> None:
 
 def _levels(
     recordings: tuple[Recording, ...], tolerance: float | None
-) -> tuple[Levels, float | None, list[str]]:
+) -> tuple[Levels, Scatter | None, list[str]]:
     """Noise, tolerance and floor; the scatter of equal runs, and what there is to say of it."""
     noise = joint_noise_deg(recordings)
     tolerance = tolerance_deg(recordings, tolerance)
     scatter, repeats = run_floor(recordings)
-    floor = floor_deg(recordings, max(noise, scatter or 0.0), tolerance)
+    scatter_deg = scatter.rms_deg if scatter else 0.0
+    floor = floor_deg(recordings, max(noise, scatter_deg), tolerance)
     levels = Levels(
-        noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor, scatter_deg=scatter or 0.0
+        noise_deg=noise, tolerance_deg=tolerance, floor_deg=floor, scatter_deg=scatter_deg
     )
     return levels, scatter, repeats

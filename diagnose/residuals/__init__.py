@@ -20,6 +20,7 @@ from servosight.diagnose.residuals._profiles import profile as profile
 from servosight.diagnose.residuals._samples import Samples as Samples
 from servosight.diagnose.residuals._samples import all_samples as all_samples
 from servosight.diagnose.residuals._samples import held_out_samples as held_out_samples
+from servosight.diagnose.residuals._samples import lagged_sums as lagged_sums
 from servosight.diagnose.residuals._tests import LEVELS as LEVELS
 from servosight.diagnose.residuals._tests import Correlation as Correlation
 from servosight.diagnose.residuals._tests import independence as independence

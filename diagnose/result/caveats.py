@@ -56,9 +56,15 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     """A warning where the test's error is above the limit, though no more than chance allows."""
     if verdict is Verdict.UNEXPLAINED or last.explained:
         return []
+    error = levels.words(last.held_out_rmse_deg)
+    if levels.scatter_deg > levels.noise_deg:
+        return [
+            f"the error on the test data is {error}, which chance allows, as few runs tell how far "
+            f"they differ; repeat the command more often to be sure"
+        ]
     return [
-        f"the error on the few test samples is {levels.words(last.held_out_rmse_deg)}, which "
-        f"chance allows; record longer to be sure"
+        f"the error on the few test samples is {error}, which chance allows; record longer to be "
+        f"sure"
     ]
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, fdtri
 
 from servosight.diagnose.selection._blocks import FEWEST_BLOCKS, is_above, log_ratios
 from servosight.diagnose.selection._policy import SelectionPolicy
@@ -27,6 +27,8 @@ class AcceptanceCriterion:
 
     ``floor_deg`` is the smallest error that counts, the measurement's noise and the tolerance
     together; ``tolerance_deg`` is the part of it that no model is asked to be right within.
+    ``worth`` is how many independent samples of such an error one sample is worth, and ``freedom``
+    how many the floor is known from.
 
     >>> criterion = AcceptanceCriterion(0.03, 0.01)
     >>> small = Score(
@@ -42,6 +44,8 @@ class AcceptanceCriterion:
     floor_deg: float
     tolerance_deg: float
     policy: SelectionPolicy = field(default_factory=SelectionPolicy)
+    worth: float = 1.0
+    freedom: float = np.inf
 
     def value(self, score: Score) -> float:
         """Log-likelihood with parameters counted (half the negative BIC, Schwarz 1978).
@@ -70,10 +74,15 @@ class AcceptanceCriterion:
     def at_floor(self, rmse_deg: float, samples: int) -> bool:
         """True where an error is within 10 % of the floor, or of few samples within chance.
 
-        The mean square of n samples of noise exceeds chi2(n, 1 - chance) / n floor² by chance only.
+        By chance only does the mean square of n samples exceed the floor's by more than the
+        quantile 1 - chance of F(n, ``freedom``), which is chi2(n) / n for a floor that is known.
         """
-        chance = float(np.sqrt(chdtri(max(samples, 1), self.policy.chance) / max(samples, 1)))
-        return rmse_deg <= max(self.policy.explained, chance) * self.floor_deg
+        count = max(samples * self.worth, 1.0)
+        if np.isinf(self.freedom):
+            square = chdtri(count, self.policy.chance) / count
+        else:
+            square = fdtri(count, self.freedom, 1.0 - self.policy.chance)
+        return rmse_deg <= max(self.policy.explained, float(np.sqrt(square))) * self.floor_deg
 
     def explained(self, score: Score) -> bool:
         """True where the validation error is at the floor."""

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from servosight.diagnose.evidence import Repeated, repeated, run_floor, run_scatter_deg
+from servosight.diagnose.evidence import Repeated, Scatter, repeated, run_floor, run_scatter
 from servosight.diagnose.residuals import FIT, Judged
 from servosight.diagnose.result.wording import Levels
+from servosight.diagnose.selection import AcceptanceCriterion
 from servosight.models.core import Array, Recording
 
 TIME_S = np.arange(0.0, 10.0, 0.01)
@@ -83,8 +85,9 @@ def test_the_scatter_from_run_to_run_is_that_of_the_servo() -> None:
         again(one + noise(5 + n, 0.01) + n, f"run {n}", 0.01 * n) for n, one in enumerate(wander)
     ]
     expected = np.hypot(0.05 / np.sqrt(2.0), 0.01)
-    found = run_scatter_deg(runs)
-    assert found == pytest.approx(expected * np.sqrt(1.5), rel=0.2)
+    found = run_scatter(runs)
+    assert found is not None
+    assert found.rms_deg == pytest.approx(expected * np.sqrt(1.5), rel=0.2)
     floor, (words,) = run_floor(runs)
     assert floor == found
     assert words.startswith("run 0, run 1, run 2 have the same command and differ by 0.0")
@@ -93,10 +96,10 @@ def test_the_scatter_from_run_to_run_is_that_of_the_servo() -> None:
 def test_few_repeats_and_changed_conditions_are_no_floor() -> None:
     first, second = again(noise(1, 0.01), "a"), again(noise(2, 0.01), "b")
     long = replace(first, name="c", command_deg=-first.command_deg)
-    assert run_scatter_deg([first]) is None
-    assert run_scatter_deg([first, second, long]) is not None
+    assert run_scatter([first]) is None
+    assert run_scatter([first, second, long]) is not None
     more = [replace(long, relative_gain=gain) for gain in (1.0, 2.0, 3.0)]
-    assert run_scatter_deg([first, second, *more]) is None
+    assert run_scatter([first, second, *more]) is None
     floor, (words,) = run_floor([first, replace(second, angle_deg=0.8 * second.angle_deg)])
     assert floor is None
     assert "what was changed between them?" in words
@@ -109,3 +112,42 @@ def test_the_words_name_the_scatter_where_it_is_the_floor() -> None:
         levels = Levels(noise_deg=0.1, tolerance_deg=0.01, floor_deg=floor, scatter_deg=scatter)
         assert f"({said} " in levels.words(1.0)
         assert ("scatter of the servo" in levels.words(floor)) == (scatter > 0.1)
+
+
+def wandering(seed: int, share: float) -> Array:
+    """0.1 deg rms, a share of the sample before in each: independent with 0, (samples,)."""
+    steps = noise(seed, 0.1 * float(np.sqrt(1.0 - share**2)))
+    steps[0] = noise(seed, 0.1)[0]
+    return np.asarray(lfilter([1.0], [1.0, -share], steps))
+
+
+def scatter_of(share: float, seed: int) -> Scatter:
+    runs = [again(wandering(2 * seed + n, share), f"run {n}") for n in range(2)]
+    found = run_scatter(runs)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+def test_a_sample_is_worth_less_where_what_differs_is_autocorrelated(share: float) -> None:
+    """The squares of a first-order process: one over the sum of share^2|lag| over all lags."""
+    exact = (1.0 - share**2) / (1.0 + share**2)
+    found = [scatter_of(share, seed) for seed in range(20)]
+    assert np.mean([one.worth for one in found]) == pytest.approx(exact, rel=0.15)
+    assert np.mean([one.freedom for one in found]) == pytest.approx(exact * TIME_S.size, rel=0.15)
+
+
+def test_a_run_like_the_others_is_above_their_floor_by_chance_only() -> None:
+    """1 in 100 by chance: of 400 more than 12 with a probability of 1e-4. 10 % is far too little:
+    two runs of 10 s, independent every 0.2 s, tell the floor to some 10 %."""
+    above, crude = 0, 0
+    for seed in range(400):
+        scatter = scatter_of(0.9, seed)
+        criterion = AcceptanceCriterion(
+            scatter.rms_deg, 0.0, worth=scatter.worth, freedom=scatter.freedom
+        )
+        rmse = float(np.std(wandering(10_000 + seed, 0.9)))
+        above += not criterion.at_floor(rmse, TIME_S.size)
+        crude += not AcceptanceCriterion(scatter.rms_deg, 0.0).at_floor(rmse, TIME_S.size)
+    assert above <= 12
+    assert crude >= 40

@@ -9,7 +9,7 @@ import pytest
 from servosight.diagnose import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
-from servosight.diagnose.result.caveats import compensating, ended, unmoved
+from servosight.diagnose.result.caveats import compensating, doubts, ended, unmoved
 from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -138,3 +138,14 @@ def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> Non
     assert warning.endswith("they are not physical: do not use them")
     assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
     assert compensating(Verdict.UNEXPLAINED, (), known) == []
+
+
+def test_an_error_above_the_limit_that_chance_allows_is_said_to_be_so_and_why() -> None:
+    """Few samples of noise, or few runs that tell how far the servo's own differ."""
+    above = step(1.15 * LEVELS.floor_deg, "backlash")
+    (noisy,) = doubts(Verdict.EXPLAINED, above, LEVELS)
+    assert "few test samples" in noisy
+    (wandering,) = doubts(Verdict.EXPLAINED, above, replace(LEVELS, scatter_deg=0.031))
+    assert "repeat the command more often" in wandering
+    assert doubts(Verdict.UNEXPLAINED, above, LEVELS) == []
+    assert doubts(Verdict.EXPLAINED, replace(above, explained=True), LEVELS) == []
