@@ -22,6 +22,7 @@ from servosight.tracking.composite.oblique import ObliqueView as ObliqueView
 from servosight.tracking.composite.oblique import SampledPart as SampledPart
 from servosight.tracking.composite.oblique import oblique_view as oblique_view
 from servosight.tracking.composite.oblique import paces_rad as paces_rad
+from servosight.tracking.composite.parts import Change as Change
 from servosight.tracking.composite.parts import entering as entering
 from servosight.tracking.composite.parts import without_entering as without_entering
 from servosight.tracking.composite.search import CLICKED as CLICKED

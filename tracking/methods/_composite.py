@@ -16,6 +16,7 @@ from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
 from servosight.tracking.methods._compared import alike, beside, surest
 from servosight.tracking.methods._footage import Footage
+from servosight.tracking.methods._places import measured_in_places
 from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
 
@@ -89,7 +90,16 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:
-    """The track of the part that explains most of the change in the channel of the footage."""
+    """The track of the part that explains most of the change in the channel of the footage, or in
+    a place of it."""
+    try:
+        return _in_whole(footage, progress)
+    except TrackRefused as refused:
+        return measured_in_places(footage, refused, progress)
+
+
+def _in_whole(footage: Footage, progress: FrameProgress | None) -> Track:
+    """The track of the part that explains most of the change in whole pictures."""
     number = footage.options.pick
     parts = footage.parts()
     if number > len(parts):

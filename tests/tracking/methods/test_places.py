@@ -1,0 +1,112 @@
+"""A part beside more that changes elsewhere without turning is looked for place by place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.models.core import Array, Image
+from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned
+from servosight.tracking.methods import _composite
+from servosight.tracking.methods._footage import Footage
+from servosight.tracking.methods._places import _places, measured_in_places
+from servosight.tracking.video import open_film
+
+Write = Callable[[Path, list[Image], Array], Path]
+
+SIZE, PIVOT = (480, 360), (110.0, 110.0)
+FRAMES, RATE_HZ = 54, 30.0
+BAR = np.array([[-40.0, -5.0], [60.0, -3.0], [60.0, 3.0], [-40.0, 5.0]])
+ANGLE_DEG = np.repeat([0.0, 27.0, 12.0, 21.0, 3.0, 30.0], 9)
+OPTIONS = TrackOptions(exposure_s=0.0, readout_s=0.0)
+PICTURE = np.zeros((8, 8), np.uint8)
+REFUSED = TrackRefused("in whole pictures", PICTURE)
+
+
+def filmed(angle_deg: Array) -> list[Image]:
+    """A bar that steps through 30 deg; away from it someone in a sleeve moves through the picture
+    in half of the frames."""
+    rng = np.random.default_rng(3)
+    texture = cv2.GaussianBlur(rng.standard_normal(SIZE[::-1]), (0, 0), 3.0)
+    still = (90.0 + 60.0 * texture).astype(np.float32)
+    sleeve = 200.0 + 120.0 * cv2.GaussianBlur(rng.standard_normal((200, 130)), (0, 0), 4.0)
+    pictures = []
+    for number, angle in enumerate(angle_deg.tolist()):
+        seen = still.copy()
+        corners = turned(BAR + PIVOT, PIVOT, float(np.deg2rad(angle)))
+        cv2.fillPoly(seen, [np.round(16 * corners).astype(np.int32)], 235.0, cv2.LINE_AA, shift=4)
+        if 12 <= number < 36:
+            x, y = 210 + 2 * (number - 12), 150 - round(40 * np.sin(number / 6.0) ** 2)
+            seen[y : y + 200, x : x + 130] = sleeve
+        seen += rng.normal(0.0, 1.5, seen.shape)
+        pictures.append(np.clip(np.round(seen), 0, 255).astype(np.uint8))
+    return pictures
+
+
+def test_a_part_is_measured_in_its_place_beside_someone_who_moves_in_the_picture(
+    tmp_path: Path, write: Write
+) -> None:
+    """He is nearly all of the change, and where the pictures are looked at as a whole he is all
+    that is found. Truth: the drawn angles and pivot. Bounds: 0.25 deg, which sigma may be at most,
+    and 1 px."""
+    video = write(tmp_path / "someone.mkv", filmed(ANGLE_DEG), np.arange(FRAMES) / RATE_HZ)
+    found = measured_in_places(Footage.of(open_film(video, OPTIONS), OPTIONS), REFUSED, None)
+    assert found.found.all()
+    error = found.angle_deg - ANGLE_DEG
+    error -= np.median(error)
+    assert np.sqrt(np.mean(error**2)) < 0.25
+    assert np.mean(np.abs(error) < 3.0 * found.sigma_deg) > 0.95
+    assert np.hypot(*np.subtract(found.pivot_px, PIVOT)) < 1.0
+
+
+def test_places_are_looked_at_where_the_whole_pictures_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refusing(footage: Footage, progress: object) -> Track:
+        raise REFUSED
+
+    footage, track = cast(Footage, SimpleNamespace()), cast(Track, SimpleNamespace())
+    seen = []
+    monkeypatch.setattr(_composite, "_in_whole", refusing)
+    monkeypatch.setattr(
+        _composite, "measured_in_places", lambda *given: seen.append(given) or track
+    )
+    assert _composite._in_one_channel(footage, None) is track
+    assert seen == [(footage, REFUSED, None)]
+
+
+@pytest.mark.parametrize(
+    ("changed", "refused"),
+    [
+        ({"pivot": (1.0, 2.0)}, REFUSED),
+        ({"pick": 2}, REFUSED),
+        ({}, TrackRefused("uncertain", PICTURE, measured=True)),
+    ],
+)
+def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_was_measured(
+    changed: dict[str, Any], refused: TrackRefused
+) -> None:
+    stabilised = SimpleNamespace(channel=SimpleNamespace(luma=True))
+    options = replace(OPTIONS, **changed)
+    footage = cast(Footage, SimpleNamespace(options=options, stabilised=stabilised, window=None))
+    with pytest.raises(TrackRefused) as raised:
+        measured_in_places(footage, refused, None)
+    assert raised.value is refused
+
+
+def test_places_are_those_in_which_much_changes_that_with_the_most_at_the_end() -> None:
+    pictures = np.full((12, 90, 120), 100.0, np.float32)
+    pictures[::2, 20:30, 20:30] += 60.0
+    pictures[::3, 60:80, 80:100] += 60.0
+    pictures[::8, 80, 10] += 20.0  # less than 0.1 % of the squared change
+    places = _places(pictures)
+    assert [bool(place[70, 90]) for place in places] == [False, True]
+    assert [bool(place[25, 25]) for place in places] == [True, False]
+    assert _places(pictures[:1]) == []

@@ -1,0 +1,84 @@
+"""A part looked for in one place at a time, where more changes beside it that does not turn.
+
+Someone who moves in the picture changes more of it than the part does. Where the pictures are
+looked at as a whole, pieces of that are all that is found.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from servosight.models.core import FrameProgress, Mask, Single
+from servosight.tracking.composite import TRUST, Change, without_entering
+from servosight.tracking.core import Track, TrackRefused
+from servosight.tracking.methods._footage import Footage
+from servosight.tracking.methods._told import told
+from servosight.tracking.video import Window
+
+_MOST = 3
+_LEAST_SHARE = 0.001  # of the squared change: less is the codec's
+_MOVED_SHARE = 0.04  # of the pictures in which a place must change
+_GAP_PX = 7  # a fast part leaves gaps between the sampled frames; a screen may be as near
+_AROUND = 2.0  # sizes of the place: a pivot may lie beside what changes
+
+
+def measured_in_places(
+    footage: Footage, refused: TrackRefused, progress: FrameProgress | None
+) -> Track:
+    """The track of the part in the first of the places where most changes whose own pictures
+    confirm one; ``refused`` where none do, or where the user points at a part.
+
+    A part must explain as much of what changes there as one that is believed.
+    """
+    options, stabilised = footage.options, footage.stabilised
+    alone = options.beside is None and options.pick == 1 and stabilised.channel.luma
+    if options.pointed or not alone or footage.window is not None or refused.measured:
+        raise refused
+    for window in _windows(footage):
+        try:
+            return _measured(Footage.of(footage.film, options, window), progress)
+        except TrackRefused:
+            continue
+    raise refused
+
+
+def _measured(place: Footage, progress: FrameProgress | None) -> Track:
+    """The track of the part that explains most of what changes in a place."""
+    parts = place.parts()
+    if not parts or parts[0].explained_there < TRUST.least_explained:
+        raise place.nothing(parts)
+    return told(place.measured(parts[0], progress), [place.candidate(parts[0])], 1)
+
+
+def _windows(footage: Footage) -> list[Window]:
+    """The pieces of the pictures around the places in which most changes."""
+    stabilised = footage.stabilised
+    cleared = without_entering(stabilised.pictures, stabilised.content)
+    shape = footage.film.images[0].shape
+    windows = []
+    for place in _places(cleared):
+        rows, columns = (np.flatnonzero(place.any(axis)) for axis in (1, 0))
+        middle = np.array([columns[[0, -1]].mean(), rows[[0, -1]].mean()])
+        size_px = max(np.ptp(columns), np.ptp(rows)) / stabilised.scale
+        x, y = stabilised.in_video(middle)
+        windows.append(Window.around((float(x), float(y)), round(_AROUND * size_px), shape))
+    whole = shape[0] * shape[1]
+    return [one for one in windows if 2 * one.width * one.height < whole]
+
+
+def _places(pictures: Single) -> list[Mask]:
+    """The connected places (height, width) in which pictures (n, height, width) change often, with
+    more than a little of the squared change: that with most of it, which outweighs the others in
+    whole pictures, at the end."""
+    change = Change.of(pictures)
+    often = (change.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+    if not often.any():
+        return []
+    grown = cv2.dilate(often, np.ones((_GAP_PX, _GAP_PX), np.uint8))
+    labels = cv2.connectedComponents(grown)[1]
+    squares = ((pictures - change.usual) ** 2 * change.moved).sum(0)
+    shares = np.bincount(labels.ravel(), squares.ravel()) / squares.sum()
+    shares[0] = 0.0
+    first, *others = np.argsort(-shares, kind="stable")[:_MOST].tolist()
+    return [labels == number for number in (*others, first) if shares[number] > _LEAST_SHARE]
