@@ -163,6 +163,26 @@ def test_track_a_file_that_is_no_video(tmp_path: Path, capsys: pytest.CaptureFix
     assert not (tmp_path / "angle.csv").exists()
 
 
+def test_a_markers_number_without_a_marker_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["track", str(tmp_path / "a.mkv"), "--id", "3"]
+    complaint(capsys, words, "--id has no effect here", "expected --marker")
+
+
+def test_the_method_marker_follows_the_number_that_is_given(
+    tmp_path: Path, tracker: dict[str, Any]
+) -> None:
+    video = tmp_path / "a.mkv"
+    video.touch()
+    assert main(["track", str(video), "--method", "marker", "--id", "3"]) == 0
+    assert (tracker["method"], tracker["marker_family"], tracker["marker_id"]) == (
+        "marker",
+        "aruco",
+        3,
+    )
+
+
 def test_demo_writes_its_four_parts(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

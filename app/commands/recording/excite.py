@@ -15,6 +15,7 @@ from servosight.app.arguments import (
     any_path,
     identifiers,
     number,
+    refuse_without,
 )
 from servosight.app.terminal import check_outputs, console, next_command, write_json
 from servosight.models.base import Kind
@@ -99,6 +100,10 @@ def run(args: argparse.Namespace) -> None:
     """Design and write a command, check one, or analyse a recording."""
     from servosight.models.base import InputError
 
+    if args.shape != "optimal" and args.check is None:
+        refuse_without(
+            "the shape optimal or --check", {"--model": args.model, "--for": args.wanted}
+        )
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
         raise InputError(

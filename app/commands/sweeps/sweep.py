@@ -1,4 +1,4 @@
-"""Run a scenario in many variations: identify, diagnose, score; a later run goes on."""
+"""Run a scenario in many variations: identify, diagnose, score; continues an interrupted run."""
 
 from __future__ import annotations
 
