@@ -162,3 +162,23 @@ def test_the_demo_hides_what_the_readme_prints() -> None:
     )
     assert shown is not None
     assert effect_of(int(shown[1])) == shown[2]
+
+
+def test_the_summary_of_hidden_effects_has_the_measured_numbers() -> None:
+    """Goal, share, interval and count of each row, as `make hidden` wrote them."""
+    summary, whole = (
+        {tuple(cell.strip() for cell in line.split("|")[2:6]) for line in text.splitlines()}
+        for text in (
+            section("accuracy.md", "## Hidden effects, named"),
+            (ROOT / "docs" / "measured" / "hidden.md").read_text(encoding="utf-8"),
+        )
+    )
+    rows = {row for row in summary if len(row) == 4 and row[1].endswith("%")}
+    assert len(rows) > 5
+    assert rows - whole == set()
+
+
+def section(page: str, heading: str) -> str:
+    """What stands between a heading and the next of its level."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    return text.split(f"{heading}\n")[1].split("\n## ")[0]

@@ -26,7 +26,7 @@ from servosight.tracking.method_names import METHOD_WORDS
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.tracking.core import Track
+    from servosight.tracking.core import MarkerFamily, Track
 
 REFUSED = "track_refused.png"
 """The picture of what was found in a video that was not tracked, beside angle.csv."""
@@ -151,9 +151,7 @@ def run(args: argparse.Namespace) -> None:
             "--alone: a second part is asked for as well; expected one of the two, leave one out"
         )
     camera = read_camera(args.camera) if args.camera else None
-    marker = (args.marker or "aruco", args.id) if args.marker or args.method == "marker" else None
-    if marker is None:
-        refuse_without("--marker", {"--id": args.id})
+    marker = _marker(args)
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
@@ -181,6 +179,15 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"between the two: {found.sentence}")
     _draw(args, output, tracks, out)
     write_json(args.json, parts_json(places, tracks, transmissions))
+
+
+def _marker(args: argparse.Namespace) -> tuple[MarkerFamily, int | None] | None:
+    """Family and number of the marker to follow; None for a part without one."""
+    if args.marker is None and args.method != "marker":
+        refuse_without("--marker", {"--id": args.id})
+        return None
+    family: MarkerFamily = args.marker or "aruco"
+    return family, args.id
 
 
 def _pointed(args: argparse.Namespace) -> bool:
