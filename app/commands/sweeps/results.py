@@ -1,4 +1,4 @@
-"""Print or plot what a sweep found: errors over their limit, how often effects are named."""
+"""Print or plot what a sweep found: errors and their lower bound, how often effects are named."""
 
 from __future__ import annotations
 
