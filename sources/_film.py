@@ -83,7 +83,6 @@ def _followed(
     folder: RecordingFolder, how: Tracking, progress: StageProgress, **given: Any
 ) -> Iterator[tuple[list[Track], Offset]]:
     """As ``follow_folder``, once more after each part."""
-    from servosight.models.core import InputError
     from servosight.sources._clock import known_camera, video_offset
 
     if folder.video is None:
@@ -123,8 +122,7 @@ def track_folder(
 
 def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Offset) -> None:
     """Write what was tracked of a recording's video."""
-    from servosight.models import io as shared_error
-    from servosight.models.io import set_keys, write_shared
+    from servosight.models.io import SHARED_FILE, set_keys, write_shared
     from servosight.sources._surface import Geometry, digest
 
     assert folder.video is not None
@@ -138,7 +136,7 @@ def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Off
         shared_rows = None if shared is None else shared[rows]
         # angle.csv comes last: as long as it is missing, the recording is tracked again.
         write_shared(folder.path, surface.time_s[rows] + later_s, shared_rows, scale)
-        written = {shared_error.NAME: digest(folder.path / shared_error.NAME)}
+        written = {SHARED_FILE: digest(folder.path / SHARED_FILE)}
         written |= {
             name: hashlib.sha256(_table(track, later_s, scale).encode()).hexdigest()
             for name, track in zip((place.name, HORN), tracks, strict=False)

@@ -170,6 +170,14 @@ def test_a_markers_number_without_a_marker_is_refused(
     complaint(capsys, words, "--id has no effect here", "expected --marker")
 
 
+@pytest.mark.parametrize("second", [["--second"], ["--second-pivot", "3,4"]])
+def test_a_second_part_beside_a_marker_is_refused(
+    second: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["track", str(tmp_path / "a.mkv"), "--marker", "aruco", *second]
+    complaint(capsys, words, "follows one marker", "expected one of the two")
+
+
 def test_the_method_marker_follows_the_number_that_is_given(
     tmp_path: Path, tracker: dict[str, Any]
 ) -> None:

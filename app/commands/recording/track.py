@@ -152,6 +152,11 @@ def run(args: argparse.Namespace) -> None:
         )
     camera = read_camera(args.camera) if args.camera else None
     marker = _marker(args)
+    if marker is not None and parts.second is not None:
+        raise InputError(
+            "--marker: follows one marker, and a second part is asked for as well; expected one of "
+            "the two, leave one out"
+        )
     folder = inspect_folder(args.source) if args.source.is_dir() else None
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
@@ -224,14 +229,14 @@ def _drawing_refusals(output: Path) -> Iterator[None]:
 
 def _check(args: argparse.Namespace, output: Path, second: bool) -> None:
     """Refuse to replace what the tracker did not write; track.toml knows what it wrote."""
-    from servosight.models import io as shared_error
+    from servosight.models.io import SHARED_FILE
     from servosight.sources import HORN, TRACK_FILE, tracked_files
 
     check_outputs(args)
     own = tracked_files(output.parent)
     names = [output.name, *([HORN] if second else [])]
     if output == args.source / "angle.csv":
-        names += [TRACK_FILE, shared_error.NAME]
+        names += [TRACK_FILE, SHARED_FILE]
     for name in names:
         path = output.with_name(name)
         check_target(path, Kind.TABLE, force=args.force or name in own)
