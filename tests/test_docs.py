@@ -149,6 +149,15 @@ def test_the_reference_lists_packages_and_modules_that_are_there() -> None:
         assert is_package if colons == "::::" else place.with_suffix(".py").is_file(), name
 
 
+def test_every_package_has_its_line_in_the_architecture() -> None:
+    """Those directly in a top folder; what is deeper stands in their lines."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    places = sorted((ROOT / "src" / "servosight").glob("[a-z]*/*/__init__.py"))
+    packages = ["/".join(place.parent.parts[-2:]) for place in places]
+    assert len(packages) > 40
+    assert [name for name in packages if f"`{name}/`" not in text] == []
+
+
 def test_every_command_is_in_the_readme() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [name for name in subcommands() if f"servosight {name}" not in text] == []
