@@ -79,17 +79,23 @@ def follow_folder(
     return list(_followed(folder, how, progress, **given))[-1]
 
 
+def video_of(folder: RecordingFolder) -> Path:
+    """The video of a recording; InputError where the folder holds none."""
+    if folder.video is None:
+        raise InputError(
+            f"{folder.path}: holds no video, expected video.mkv or another container; add it, or "
+            f"name the video file itself"
+        )
+    return folder.video
+
+
 def _followed(
     folder: RecordingFolder, how: Tracking, progress: StageProgress, **given: Any
 ) -> Iterator[tuple[list[Track], Offset]]:
     """As ``follow_folder``, once more after each part."""
     from servosight.sources._clock import known_camera, video_offset
 
-    if folder.video is None:
-        raise InputError(
-            f"{folder.path}: holds no video, expected video.mkv or another container; add it, or "
-            f"name the video file itself"
-        )
+    video = video_of(folder)
     settings = folder.settings
     known = {
         "frame_table": folder.frames,
@@ -98,7 +104,7 @@ def _followed(
     }
     how_known = replace(how, camera=how.camera or known_camera(folder))
     offset: Offset | None = None
-    for tracks in measured(folder.video, how_known, progress, **{**known, **given}):
+    for tracks in measured(video, how_known, progress, **{**known, **given}):
         offset = offset or video_offset(folder, tracks[0], how.light_px)
         yield [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
 

@@ -163,6 +163,12 @@ def test_track_a_file_that_is_no_video(tmp_path: Path, capsys: pytest.CaptureFix
     assert not (tmp_path / "angle.csv").exists()
 
 
+def test_a_recording_without_a_video_is_not_offered_for_replacement(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    complaint(capsys, ["track", str(recording(tmp_path / "rec"))], "holds no video", "expected")
+
+
 def test_a_markers_number_without_a_marker_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

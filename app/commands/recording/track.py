@@ -137,7 +137,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.commands.recording._linkage import between, parts_json
     from servosight.models.core import InputError
     from servosight.models.io import inspect_folder
-    from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
+    from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video, video_of
     from servosight.tracking.calibration import read_camera
 
     parts = Parts(
@@ -158,6 +158,8 @@ def run(args: argparse.Namespace) -> None:
             "the two, leave one out"
         )
     folder = inspect_folder(args.source) if args.source.is_dir() else None
+    if folder is not None:
+        video_of(folder)  # before an angle.csv from elsewhere is offered for replacement
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
     unasked = not (args.alone or marker or _pointed(args)) and args.method == "refine"
