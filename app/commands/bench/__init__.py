@@ -113,9 +113,8 @@ def wanted(args: argparse.Namespace, *names: str) -> None:
     """Raise InputError where an option that the action needs is missing."""
     for name in names:
         if getattr(args, name) is None:
-            flag = {"output": "-o FOLDER", "excitation": "EXCITATION"}.get(
-                name, f"--{name} ADDRESS"
-            )
+            place = "-o FILE.png" if args.action == "target" else "-o FOLDER"
+            given = {"output": place, "excitation": "EXCITATION"}.get(name, f"--{name} ADDRESS")
             raise InputError(
-                f"bench {args.action}: needs {flag}; add it, `servosight bench --help` has examples"
+                f"bench {args.action}: needs {given}; add it, `servosight bench --help` explains it"
             )
