@@ -129,7 +129,11 @@ def test_wrong_words_give_one_sentence(
         (["excite", "sine", "--rate", "0", "-o", out], "the rate of the command is 0"),
         (["excite", "sine", "--low", "3", "-o", out], "low_hz is 3, expected none"),
         (["excite", "sine", "--model", str(card), "-o", out], "--model has no effect here"),
-        (["excite", "sine", "--for", "T", "-o", out], "expected the shape optimal or --check"),
+        (["excite", "sine", "--for", "T", "-o", out], "expected the shape optimal beside it"),
+        (
+            ["excite", "--check", str(steps), "--model", str(card), "--for", "T"],
+            "--for has no effect here",
+        ),
         (["excite", "optimal", "-o", out], "--model MODEL.toml"),
         (["excite", "optimal", "--model", str(card), "--for", "gap", "-o", out], "--for gap"),
         (

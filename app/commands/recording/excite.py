@@ -81,7 +81,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         dest="wanted",
         metavar="T,xi,...",
         type=identifiers,
-        help="parameters to determine (default: all of the model's)",
+        help="of optimal: parameters to determine (default: all of the model's)",
     )
     aim.add_argument(
         "--frame-rate", metavar="HZ", type=number, default=120.0, help="of the camera (default 120)"
@@ -100,10 +100,10 @@ def run(args: argparse.Namespace) -> None:
     """Design and write a command, check one, or analyse a recording."""
     from servosight.models.base import InputError
 
-    if args.shape != "optimal" and args.check is None:
-        refuse_without(
-            "the shape optimal or --check", {"--model": args.model, "--for": args.wanted}
-        )
+    if args.shape != "optimal":
+        refuse_without("the shape optimal", {"--for": args.wanted})
+        if args.check is None:
+            refuse_without("the shape optimal or --check", {"--model": args.model})
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
         raise InputError(
