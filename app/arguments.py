@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 from servosight.models.base import InputError, check_path, check_tolerance
@@ -86,11 +87,29 @@ def add_fmu(parser: argparse.ArgumentParser) -> None:
         )
 
 
+def refuse_without(needed: str, options: Mapping[str, object]) -> None:
+    """Raise InputError for the first of ``options`` that has a value, where ``needed`` is missing.
+
+    Ignored, such an option would let the user take the result for what it is not.
+    """
+    for option, value in options.items():
+        if value not in (None, []):
+            raise InputError(
+                f"{option} has no effect here, expected {needed} beside it; add that, or leave "
+                f"{option} out"
+            )
+
+
 def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     """``--seed N``."""
     parser.add_argument(
         "--seed", metavar="N", type=seed, default=default, help="seed of everything random"
     )
+
+
+def fmu_names(args: argparse.Namespace) -> dict[str, object]:
+    """The options that name an FMU's variables, with their values."""
+    return {"--fmu-input": args.fmu_input, "--fmu-output": args.fmu_output}
 
 
 def add_fixed(parser: argparse._ActionsContainer) -> None:

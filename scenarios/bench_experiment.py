@@ -47,12 +47,12 @@ class Zero:
         """The same, a sentence each.
 
         >>> Zero(gain=-0.98, neutral_deg=0.1, hysteresis_deg=0.3).words[0]
-        'a positive command turns the surface clockwise as seen, by 0.980 deg a deg'
+        'a positive command turns the surface clockwise as seen, by 0.980 deg per deg of command'
         """
         way = "counter-clockwise" if self.gain > 0.0 else "clockwise"
         lines = [
-            f"a positive command turns the surface {way} as seen, by {abs(self.gain):.3f} deg a "
-            f"deg",
+            f"a positive command turns the surface {way} as seen, by {abs(self.gain):.3f} deg per "
+            f"deg of command",
             f"at neutral it stands {self.neutral_deg:+.3f} deg from where the film began",
             f"rising and falling command differ by {self.hysteresis_deg:.3f} deg: lag, play, "
             f"friction",

@@ -122,7 +122,7 @@ def _quiet() -> Iterator[None]:
 def _impossible(chosen: ActiveEffects, reason: str) -> InputError:
     values = ", ".join(f"{e.id}.{key} = {v:g}" for e, set_ in chosen for key, v in set_.items())
     return InputError(
-        f"the twin cannot be simulated with {values or 'this servo'} ({reason}); expected values "
+        f"the servo cannot be simulated with {values or 'these values'} ({reason}); expected those "
         f"of a real servo, as `servosight effects` lists them: correct them"
     )
 

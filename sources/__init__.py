@@ -14,6 +14,7 @@ from servosight.sources._film import follow_folder as follow_folder
 from servosight.sources._film import measured as measured
 from servosight.sources._film import track_folder as track_folder
 from servosight.sources._film import track_video as track_video
+from servosight.sources._film import video_of as video_of
 from servosight.sources._read import Options as Options
 from servosight.sources._read import Source as Source
 from servosight.sources._read import read as read

@@ -79,18 +79,23 @@ def follow_folder(
     return list(_followed(folder, how, progress, **given))[-1]
 
 
-def _followed(
-    folder: RecordingFolder, how: Tracking, progress: StageProgress, **given: Any
-) -> Iterator[tuple[list[Track], Offset]]:
-    """As ``follow_folder``, once more after each part."""
-    from servosight.models.core import InputError
-    from servosight.sources._clock import known_camera, video_offset
-
+def video_of(folder: RecordingFolder) -> Path:
+    """The video of a recording; InputError where the folder holds none."""
     if folder.video is None:
         raise InputError(
             f"{folder.path}: holds no video, expected video.mkv or another container; add it, or "
             f"name the video file itself"
         )
+    return folder.video
+
+
+def _followed(
+    folder: RecordingFolder, how: Tracking, progress: StageProgress, **given: Any
+) -> Iterator[tuple[list[Track], Offset]]:
+    """As ``follow_folder``, once more after each part."""
+    from servosight.sources._clock import known_camera, video_offset
+
+    video = video_of(folder)
     settings = folder.settings
     known = {
         "frame_table": folder.frames,
@@ -99,7 +104,7 @@ def _followed(
     }
     how_known = replace(how, camera=how.camera or known_camera(folder))
     offset: Offset | None = None
-    for tracks in measured(folder.video, how_known, progress, **{**known, **given}):
+    for tracks in measured(video, how_known, progress, **{**known, **given}):
         offset = offset or video_offset(folder, tracks[0], how.light_px)
         yield [replace(tracks[0], notes=(*tracks[0].notes, offset.note)), *tracks[1:]], offset
 
@@ -123,8 +128,7 @@ def track_folder(
 
 def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Offset) -> None:
     """Write what was tracked of a recording's video."""
-    from servosight.models import io as shared_error
-    from servosight.models.io import set_keys, write_shared
+    from servosight.models.io import SHARED_FILE, set_keys, write_shared
     from servosight.sources._surface import Geometry, digest
 
     assert folder.video is not None
@@ -138,7 +142,7 @@ def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Off
         shared_rows = None if shared is None else shared[rows]
         # angle.csv comes last: as long as it is missing, the recording is tracked again.
         write_shared(folder.path, surface.time_s[rows] + later_s, shared_rows, scale)
-        written = {shared_error.NAME: digest(folder.path / shared_error.NAME)}
+        written = {SHARED_FILE: digest(folder.path / SHARED_FILE)}
         written |= {
             name: hashlib.sha256(_table(track, later_s, scale).encode()).hexdigest()
             for name, track in zip((place.name, HORN), tracks, strict=False)

@@ -149,6 +149,15 @@ def test_the_reference_lists_packages_and_modules_that_are_there() -> None:
         assert is_package if colons == "::::" else place.with_suffix(".py").is_file(), name
 
 
+def test_every_package_has_its_line_in_the_architecture() -> None:
+    """Those directly in a top folder; what is deeper stands in their lines."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    places = sorted((ROOT / "src" / "servosight").glob("[a-z]*/*/__init__.py"))
+    packages = ["/".join(place.parent.parts[-2:]) for place in places]
+    assert len(packages) > 40
+    assert [name for name in packages if f"`{name}/`" not in text] == []
+
+
 def test_every_command_is_in_the_readme() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [name for name in subcommands() if f"servosight {name}" not in text] == []
@@ -162,3 +171,23 @@ def test_the_demo_hides_what_the_readme_prints() -> None:
     )
     assert shown is not None
     assert effect_of(int(shown[1])) == shown[2]
+
+
+def test_the_summary_of_hidden_effects_has_the_measured_numbers() -> None:
+    """Goal, share, interval and count of each row, as `make hidden` wrote them."""
+    summary, whole = (
+        {tuple(cell.strip() for cell in line.split("|")[2:6]) for line in text.splitlines()}
+        for text in (
+            section("accuracy.md", "## Hidden effects, named"),
+            (ROOT / "docs" / "measured" / "hidden.md").read_text(encoding="utf-8"),
+        )
+    )
+    rows = {row for row in summary if len(row) == 4 and row[1].endswith("%")}
+    assert len(rows) > 5
+    assert rows - whole == set()
+
+
+def section(page: str, heading: str) -> str:
+    """What stands between a heading and the next of its level."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    return text.split(f"{heading}\n")[1].split("\n## ")[0]

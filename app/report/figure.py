@@ -151,7 +151,7 @@ def _short(value: float) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_], colour: str = SHADE) -> None:
+def shade(axes: Axes, time_s: Array, marked: NDArray[np.bool_]) -> None:
     """Shade the stretches of time where ``marked`` (samples,) is True."""
     for start, stop in runs_of(marked):
-        axes.axvspan(time_s[start], time_s[stop - 1], color=colour, linewidth=0, zorder=0)
+        axes.axvspan(time_s[start], time_s[stop - 1], color=SHADE, linewidth=0, zorder=0)

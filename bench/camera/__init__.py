@@ -10,6 +10,5 @@ from servosight.bench.camera._protocol import Stream as Stream
 from servosight.bench.camera._recorder import VIDEO as VIDEO
 from servosight.bench.camera._recorder import Footage as Footage
 from servosight.bench.camera._recorder import Recorder as Recorder
-from servosight.bench.camera._registry import BACK_ENDS as BACK_ENDS
 from servosight.bench.camera._registry import list_cameras as list_cameras
 from servosight.bench.camera._registry import open_camera as open_camera

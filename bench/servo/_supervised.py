@@ -48,11 +48,6 @@ class SupervisedServo(Servo):
         self._sent_s = 0.0
         self._armed_s: float | None = None
 
-    @property
-    def armed(self) -> bool:
-        """Whether the torque is on."""
-        return self._armed_s is not None
-
     def arm(self) -> None:
         """Switch the torque on where the servo stands.
 

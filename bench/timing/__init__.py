@@ -3,7 +3,6 @@
 from servosight.bench.timing._decode import ClockFit as ClockFit
 from servosight.bench.timing._decode import LightPattern as LightPattern
 from servosight.bench.timing._decode import decode as decode
-from servosight.bench.timing._search import BLOCK_PX as BLOCK_PX
 from servosight.bench.timing._search import SeenLight as SeenLight
 from servosight.bench.timing._search import block_means as block_means
 from servosight.bench.timing._search import find_light as find_light

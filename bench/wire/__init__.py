@@ -14,7 +14,6 @@ from servosight.bench.wire._feetech import FeetechStandIn as FeetechStandIn
 from servosight.bench.wire._maestro import MaestroStandIn as MaestroStandIn
 from servosight.bench.wire._mjpeg import MjpegServer as MjpegServer
 from servosight.bench.wire._mjpeg import ServedFrame as ServedFrame
-from servosight.bench.wire._plant import LinearPlant as LinearPlant
 from servosight.bench.wire._plant import Plant as Plant
 from servosight.bench.wire._standin import StandIn as StandIn
 from servosight.bench.wire._wire import Faults as Faults

@@ -56,9 +56,9 @@ def profile(samples: Sequence[Samples], quantity: Quantity) -> ErrorProfile | No
     return _profile(joined, error, index, effect)
 
 
-def bin_edges(values: Array, bins: int = BINS) -> Array:
+def bin_edges(values: Array) -> Array:
     """Edges of bins with as many samples in each, fewer bins where samples are few."""
-    bins = min(bins, values.size // FEWEST)
+    bins = min(BINS, values.size // FEWEST)
     if bins < 2:
         return np.zeros(0)
     edges = np.quantile(values, np.linspace(0.0, 1.0, bins + 1))

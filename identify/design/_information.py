@@ -45,8 +45,11 @@ class Direction(Frozen):
     change: Mapping[str, float]
     difference_deg: float
 
-    def words(self, noise_deg: float, blur_deg: float) -> str:
-        """The direction in words; a model may be wrong by ``blur_deg``."""
+    def words(self, noise_deg: float, blur_deg: float, several: str) -> str:
+        """The direction in words; a model may be wrong by ``blur_deg``.
+
+        ``several`` is what is said of the parameters where more than one is named.
+        """
         largest = max(abs(part) for part in self.change.values())
         named = {n: p for n, p in self.change.items() if abs(p) >= NAMED * largest}
         moves = [
@@ -62,7 +65,7 @@ class Direction(Frozen):
             size += f"{rounded(self.difference_deg / noise_deg, 2)} times the noise"
         if len(named) == 1:
             return f"{next(iter(named))} is determined worst: {moves[0]} {size}"
-        return f"{_and(list(named))} are determined only together: {_and(moves)} {size}"
+        return f"{_and(list(named))} {several}: {_and(moves)} {size}"
 
 
 @dataclass(frozen=True)
@@ -163,13 +166,14 @@ class Information:
     @property
     def sentence(self) -> str:
         """The verdict in words, with the worst-determined direction."""
-        words = self.worst.words(self.noise_deg, self.blur_deg)
         if self.sufficient:
             spread = max(self.sigma.values())
+            words = self.worst.words(self.noise_deg, self.blur_deg, "together are determined worst")
             return (
                 f"The command determines {_and(list(self.names))} to {percent(spread)} or better; "
                 f"{words}."
             )
+        words = self.worst.words(self.noise_deg, self.blur_deg, "are determined only together")
         (first, *more) = self.unsure
         alone = f"{first} is determined worst"
         words = words.removeprefix(alone) if not more else f"; {words}"
@@ -199,16 +203,13 @@ class Information:
         )
 
 
-def information(
-    problem: Problem, point: Array, noise_deg: float, jacobian: Array | None = None
-) -> Information:
+def information(problem: Problem, point: Array, noise_deg: float) -> Information:
     """Information of ``problem``'s commands about the shared parameters at a search point.
 
-    ``jacobian`` (scored, coordinates) is a fit's, found anew where it is not given. Parameters
-    that stand at zero have no relative change: they are projected out with the recordings' own.
+    Parameters that stand at zero have no relative change: they are projected out with the
+    recordings' own.
     """
-    if jacobian is None:
-        jacobian = difference_quotient(problem, point, coordinate_scale(problem, point))
+    jacobian = difference_quotient(problem, point, coordinate_scale(problem, point))
     scale = relative_scale(problem, point)
     judged = np.flatnonzero(scale)
     own = np.setdiff1d(np.arange(jacobian.shape[1]), judged)

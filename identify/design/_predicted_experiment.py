@@ -60,7 +60,6 @@ def resting_point(problem: Problem, actuator: Actuator, biases_deg: Sequence[flo
 def predicted_experiment(
     excitation: Excitation,
     frame_rate_hz: float = 120.0,
-    exposure_s: float = 0.0,
     like: Recording | None = None,
 ) -> Recording:
     """A recording that has not been made: the command, frame times, and an angle of zeros.
@@ -68,6 +67,7 @@ def predicted_experiment(
     ``like`` is a recording of the same bench, whose frame rate, exposure and settings it takes.
     Raises InputError where the command is too short or too long to be filmed.
     """
+    exposure_s = 0.0
     if like is not None:
         frame_rate_hz = 1.0 / float(np.median(np.diff(like.time_s)))
         exposure_s = like.exposure_s

@@ -12,6 +12,9 @@ import numpy as np
 from servosight.models.core import Array, InputError
 from servosight.models.plant import Difference, Linear
 
+_ROUNDS = 20
+"""Of the instruments, and of Gauss-Newton."""
+
 
 def to_linear(difference: Difference, transform: str = "tustin") -> Linear:
     """k, T and xi of a difference equation.
@@ -47,16 +50,14 @@ def by_arx(command: Array, angle: Array, sample_time_s: float) -> Difference:
     return _difference(_least_squares(regressors, angle[2:]), sample_time_s)
 
 
-def by_instruments(
-    command: Array, angle: Array, sample_time_s: float, rounds: int = 20
-) -> Difference:
+def by_instruments(command: Array, angle: Array, sample_time_s: float) -> Difference:
     """Simplified refined instrumental variables (Young, Recursive Estimation, 2011, section 7.4).
 
     Instruments are what the last model makes of the command, free of the noise; all is filtered by
     1 / A, so that noise that is white on the angle is white in the equation. Starts from ARX.
     """
     model = by_arx(command, angle, sample_time_s)
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         denominator = _stable(model)
         u, y = _filtered(denominator, command), _filtered(denominator, angle)
         clean = _filtered(denominator, simulate(model, command))
@@ -66,16 +67,14 @@ def by_instruments(
     return model
 
 
-def by_output_error(
-    command: Array, angle: Array, sample_time_s: float, rounds: int = 20
-) -> Difference:
+def by_output_error(command: Array, angle: Array, sample_time_s: float) -> Difference:
     """Least squares on the simulated angle, by Gauss-Newton (Ljung, 1999, eq. 4.25).
 
     Starts from the instrumental variables; steps are halved until the error falls.
     """
     model = by_instruments(command, angle, sample_time_s)
     error = angle - simulate(model, command)
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         denominator = _stable(model)
         # dy/da_i = -(delayed y) / A, dy/db_i = (delayed u) / A.
         slopes = _regressors(

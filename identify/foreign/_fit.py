@@ -35,7 +35,7 @@ from servosight.models.core import (
 )
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
-from servosight.models.fmu import FmuLimits, FmuModel, FmuVariable, open_fmu
+from servosight.models.fmu import FmuModel, FmuVariable, open_fmu
 
 METHOD = "gradient"
 
@@ -53,7 +53,6 @@ def identify_fmu(
     command: str | None = None,
     angle: str | None = None,
     tolerance: float | None = None,
-    limits: FmuLimits | None = None,
 ) -> FmuFit:
     """Fit the parameters ``names`` of an FMU (default: all tunable ones) to recordings, jointly.
 
@@ -71,7 +70,7 @@ def identify_fmu(
     floor = floor_deg(whole, noise, tolerance)
     known = built_in() if catalogue is None else catalogue
     chosen = select(known, effects)
-    interface = Interface(path, command, angle, limits)
+    interface = Interface(path, command, angle)
     with _opened(interface, known, chosen, scored, trust) as model:
         held = dict(fix or {})
         search = Search(
@@ -118,7 +117,7 @@ def _opened(
         with effects_around(interface, catalogue, effects, recordings, trust=trust) as model:
             yield model
         return
-    with open_fmu(interface.path, limits=interface.limits) as fmu:
+    with open_fmu(interface.path) as fmu:
         yield FmuModel.of(fmu, interface.command, interface.angle)
 
 

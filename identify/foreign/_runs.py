@@ -18,7 +18,7 @@ import numpy as np
 from servosight.identify.foreign._behind import measured, with_turns
 from servosight.models.core import Array
 from servosight.models.effects import Effect, Place
-from servosight.models.fmu import FmuLimits, FmuModel, FmuVariable, Pieces, open_fmu
+from servosight.models.fmu import FmuModel, FmuVariable, Pieces, open_fmu
 from servosight.models.plant import Layout, Plant, Stimulus
 
 _LONGEST_S = 5e-3
@@ -41,7 +41,6 @@ class Interface:
     path: Path
     command: str | None = None
     angle: str | None = None
-    limits: FmuLimits | None = None
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ class Runs:
             yield self.model
             return
         asked = self.interface
-        with open_fmu(asked.path, limits=asked.limits) as fmu:
+        with open_fmu(asked.path) as fmu:
             self.model = FmuModel.of(fmu, asked.command, asked.angle)
             self.own = self.model.own
             try:

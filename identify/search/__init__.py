@@ -5,7 +5,6 @@ from servosight.identify.search._estimator import Estimator as Estimator
 from servosight.identify.search._estimator import Outcome as Outcome
 from servosight.identify.search._estimator import Residuals as Residuals
 from servosight.identify.search._estimator import SearchSpace as SearchSpace
-from servosight.identify.search._estimator import Stop as Stop
 from servosight.identify.search._estimator import StopReason as StopReason
 from servosight.identify.search._estimator import drive as drive
 from servosight.identify.search._estimator import half_squares as half_squares

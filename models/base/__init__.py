@@ -4,7 +4,6 @@ from servosight.models.base._atomic import check_folder as check_folder
 from servosight.models.base._atomic import make_folder as make_folder
 from servosight.models.base._atomic import new_file as new_file
 from servosight.models.base._atomic import new_folder as new_folder
-from servosight.models.base._atomic import unwritable as unwritable
 from servosight.models.base._atomic import write_bytes as write_bytes
 from servosight.models.base._atomic import write_text as write_text
 from servosight.models.base._errors import InputError as InputError

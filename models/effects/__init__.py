@@ -8,7 +8,6 @@ from servosight.models.effects._info import EffectInfo as EffectInfo
 from servosight.models.effects._info import EffectTable as EffectTable
 from servosight.models.effects._info import effect_info as effect_info
 from servosight.models.effects._initial_guess import ResidualFeatures as ResidualFeatures
-from servosight.models.effects._place import MOTION as MOTION
 from servosight.models.effects._place import SIGNATURES as SIGNATURES
 from servosight.models.effects._place import Place as Place
 from servosight.models.effects._registry import catalogue as catalogue

@@ -35,6 +35,15 @@ class Form:
     dwell_s: float | None = None
 
 
+FORMED: Mapping[str, tuple[str, ...]] = {
+    "frequency_hz": ("sine", "triangle"),
+    "low_hz": ("chirp", "multisine"),
+    "high_hz": ("chirp", "multisine"),
+    "dwell_s": ("steps", "prbs"),
+}
+"""Which shapes each number of a :class:`Form` applies to."""
+
+
 @dataclass(frozen=True)
 class Design:
     """A command, what it is in words, and where the limits were in its way."""
@@ -47,8 +56,8 @@ class Design:
 def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: int = 0) -> Design:
     """The ``shape`` (a key of :data:`SHAPES`) within ``limits``.
 
-    Raises InputError where the shape is unknown or cannot be had within the limits, and for a seed
-    that is none.
+    Raises InputError where the shape is unknown, does not have a number of ``form`` or cannot be
+    had within the limits, and for a seed that is none.
     """
     if shape not in SHAPES:
         raise InputError(
@@ -57,10 +66,15 @@ def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: in
         )
     check_seed(seed)
     wanted = form or Form()
-    for name in ("frequency_hz", "low_hz", "high_hz", "dwell_s"):
+    for name, shapes in FORMED.items():
         value = getattr(wanted, name)
         if value is not None and not 0.0 < value < np.inf:
             raise InputError(f"{name} is {value:g}, expected more than 0; give a larger one")
+        if value is not None and shape not in shapes:
+            raise InputError(
+                f"{name} is {value:g}, expected none for the shape {shape}, only for "
+                f"{' and '.join(shapes)}; leave it out"
+            )
     made = SHAPES[shape](replace(limits, centre_deg=0.0), wanted, seed)
     rows = made.excitation
     return replace(made, excitation=Excitation(rows.time_s, limits.centre_deg + rows.command_deg))

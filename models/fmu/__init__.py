@@ -1,6 +1,5 @@
 """FMUs from elsewhere: checked, unpacked, and run in a process of their own."""
 
-from servosight.models.fmu._archive import LIMITS as LIMITS
 from servosight.models.fmu._archive import ArchiveLimits as ArchiveLimits
 from servosight.models.fmu._archive import unpacked as unpacked
 from servosight.models.fmu._fmu import Fmu as Fmu

@@ -13,7 +13,7 @@ from servosight.models.io._save import save_recording as save_recording
 from servosight.models.io._save import write_angle as write_angle
 from servosight.models.io._settings import LONGEST_EXPOSURE_S as LONGEST_EXPOSURE_S
 from servosight.models.io._settings import set_keys as set_keys
-from servosight.models.io._shared_error import NAME as NAME
+from servosight.models.io._shared_error import SHARED_FILE as SHARED_FILE
 from servosight.models.io._shared_error import write_shared as write_shared
 from servosight.models.io.tables import SECONDS as SECONDS
 from servosight.models.io.tables import Series as Series

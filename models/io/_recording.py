@@ -15,9 +15,9 @@ from servosight.models.core import (
     check_path,
     plain_name,
 )
-from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._power import powered_sheet
 from servosight.models.io._settings import RecordingSettings, read_recording_settings
+from servosight.models.io._shared_error import read_shared
 from servosight.models.io._signals import overlooked, signal_columns, signals_of
 from servosight.models.io.tables import (
     DEGREES,
@@ -156,7 +156,7 @@ def load_recording(
     read = recording_of(name, streams, settings, path=place, video=video, horn=horn)
     return replace(
         read,
-        shared_deg=shared_error.read_shared(place, read.time_s, scale),
+        shared_deg=read_shared(place, read.time_s, scale),
         notes=(*read.notes, *notes),
         signals=signals,
     ).shifted(-settings.latency_s)

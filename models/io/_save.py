@@ -9,11 +9,11 @@ from typing import Any
 import tomli_w
 
 from servosight.models.core import Array, Recording, Stream, new_folder, write_text
-from servosight.models.io import _shared_error as shared_error
 from servosight.models.io._settings import FORMAT
+from servosight.models.io._shared_error import SHARED_FILE, write_shared
 from servosight.models.io.tables import table_text
 
-FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", "signals.csv", shared_error.NAME)
+FILES = ("recording.toml", "command.csv", "angle.csv", "horn.csv", "signals.csv", SHARED_FILE)
 """What ``save_recording`` writes."""
 
 
@@ -63,7 +63,7 @@ def save_recording(
             names, values = zip(*recording.signals.values.items(), strict=True)
             columns = (recording.signals.time_s, *values)
             write_text(fresh / "signals.csv", table_text(("time_s", *names), columns))
-        shared_error.write_shared(fresh, recording.time_s, recording.shared_deg, scale)
+        write_shared(fresh, recording.time_s, recording.shared_deg, scale)
 
 
 def write_angle(path: Path, time_s: Array, angle_deg: Array, sigma_deg: Array | None) -> None:

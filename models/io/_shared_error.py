@@ -13,7 +13,7 @@ import numpy as np
 from servosight.models.core import Array, InputError, write_text
 from servosight.models.io.tables import read_sheet, table_text
 
-NAME = "shared.csv"
+SHARED_FILE = "shared.csv"
 
 
 def read_shared(folder: Path, time_s: Array, scale: float = 1.0) -> Array | None:
@@ -22,7 +22,7 @@ def read_shared(folder: Path, time_s: Array, scale: float = 1.0) -> Array | None
     ``time_s`` (samples,) are the angle's times, ``scale`` the recording's ``unit_scale``.
     InputError where the file's own times are others: it then belongs to another angle.csv.
     """
-    path = folder / NAME
+    path = folder / SHARED_FILE
     if not path.is_file():
         return None
     sheet = read_sheet(path)
@@ -45,7 +45,7 @@ def read_shared(folder: Path, time_s: Array, scale: float = 1.0) -> Array | None
 
 def write_shared(folder: Path, time_s: Array, shared_deg: Array | None, scale: float = 1.0) -> None:
     """Write the errors, completely or not at all; without any, an older file goes."""
-    path = folder / NAME
+    path = folder / SHARED_FILE
     if shared_deg is None or shared_deg.shape[1] == 0:
         path.unlink(missing_ok=True)
         return

@@ -91,8 +91,8 @@ def resolve(settings: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, 
     for name, values in settings.items():
         if name not in TWIN_EFFECTS:
             raise InputError(
-                f"the twin has no effect {name!r}{did_you_mean(name, TWIN_EFFECTS)}; expected "
-                f"one of {', '.join(TWIN_EFFECTS)}: choose from these"
+                f"the simulation has no effect {name!r}{did_you_mean(name, TWIN_EFFECTS)}; "
+                f"expected one of {', '.join(TWIN_EFFECTS)}: choose from these"
             )
         defaults = TWIN_EFFECTS[name].defaults
         for key in values:

@@ -21,6 +21,7 @@ Colour = tuple[int, int, int]
 PlanePoint = tuple[float, float]
 
 _OVERSAMPLE = 2  # drawn finer than asked for, then averaged: PIL's shapes have no soft edges
+_SOFTNESS_TEXELS = 0.6
 
 
 @dataclass(frozen=True)
@@ -88,10 +89,10 @@ class Pen:
         font = ImageFont.load_default(height_mm * self.scale)
         self.draw.text(self.at(centre), words, fill=colour, font=font, anchor="mm")
 
-    def finish(self, softness: float = 0.6) -> Picture:
-        """The picture at the sheet's resolution, softened by ``softness`` texels."""
+    def finish(self) -> Picture:
+        """The picture at the sheet's resolution, with edges as soft as ink on paper has them."""
         small = self.image.resize(self.sheet.size, Image.Resampling.BOX)
-        return np.asarray(small.filter(ImageFilter.GaussianBlur(softness)), dtype=np.uint8)
+        return np.asarray(small.filter(ImageFilter.GaussianBlur(_SOFTNESS_TEXELS)), dtype=np.uint8)
 
 
 def noise(

@@ -163,6 +163,40 @@ def test_track_a_file_that_is_no_video(tmp_path: Path, capsys: pytest.CaptureFix
     assert not (tmp_path / "angle.csv").exists()
 
 
+def test_a_recording_without_a_video_is_not_offered_for_replacement(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    complaint(capsys, ["track", str(recording(tmp_path / "rec"))], "holds no video", "expected")
+
+
+def test_a_markers_number_without_a_marker_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["track", str(tmp_path / "a.mkv"), "--id", "3"]
+    complaint(capsys, words, "--id has no effect here", "expected --marker")
+
+
+@pytest.mark.parametrize("second", [["--second"], ["--second-pivot", "3,4"]])
+def test_a_second_part_beside_a_marker_is_refused(
+    second: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["track", str(tmp_path / "a.mkv"), "--marker", "aruco", *second]
+    complaint(capsys, words, "follows one marker", "expected one of the two")
+
+
+def test_the_method_marker_follows_the_number_that_is_given(
+    tmp_path: Path, tracker: dict[str, Any]
+) -> None:
+    video = tmp_path / "a.mkv"
+    video.touch()
+    assert main(["track", str(video), "--method", "marker", "--id", "3"]) == 0
+    assert (tracker["method"], tracker["marker_family"], tracker["marker_id"]) == (
+        "marker",
+        "aruco",
+        3,
+    )
+
+
 def test_demo_writes_its_four_parts(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

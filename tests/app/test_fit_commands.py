@@ -12,7 +12,7 @@ import pytest
 from support.commands import XI, T, complaint, log, recording
 
 from servosight.app.main import main
-from servosight.models.core import Actuator
+from servosight.models.core import Actuator, Estimate
 from servosight.models.effects import catalogue
 
 
@@ -59,6 +59,27 @@ def test_a_model_with_effects_is_what_the_next_diagnosis_begins_with(
 def test_a_parameter_held_at_two_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["identify", str(log(tmp_path / "log.csv")), "--fix", "k=1", "--fix", "k=2"]
     complaint(capsys, words, "--fix k: is given twice, with 1 and 2")
+
+
+@pytest.mark.parametrize(
+    ("words", "needed"),
+    [
+        (["identify", "REC", "--parameters", "k"], "--model MODEL.fmu"),
+        (["identify", "REC", "--fmu-input", "u"], "--model MODEL.fmu"),
+        (["compare", "CARD", "REC", "--fmu-output", "y"], "an FMU as the model"),
+        (["diagnose", "REC", "--fmu-input", "u"], "--from MODEL.fmu"),
+        (["predict", "CARD", "REC", "-o", "OUT", "--fmu-input", "u"], "an FMU as the model"),
+    ],
+)
+def test_an_option_for_an_fmu_is_refused_without_one(
+    words: list[str], needed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    card, out = tmp_path / "m.toml", tmp_path / "out.csv"
+    values = {"k": 1.0, "T": T, "xi": XI, "bias": 0.0}
+    Actuator({name: Estimate(value, None, "") for name, value in values.items()}).save(card)
+    places = {"REC": str(log(tmp_path / "log.csv")), "CARD": str(card), "OUT": str(out)}
+    complaint(capsys, [places.get(word, word) for word in words], "has no effect here", needed)
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(

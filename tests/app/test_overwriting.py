@@ -235,11 +235,12 @@ def test_an_angle_is_replaced_only_where_the_tracker_wrote_it(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     change(tracked)
+    (tracked / "video.mkv").write_bytes(b"junk" * 100)
     before = contents(tracked)
     assert ("angle.csv" in tracked_files(tracked)) == own
     assert main(["track", str(tracked)]) == 2
-    # Where the angle may go, what is missing is the video.
-    assert ("holds no video" if own else "angle.csv: the file exists") in capsys.readouterr().err
+    # Where the angle may go, what is wrong is the video.
+    assert ("video.mkv: " if own else "angle.csv: the file exists") in capsys.readouterr().err
     assert contents(tracked) == before
 
 

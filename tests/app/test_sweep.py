@@ -75,6 +75,10 @@ def test_ctrl_c_says_how_to_go_on(
         (["sweep", "resolutoin", "-o", "out"], "did you mean resolution?"),
         (["sweep", "sweep.toml", "-o", "sweep.toml"], "is a file"),
         (["sweep", "sweep.toml", "-o", "out", "--workers", "-1"], "expected 0 to 10000"),
+        (
+            ["sweep", "sweep.toml", "-o", "out", "--workers", "2", "--scheduler", "tcp://h:1"],
+            "the workers are those of --scheduler",
+        ),
         (["sweep", "sweep.toml"], "required: -o"),
         (["results", "."], "holds no sweep.json"),
     ],

@@ -163,7 +163,7 @@ def calibrate(views: dict[str, Image], board: Board, plane: Path | None = None) 
         straight = lens.straight(seen[0]) if lens is not None else seen[0]
         matrix, _ = cv2.findHomography(straight, seen[1], 0)
         onto = np.asarray(matrix, np.float64)
-    return Calibration(CameraGeometry(lens, onto), size, errors, rms, quality)
+    return Calibration(CameraGeometry(lens, onto, size), size, errors, rms, quality)
 
 
 def _lens(

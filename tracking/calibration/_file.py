@@ -51,16 +51,9 @@ def write_camera(path: Path, calibration: Calibration) -> None:
     write_text(path, marked_toml(Kind.CAMERA, tomli_w.dumps(table)))
 
 
-def read_camera(path: Path, size_px: tuple[int, int] | None = None) -> CameraGeometry:
-    """Read camera.toml; ``size_px`` (width, height) is that of the video it is meant for."""
+def read_camera(path: Path) -> CameraGeometry:
+    """Read camera.toml."""
     table = read_settings(path, "a file that `servosight calibrate` wrote")
-    known = (table.get("width"), table.get("height"))
-    if size_px is not None and None not in known and known != size_px:
-        raise InputError(
-            f"{path}: keys width and height say {known[0]} x {known[1]} px and the video has "
-            f"{size_px[0]} x {size_px[1]}; expected a calibration at the video's own size, "
-            "calibrate again."
-        )
     return camera_of(table, str(path))
 
 
@@ -87,10 +80,23 @@ class _Plane:
     onto: Annotated[tuple[_Triple, _Triple, _Triple], _meta("3 x 3 numbers")]
 
 
+_Size = Annotated[
+    int,
+    Meta(
+        ge=1,
+        le=int(LARGEST),
+        description="a whole number of pixels above 0",
+        extra={"fix": "write what `servosight calibrate` wrote"},
+    ),
+]
+
+
 @dataclass(frozen=True)
 class _CalibrationKeys:
     lens: _Lens | None = None
     plane: _Plane | None = None
+    width: _Size | None = None
+    height: _Size | None = None
 
 
 def camera_of(table: object, source: str) -> CameraGeometry:
@@ -111,4 +117,6 @@ def camera_of(table: object, source: str) -> CameraGeometry:
                 f"{source}: key plane.onto maps the picture to a line; expected the matrix that "
                 "`servosight calibrate` wrote."
             )
-    return CameraGeometry(lens, onto)
+    if keys.width is None or keys.height is None:
+        return CameraGeometry(lens, onto)
+    return CameraGeometry(lens, onto, (keys.width, keys.height))

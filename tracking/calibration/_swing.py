@@ -41,7 +41,7 @@ class Swing:
 
     ``angle_rad`` (frames,) with the first at zero; ``rigid_rad`` the angles if the picture is taken
     as the plane; ``shared_rad`` (frames, 4) the error of their differences from the first where the
-    plane is off by one sigma, along each axis of its covariance. ``noise_px`` is that of a point.
+    plane is off by one sigma, along each axis of its covariance.
     """
 
     plane: MotionPlane
@@ -49,7 +49,6 @@ class Swing:
     angle_rad: Array
     rigid_rad: Array
     shared_rad: Array
-    noise_px: float
 
     @property
     def doubt_rad(self) -> Array:
@@ -105,7 +104,6 @@ def calibrate_swing(tracks: Tracks, lens: Lens | None = None) -> Swing | None:
         full.angle_rad[usable],
         rigid.angle_rad[usable],
         full.shared_rad()[usable],
-        full.noise * size,
     )
 
 
@@ -125,13 +123,11 @@ def _matrix(shape: Array) -> Array:
 
 @dataclass(frozen=True)
 class _SwingFit:
-    """Solution, its covariance by clusters (points), the rms residual of a point, and the frames in
-    which enough points fit."""
+    """Solution, its covariance by clusters (points), and the frames in which enough points fit."""
 
     values: Array
     covariance: Array
     normal: Array
-    noise: float
     usable: NDArray[np.bool_]
 
     @property
@@ -212,14 +208,13 @@ class _SwingPoints:
         normal, _ = _normal(residuals, slopes, weight)
         used = int(np.count_nonzero(weight))
         freedom = float(np.maximum(2 * used - values.size - 2 * len(points), 1))
-        noise = _robust(raw) * float(np.sqrt(2.0 * used / freedom))
         # Summed over a point's frames first: a feature's own bias is one error, not many.
         sums = np.zeros((len(points), values.size))
         np.add.at(sums, self.point, np.einsum("nk,nkg->ng", weight[:, None] * residuals, slopes))
         bread = np.linalg.pinv(normal, rcond=1e-12) / _influence_slope(weight)
         covariance = bread @ (sums.T @ sums) @ bread * (2.0 * used / freedom)
         usable = np.bincount(self.frame, weight) > _LEAST_WEIGHT
-        return _SwingFit(values, covariance, normal, noise, usable)
+        return _SwingFit(values, covariance, normal, usable)
 
     def _points(self, values: Array) -> Array:
         """Positions of the points in the plane about the pivot, at the first angle; (points, 2)."""

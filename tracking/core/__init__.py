@@ -10,7 +10,7 @@ from servosight.tracking.core._exposure import Shutters as Shutters
 from servosight.tracking.core._exposure import local_motion as local_motion
 from servosight.tracking.core._features import Features as Features
 from servosight.tracking.core._features import Index as Index
-from servosight.tracking.core._limited import limited_rms as limited_rms
+from servosight.tracking.core._limited_rms import limited_rms as limited_rms
 from servosight.tracking.core._linkage import Linkage as Linkage
 from servosight.tracking.core._linkage import Rod as Rod
 from servosight.tracking.core._linkage import ToldBy as ToldBy

@@ -100,11 +100,13 @@ class MotionPlane:
 class CameraGeometry:
     """A calibrated camera: its lens, and the map (3, 3) from undistorted pixels to the plane.
 
-    Either may be unknown (None); the map is right up to a similarity.
+    Either may be unknown (None); the map is right up to a similarity. ``size_px`` is width and
+    height of the pictures that both belong to, None where they are not told.
     """
 
     lens: Lens | None = None
     onto: Array | None = None
+    size_px: tuple[int, int] | None = None
 
 
 PICTURE = MotionPlane()

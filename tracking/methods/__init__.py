@@ -4,7 +4,6 @@ A new method is a function ``(film, options, progress) -> Track`` in a file of i
 in ``METHOD_WORDS``.
 """
 
-from servosight.tracking.methods._box import choose_box as choose_box
 from servosight.tracking.methods._contract import Method as Method
 from servosight.tracking.methods._frames import (
     MovingPart as MovingPart,

@@ -16,8 +16,8 @@ from servosight.tracking.core import Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._closer import measured_closer
 from servosight.tracking.methods._compared import alike, beside, surest
 from servosight.tracking.methods._footage import Footage
+from servosight.tracking.methods._notes import with_choice
 from servosight.tracking.methods._places import measured_in_places
-from servosight.tracking.methods._told import told
 from servosight.tracking.video import Film
 
 Measure = Callable[[Footage, FoundPart, FrameProgress | None], Track]
@@ -126,10 +126,10 @@ def _of_part(
     """The track of the part at that place, and a rough one, with what is to be said of it."""
     candidates = [footage.candidate(part) for part in parts]
     try:
-        return told(measure(footage, parts[number - 1], progress), candidates, number)
+        return with_choice(measure(footage, parts[number - 1], progress), candidates, number)
     except TrackRefused as refused:
         if refused.rough is not None:
-            refused.rough = told(refused.rough, candidates, number)
+            refused.rough = with_choice(refused.rough, candidates, number)
         raise
 
 

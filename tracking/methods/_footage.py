@@ -47,12 +47,12 @@ from servosight.tracking.methods._composite_track import (
     in_plane,
     track_of,
 )
-from servosight.tracking.methods._doubted import with_doubts
 from servosight.tracking.methods._entered import clear_of, left_out_of
+from servosight.tracking.methods._notes import left_out
 from servosight.tracking.methods._pointing import astray, hint_of, nothing_there, pointed_part
 from servosight.tracking.methods._repeated import with_repeats
 from servosight.tracking.methods._rivals import best_first
-from servosight.tracking.methods._told import left_out
+from servosight.tracking.methods._total_sigma import with_total_sigma
 from servosight.tracking.methods._verified import elsewhere, verify
 from servosight.tracking.verification import FrameSample, sampled_where_it_moves
 from servosight.tracking.video import Film, Frame, Window, windowed
@@ -243,7 +243,7 @@ class Footage:
             view = view.as_doubtful(float(np.deg2rad(self.tilt.doubt_deg)))
             pivot_px = self.stabilised.in_video(view.pivot_px)
             track = along_axis(track, view, angle_rad, pivot_px)
-        track = with_doubts(at_mid_exposure(track, self.film, meter, stamps_s, fits))
+        track = with_total_sigma(at_mid_exposure(track, self.film, meter, stamps_s, fits))
         if why is not None:
             raise TrackRefused(sentence, draw(), measured=True, uncertain=True, rough=track)
         return track

@@ -13,7 +13,7 @@ from servosight.models.core import FrameProgress, Mask, Single
 from servosight.tracking.composite import TRUST, Change, without_entering
 from servosight.tracking.core import Track, TrackRefused
 from servosight.tracking.methods._footage import Footage
-from servosight.tracking.methods._told import told
+from servosight.tracking.methods._notes import with_choice
 from servosight.tracking.video import Window
 
 _MOST = 3
@@ -48,7 +48,7 @@ def _measured(place: Footage, progress: FrameProgress | None) -> Track:
     parts = place.parts()
     if not parts or parts[0].explained_there < TRUST.least_explained:
         raise place.nothing(parts)
-    return told(place.measured(parts[0], progress), [place.candidate(parts[0])], 1)
+    return with_choice(place.measured(parts[0], progress), [place.candidate(parts[0])], 1)
 
 
 def _windows(footage: Footage) -> list[Window]:

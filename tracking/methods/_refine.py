@@ -16,14 +16,14 @@ from servosight.tracking.composite import TRUST, swept_deg, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods._compared import alike, surest
 from servosight.tracking.methods._composite import composite
-from servosight.tracking.methods._delayed import late_rms_deg
-from servosight.tracking.methods._doubted import with_doubts
 from servosight.tracking.methods._frames import (
     MovingPart,
     TrackedPart,
     TrackingSetup,
     tracked_part,
 )
+from servosight.tracking.methods._time_error import late_rms_deg
+from servosight.tracking.methods._total_sigma import with_total_sigma
 from servosight.tracking.video import Film
 
 _PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
@@ -52,7 +52,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     why = uncertain(track.angle_deg[track.found], track.sigma_deg[track.found])
     if why is not None and _may_be_composite(options):
         return _surer(part, why, film, options, progress)
-    measured = with_doubts(part.along_axis())
+    measured = with_total_sigma(part.along_axis())
     enough_deg = TRUST.most_deg(swept_deg(measured.angle_deg[measured.found]))
     late = late_rms_deg(measured) > enough_deg
     if _may_be_composite(options) and (late or _of_a_piece(part, options)):
@@ -70,7 +70,7 @@ def _surer(
         return composite(film, options, progress)
     except TrackRefused as again:
         if options.pointed:
-            return with_doubts(part.along_axis())
+            return with_total_sigma(part.along_axis())
         x, y = part.track.pivot_px
         sentence = (
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "
@@ -112,7 +112,9 @@ def _surer_of_both(
     if _tells_times(other, measured):
         timed = replace(film, shutters=other.shutters)
         with suppress(TrackRefused):  # as it was measured first then
-            measured = with_doubts(tracked_part(timed, options, progress, prepare).along_axis())
+            measured = with_total_sigma(
+                tracked_part(timed, options, progress, prepare).along_axis()
+            )
     return surest(measured, other)
 
 

@@ -14,7 +14,7 @@ from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._fields import FieldOrder, most_different, woven_fields
 from servosight.tracking.video._frame_table import read_frame_table
-from servosight.tracking.video._given import check_interval, given_shutters
+from servosight.tracking.video._given import check_interval, check_size, given_shutters
 from servosight.tracking.video._prefetch import prefetch
 from servosight.tracking.video._rate import even_times
 from servosight.tracking.video._remarks import of_clock, of_missing, of_pictures, of_rate
@@ -202,6 +202,8 @@ def open_film(video: Path, options: TrackOptions) -> Film:
         kept = []
         runs = stretches(video, _RUNS, _run_frames(header), woven)
         calm = tuple(calm_frames(_keeping(runs, kept)))
+    if options.camera is not None:
+        check_size(video, options.camera, calm[0].image.shape)
     shutters = given_shutters(
         video, options, times[1] if times is not None else None, calm[0].tag_deg
     )

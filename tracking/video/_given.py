@@ -1,4 +1,4 @@
-"""Exposure and readout as the user gives them: checked, and turned with the picture."""
+"""What the user gives of a camera: checked, exposure and readout turned with the picture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from servosight.models.core import Array, InputError
 from servosight.models.io import EXPOSURE_SHARE
-from servosight.tracking.core import Shutters, TrackOptions
+from servosight.tracking.core import CameraGeometry, Shutters, TrackOptions
 
 _LONGEST_S = 10.0
 
@@ -34,6 +34,17 @@ def given_shutters(
     if tag_deg % 180:
         return Shutters(every_s, 0.0, readout_s or 0.0)
     return Shutters(every_s, -(readout_s or 0.0) if tag_deg else readout_s or 0.0)
+
+
+def check_size(video: Path, camera: CameraGeometry, shape: tuple[int, ...]) -> None:
+    """Reject a calibration of pictures of another size than ``shape`` (rows, columns, ...)."""
+    size = (shape[1], shape[0])
+    if camera.size_px not in (None, size):
+        raise InputError(
+            f"{video}: the pictures have {size[0]} x {size[1]} px, and the camera was calibrated "
+            f"with pictures of {camera.size_px[0]} x {camera.size_px[1]} px; expected a "
+            "calibration at the video's own size, calibrate again at it."
+        )
 
 
 def check_interval(source: Path, exposure_s: float, every_s: float) -> None:

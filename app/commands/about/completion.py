@@ -9,7 +9,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight completion``."""
-    parser.add_argument("shell", choices=SHELLS, help="the shell whose script is wanted")
+    parser.add_argument("shell", choices=SHELLS, help="the shell to write the script for")
     parser.epilog = (
         'bash and zsh: eval "$(servosight completion bash)" in .bashrc or .zshrc; '
         "fish: servosight completion fish > ~/.config/fish/completions/servosight.fish"

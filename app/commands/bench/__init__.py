@@ -13,7 +13,7 @@ from servosight.app.arguments import add_force, add_seed, any_path, number
 from servosight.models.base import InputError, did_you_mean
 
 ACTIONS = {
-    "wizard": "all of it question by question, from plugging in to the report",
+    "wizard": "all steps, question by question, from plugging in to the report",
     "cameras": "list the cameras and their modes; with --camera, measure the frame rate",
     "servos": "list serial ports and kinds of servo; with --servo, ask it what it measures",
     "check": "check camera and servo, a line each; with --arm, look for the surface",
@@ -22,7 +22,7 @@ ACTIONS = {
     "auto": "check, zero, run, track and diagnose; asks before each further experiment",
     "target": "write a page to print to -o FILE.png: patterned discs and a protractor",
     "firmware": "compile the firmware of a board into -o DIR, and say how to write it there",
-    "rehearse": "the same with a virtual servo and camera on the wire, and a hidden effect",
+    "rehearse": "the same with a virtual servo and camera and a hidden effect",
 }
 STAMPS = ("exposure_start", "frame_end", "arrival")
 KINDS = ("board", "dynamixel", "feetech", "maestro")
@@ -79,15 +79,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         limits.add_argument(f"--{name}", metavar=unit, type=number, help=words)
     rehearsal = parser.add_argument_group("rehearse")
     rehearsal.add_argument(
-        "--kind", choices=KINDS, default="dynamixel", help="of servo (default dynamixel)"
+        "--kind", choices=KINDS, default="dynamixel", help="kind of servo (default dynamixel)"
     )
     rehearsal.add_argument(
-        "--duration", metavar="S", type=number, default=10.0, help="of the command (default 10)"
+        "--duration",
+        metavar="S",
+        type=number,
+        default=10.0,
+        help="duration of the command (default 10)",
     )
     rehearsal.add_argument(
         "--serve",
         action="store_true",
-        help="only stand servo and camera on the wire, for commands in another terminal",
+        help="only start the virtual servo and camera, for commands in another terminal",
     )
     add_seed(parser, default=1)
     add_force(parser)
@@ -109,9 +113,8 @@ def wanted(args: argparse.Namespace, *names: str) -> None:
     """Raise InputError where an option that the action needs is missing."""
     for name in names:
         if getattr(args, name) is None:
-            flag = {"output": "-o FOLDER", "excitation": "EXCITATION"}.get(
-                name, f"--{name} ADDRESS"
-            )
+            place = "-o FILE.png" if args.action == "target" else "-o FOLDER"
+            given = {"output": place, "excitation": "EXCITATION"}.get(name, f"--{name} ADDRESS")
             raise InputError(
-                f"bench {args.action}: needs {flag}; add it, `servosight bench --help` has examples"
+                f"bench {args.action}: needs {given}; add it, `servosight bench --help` explains it"
             )

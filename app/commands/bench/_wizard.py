@@ -24,12 +24,12 @@ _KINDS = {
 }
 _KEYS: dict[str, tuple[tuple[str, str, str, float, float], ...]] = {
     "dynamixel": (
-        ("id", "1", "Which id has the servo? It comes with 1 from its maker.", 0, 252),
-        ("baud", "57600", "Which baud rate? It comes with 57600.", 9600, 4_500_000),
+        ("id", "1", "Which ID does the servo have? The factory setting is 1.", 0, 252),
+        ("baud", "57600", "Which baud rate? The factory setting is 57600.", 9600, 4_500_000),
     ),
     "feetech": (
-        ("id", "1", "Which id has the servo? It comes with 1 from its maker.", 0, 253),
-        ("baud", "1000000", "Which baud rate? It comes with 1000000.", 9600, 1_000_000),
+        ("id", "1", "Which ID does the servo have? The factory setting is 1.", 0, 253),
+        ("baud", "1000000", "Which baud rate? The factory setting is 1000000.", 9600, 1_000_000),
     ),
     "maestro": (
         ("channel", "0", "Which channel of the Maestro drives it?", 0, 23),

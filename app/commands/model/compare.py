@@ -1,4 +1,4 @@
-"""Where a model fails on recordings; or what differs between two models or two recordings."""
+"""Show where a model fails on recordings, or what differs between two models or recordings."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from servosight.app.arguments import (
     add_report,
     any_path,
     fixed,
+    fmu_names,
     identifiers,
     plugins_again,
+    refuse_without,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -74,6 +76,8 @@ def run(args: argparse.Namespace) -> None:
 
     check_outputs(args)
     args.model, *args.recordings = _model_first([args.model, *args.recordings])
+    if not is_fmu(args.model):
+        refuse_without("an FMU as the model", fmu_names(args))
     if not is_model_file(args.model) or is_model_file(args.recordings[0]):
         _change(args)
         return

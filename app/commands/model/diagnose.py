@@ -19,9 +19,11 @@ from servosight.app.arguments import (
     add_seed,
     any_path,
     fixed,
+    fmu_names,
     identifiers,
     limit_pair,
     plugins_again,
+    refuse_without,
     tolerance,
 )
 from servosight.app.completion import with_effects
@@ -147,6 +149,8 @@ def run(args: argparse.Namespace) -> None:
             f"{args.start}: -o writes a model card, which cannot hold an FMU, expected --json or "
             f"--report"
         )
+    if not foreign:
+        refuse_without("--from MODEL.fmu", fmu_names(args))
     effects = catalogue(args.plugin)
     # What contradicts itself is refused before recordings are read, some of which are videos.
     diagnose = _of_fmu(args) if foreign else _of_card(args, effects)

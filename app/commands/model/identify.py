@@ -16,8 +16,10 @@ from servosight.app.arguments import (
     add_seed,
     any_path,
     fixed,
+    fmu_names,
     identifiers,
     plugins_again,
+    refuse_without,
 )
 from servosight.app.completion import with_effects
 from servosight.app.terminal import (
@@ -82,6 +84,7 @@ def run(args: argparse.Namespace) -> None:
     if args.model is not None:
         _run_fmu(args)
         return
+    refuse_without("--model MODEL.fmu", {"--parameters": args.parameters, **fmu_names(args)})
     check_method(args.method)
     effects = catalogue(args.plugin)
     chosen = select(effects, args.effects)

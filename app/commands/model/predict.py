@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_fmu, add_force, add_plugins, add_pulse, any_path, number
+from servosight.app.arguments import (
+    add_fmu,
+    add_force,
+    add_plugins,
+    add_pulse,
+    any_path,
+    fmu_names,
+    number,
+    refuse_without,
+)
 from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind, is_fmu
 
@@ -78,6 +87,7 @@ def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: boo
     if is_fmu(args.model):
         interface = fmu_interface(args, args.model)
         return predict_fmu(interface, recording, from_rest=from_rest, trust=args.trust)
+    refuse_without("an FMU as the model", fmu_names(args))
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
     if from_rest:

@@ -12,7 +12,10 @@ from servosight.models.base import Kind
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight report``."""
     parser.add_argument(
-        "result", metavar="DIAGNOSIS.json", type=any_path, help="what --json of diagnose wrote"
+        "result",
+        metavar="DIAGNOSIS.json",
+        type=any_path,
+        help="what --json of diagnose or compare wrote",
     )
     parser.add_argument(
         "recordings",
@@ -44,8 +47,8 @@ def run(args: argparse.Namespace) -> None:
     result = servosight.load(args.result)
     if not isinstance(result, Diagnosis | Comparison | ServoChange):
         raise InputError(
-            f"{args.result}: holds a {type(result).__name__}, expected a diagnosis or a "
-            f"comparison; write one with `servosight diagnose REC --json {args.result}`"
+            f"{args.result}: holds no diagnosis and no comparison, expected the JSON of one; write "
+            f"it with `servosight diagnose REC --json diagnosis.json`"
         )
     with progress("simulating"):
         write_report(

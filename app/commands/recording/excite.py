@@ -15,6 +15,7 @@ from servosight.app.arguments import (
     any_path,
     identifiers,
     number,
+    refuse_without,
 )
 from servosight.app.terminal import check_outputs, console, next_command, write_json
 from servosight.models.base import Kind
@@ -80,7 +81,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         dest="wanted",
         metavar="T,xi,...",
         type=identifiers,
-        help="parameters to determine (default: all of the model's)",
+        help="of optimal: parameters to determine (default: all of the model's)",
     )
     aim.add_argument(
         "--frame-rate", metavar="HZ", type=number, default=120.0, help="of the camera (default 120)"
@@ -99,6 +100,10 @@ def run(args: argparse.Namespace) -> None:
     """Design and write a command, check one, or analyse a recording."""
     from servosight.models.base import InputError
 
+    if args.shape != "optimal":
+        refuse_without("the shape optimal", {"--for": args.wanted})
+        if args.check is None:
+            refuse_without("the shape optimal or --check", {"--model": args.model})
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
         raise InputError(

@@ -9,7 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servosight.app.arguments import add_force, add_json, any_path, box, number, point, rank
+from servosight.app.arguments import (
+    add_force,
+    add_json,
+    any_path,
+    box,
+    number,
+    point,
+    rank,
+    refuse_without,
+)
 from servosight.app.terminal import check_outputs, check_target, console, progress, write_json
 from servosight.models.base import Kind
 from servosight.tracking.method_names import METHOD_WORDS
@@ -17,7 +26,7 @@ from servosight.tracking.method_names import METHOD_WORDS
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servosight.tracking.core import Track
+    from servosight.tracking.core import MarkerFamily, Track
 
 REFUSED = "track_refused.png"
 """The picture of what was found in a video that was not tracked, beside angle.csv."""
@@ -49,7 +58,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--marker", choices=("aruco", "apriltag"), help="follow a marker stuck on the surface"
     )
     parser.add_argument(
-        "--id", metavar="N", type=int, help="its number (default: the marker that moves farthest)"
+        "--id",
+        metavar="N",
+        type=int,
+        help="the marker's number (default: that of the marker that moves farthest)",
     )
     _add_hints(parser)
     _add_drawn(parser)
@@ -59,7 +71,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_hints(parser: argparse.ArgumentParser) -> None:
     hints = parser.add_argument_group("which part is meant; each is enough by itself")
-    hints.add_argument("--pivot", metavar="X,Y", type=point, help="about where the centre is [px]")
+    hints.add_argument(
+        "--pivot", metavar="X,Y", type=point, help="about where the centre of rotation is [px]"
+    )
     hints.add_argument("--template", metavar="X,Y,W,H", type=box, help="box around the part [px]")
     hints.add_argument(
         "--tip", metavar="X,Y", type=point, help="a point of the part, far from its pivot [px]"
@@ -68,14 +82,15 @@ def _add_hints(parser: argparse.ArgumentParser) -> None:
         "--at",
         metavar="SECONDS",
         type=number,
-        help="time of the frame that these point at (default: the first frame's)",
+        help="time of the frame in which these are given (default: the first frame's)",
     )
     hints.add_argument(
         "--pick",
         metavar="N",
         type=rank,
         default=1,
-        help="of the parts that turn, the one at this place by what it explains (default: 1)",
+        help="number of the part, where the rotating parts are ranked by how much of the picture's "
+        "change each explains (default: 1)",
     )
     second = parser.add_argument_group(
         "the horn beside the surface; written to horn.csv beside angle.csv where it is found"
@@ -83,16 +98,19 @@ def _add_hints(parser: argparse.ArgumentParser) -> None:
     second.add_argument(
         "--second",
         action="store_true",
-        help="search for it also where it has no texture, or the first part is pointed at",
+        help="search for the horn also if it has no texture, or if the first part is pointed at",
     )
     second.add_argument(
-        "--alone", action="store_true", help="measure one part, look for no horn and no pushrod"
+        "--alone", action="store_true", help="measure one part, do not search for horn and pushrod"
     )
     second.add_argument(
-        "--second-template", metavar="X,Y,W,H", type=box, help="box around it, first frame [px]"
+        "--second-template",
+        metavar="X,Y,W,H",
+        type=box,
+        help="box around the horn in the first frame [px]",
     )
     second.add_argument(
-        "--second-pivot", metavar="X,Y", type=point, help="its centre of rotation [px]"
+        "--second-pivot", metavar="X,Y", type=point, help="the horn's centre of rotation [px]"
     )
 
 
@@ -119,7 +137,7 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.commands.recording._linkage import between, parts_json
     from servosight.models.core import InputError
     from servosight.models.io import inspect_folder
-    from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video
+    from servosight.sources import HORN, Part, Parts, Tracking, track_folder, track_video, video_of
     from servosight.tracking.calibration import read_camera
 
     parts = Parts(
@@ -133,8 +151,15 @@ def run(args: argparse.Namespace) -> None:
             "--alone: a second part is asked for as well; expected one of the two, leave one out"
         )
     camera = read_camera(args.camera) if args.camera else None
-    marker = (args.marker, args.id) if args.marker else None
+    marker = _marker(args)
+    if marker is not None and parts.second is not None:
+        raise InputError(
+            "--marker: follows one marker, and a second part is asked for as well; expected one of "
+            "the two, leave one out"
+        )
     folder = inspect_folder(args.source) if args.source.is_dir() else None
+    if folder is not None:
+        video_of(folder)  # before an angle.csv from elsewhere is offered for replacement
     output = args.output or (folder.angle if folder else args.source.with_name("angle.csv"))
     _check(args, output, parts.second is not None)
     unasked = not (args.alone or marker or _pointed(args)) and args.method == "refine"
@@ -161,6 +186,15 @@ def run(args: argparse.Namespace) -> None:
         out.print(f"between the two: {found.sentence}")
     _draw(args, output, tracks, out)
     write_json(args.json, parts_json(places, tracks, transmissions))
+
+
+def _marker(args: argparse.Namespace) -> tuple[MarkerFamily, int | None] | None:
+    """Family and number of the marker to follow; None for a part without one."""
+    if args.marker is None and args.method != "marker":
+        refuse_without("--marker", {"--id": args.id})
+        return None
+    family: MarkerFamily = args.marker or "aruco"
+    return family, args.id
 
 
 def _pointed(args: argparse.Namespace) -> bool:
@@ -197,14 +231,14 @@ def _drawing_refusals(output: Path) -> Iterator[None]:
 
 def _check(args: argparse.Namespace, output: Path, second: bool) -> None:
     """Refuse to replace what the tracker did not write; track.toml knows what it wrote."""
-    from servosight.models import io as shared_error
+    from servosight.models.io import SHARED_FILE
     from servosight.sources import HORN, TRACK_FILE, tracked_files
 
     check_outputs(args)
     own = tracked_files(output.parent)
     names = [output.name, *([HORN] if second else [])]
     if output == args.source / "angle.csv":
-        names += [TRACK_FILE, shared_error.NAME]
+        names += [TRACK_FILE, SHARED_FILE]
     for name in names:
         path = output.with_name(name)
         check_target(path, Kind.TABLE, force=args.force or name in own)

@@ -1,1 +1,1 @@
-"""Commands for many recordings at once: sweeps, what they found, and what to buy."""
+"""Commands for many recordings at once: sweeps, what they found, and which camera suffices."""

@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight advise``."""
-    parser.add_argument("--effect", metavar="ID", default="backlash", help="the effect to be seen")
+    parser.add_argument(
+        "--effect",
+        metavar="ID",
+        default="backlash",
+        help="the effect to be found (default: backlash)",
+    )
     parser.add_argument(
         "--size",
         metavar="X",
@@ -35,7 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Hold each camera's smallest size against the one that is asked for."""
+    """Compare the smallest size that each camera shows with the size asked for."""
     from servosight.scenarios.sweeps import advise
 
     check_outputs(args)

@@ -1,4 +1,4 @@
-"""Print what a sweep found: errors beside their limit, names by strength; or draw it."""
+"""Print or plot what a sweep found: errors and their lower bound, how often effects are named."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--plot",
         metavar="FILE",
         type=any_path,
-        help="draw it: .png, or .html for a page to explore in a browser",
+        help="plot it: .png, or .html for an interactive page",
     )
     add_force(parser)
 

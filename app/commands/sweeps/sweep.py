@@ -1,4 +1,4 @@
-"""Run a scenario in many variations: identify, diagnose, score; a later run goes on."""
+"""Run a scenario in many variations: identify, diagnose, score; continues an interrupted run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from servosight.app.arguments import any_path
 from servosight.app.terminal import console, next_command, progress, quiet
-from servosight.models.base import StageProgress
+from servosight.models.base import InputError, StageProgress
 
 if TYPE_CHECKING:
     from servosight.scenarios.sweeps import Tally
@@ -50,6 +50,11 @@ def run(args: argparse.Namespace) -> None:
     """Run the cells that are missing; say how far it is, and how to go on after Ctrl-C."""
     from servosight.scenarios.sweeps import READY, read_sweep, run_sweep
 
+    if args.scheduler is not None and args.workers is not None:
+        raise InputError(
+            "--workers: the workers are those of --scheduler, expected one of the two; leave one "
+            "out"
+        )
     sweep = read_sweep(args.sweep)
     out = console(args)
     again = shlex.join(_again(args))

@@ -9,4 +9,3 @@ from servosight.bench.servo.codecs import board as board
 from servosight.bench.servo.codecs import dynamixel as dynamixel
 from servosight.bench.servo.codecs import feetech as feetech
 from servosight.bench.servo.codecs import maestro as maestro
-from servosight.bench.servo.codecs.crc import crc16 as crc16

@@ -21,16 +21,16 @@ Resample = tuple[Mask, ...]
 """For each recording the samples that are kept, (samples,)."""
 
 
-def resamples(judged: Sequence[Judged], pairs: int = PAIRS, seed: int = 0) -> list[Resample]:
+def resamples(judged: Sequence[Judged]) -> list[Resample]:
     """Halves of the data in complementary pairs, and the data without each fitted recording.
 
     Halves are drawn of blocks of one second, of each recording and use apart (complementary pairs:
     Shah and Samworth, Journal of the Royal Statistical Society B 75 (2013) 55). Test samples are in
     none of them.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     found: list[Resample] = []
-    for _ in range(pairs):
+    for _ in range(PAIRS):
         first = tuple(_half(one, rng) for one in judged)
         found.append(first)
         found.append(tuple(_seen(one) & ~half for one, half in zip(judged, first, strict=True)))

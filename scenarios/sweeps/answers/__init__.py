@@ -8,7 +8,6 @@ from servosight.scenarios.sweeps.answers._detection import Detection as Detectio
 from servosight.scenarios.sweeps.answers._detection import detection as detection
 from servosight.scenarios.sweeps.answers._detection import share_at as share_at
 from servosight.scenarios.sweeps.answers._found import Found as Found
-from servosight.scenarios.sweeps.answers._found import found_by_size as found_by_size
 from servosight.scenarios.sweeps.answers._found import value_text as value_text
 from servosight.scenarios.sweeps.answers._summary import Summary as Summary
 from servosight.scenarios.sweeps.answers._summary import summary as summary

@@ -68,9 +68,7 @@ class Detection:
         return f"smallest {what} {where}: {self.size:.2g}{unit} ({low} to {high})"
 
 
-def detection(
-    sizes: Sequence[float], found: Sequence[int], of: Sequence[int], share: float = SHARE
-) -> Detection:
+def detection(sizes: Sequence[float], found: Sequence[int], of: Sequence[int]) -> Detection:
     """Fit the function to counts: of ``of`` recordings with an effect of a size, ``found`` had it.
 
     Sizes are above 0; at least two are needed, otherwise the size is None.
@@ -85,7 +83,7 @@ def detection(
     if x.size > 1:
         reach = math.log(_BEYOND)
         at = np.linspace(x.min() - reach, x.max() + reach, _SIZES)
-        likelihood = np.max(_likelihood(at, x, hits, trials, share), axis=1)
+        likelihood = np.max(_likelihood(at, x, hits, trials, SHARE), axis=1)
         best = int(np.argmax(likelihood))
         inside = np.flatnonzero(likelihood >= likelihood[best] - 0.5 * CHI_SQUARE_95)
         # Within a flat top every size is as likely: its middle is taken.
@@ -101,7 +99,7 @@ def detection(
         sizes=tuple(float(one) for one in sizes),
         found=counts[0],
         of=counts[1],
-        share=share,
+        share=SHARE,
         size=size,
         low=low,
         high=high,

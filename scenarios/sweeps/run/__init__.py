@@ -11,5 +11,4 @@ from servosight.scenarios.sweeps.run._engine import InThisProcess as InThisProce
 from servosight.scenarios.sweeps.run._server import start_server as start_server
 from servosight.scenarios.sweeps.run._store import Facts as Facts
 from servosight.scenarios.sweeps.run._store import Store as Store
-from servosight.scenarios.sweeps.run._table import frame_of as frame_of
 from servosight.scenarios.sweeps.run._watch import WatchLimits as WatchLimits

@@ -24,13 +24,13 @@ def edit(assembly: Assembly, values: EffectValues) -> None:
     if not 0.0 < values["frequency"] <= highest:
         raise InputError(
             f"flexible_shaft.frequency is {values['frequency']:g} Hz, expected more than 0 and at "
-            f"most {highest:.0f} Hz, which the twin's time step resolves; lower it or leave the "
-            f"effect out"
+            f"most {highest:.0f} Hz, which the simulation's time step resolves; lower it or leave "
+            f"the effect out"
         )
     if assembly.sensor != "motor":
         raise InputError(
-            "flexible_shaft and feedback_backlash cannot be built into one twin, expected one of "
-            "them: the spring would push on a shaft that is free in its gap; leave one out"
+            "flexible_shaft and feedback_backlash cannot be simulated in one servo, expected one "
+            "of them: the spring would push on a shaft that is free in its gap; leave one out"
         )
     omega = 2.0 * math.pi * values["frequency"]
     inertia = values["inertia_ratio"] * bench.inertia_kg_m2

@@ -125,6 +125,7 @@ def test_the_page_to_print_is_written(tmp_path: Path, capsys: pytest.CaptureFixt
     mine = tmp_path / "mine.png"
     mine.write_bytes(b"mine")
     assert "mine.png" in complaint(capsys, ["target", "-o", str(mine)])
+    assert "needs -o FILE.png" in complaint(capsys, ["target"])
 
 
 def test_the_firmware_needs_its_compiler(

@@ -183,6 +183,18 @@ def test_figures_can_be_enlarged(page: str) -> None:
 
 
 @pytest.mark.usefixtures("unpainted")
+def test_a_report_of_a_model_card_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    card = tmp_path / "model.toml"
+    ss.Actuator({name: Estimate(1.0, None, "") for name in ("k", "T", "xi", "bias")}).save(card)
+    words = ["report", str(card), "-o", str(tmp_path / "one.html")]
+    assert main(words) == 2
+    error = capsys.readouterr().err
+    assert "model.toml: holds no diagnosis and no comparison, expected the JSON of one" in error
+    assert "--json diagnosis.json" in error
+
+
 def test_a_report_from_saved_json(
     found: Diagnosis, recording: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

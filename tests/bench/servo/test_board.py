@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.wires import rig
+from support.wires import LinearPlant, rig
 
 from servosight.bench.safety import released
 from servosight.bench.servo import CommandLog, LinkLost, open_servo, play
 from servosight.bench.wire import (
     BoardStandIn,
-    LinearPlant,
     VirtualClock,
     Wire,
 )

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from support.wires import STAND_INS, STEP_DEG, rig
+from support.wires import STAND_INS, STEP_DEG, LinearPlant, rig
 
 from servosight.bench.safety import Limits, released
 from servosight.bench.servo import CommandLog, play
@@ -14,7 +14,6 @@ from servosight.bench.servo.codecs import feetech
 from servosight.bench.wire import (
     DynamixelStandIn,
     FeetechStandIn,
-    LinearPlant,
     MaestroStandIn,
 )
 from servosight.models.core import InputError

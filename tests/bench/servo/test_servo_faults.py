@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.wires import STAND_INS, rig
+from support.wires import STAND_INS, LinearPlant, rig
 
 from servosight.bench.safety import Limits
 from servosight.bench.servo import CommandLog, LinkLost, ServoFault, open_servo, play
@@ -13,7 +13,6 @@ from servosight.bench.wire import (
     DynamixelStandIn,
     Faults,
     FeetechStandIn,
-    LinearPlant,
     MaestroStandIn,
     VirtualClock,
     Wire,

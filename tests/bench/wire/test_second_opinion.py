@@ -14,12 +14,13 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
+from support.wires import LinearPlant
 
 from servosight.bench.host_clock import HOST
 from servosight.bench.safety import released
 from servosight.bench.servo import CommandLog, LinkLost, open_servo, play
 from servosight.bench.servo.codecs import dynamixel
-from servosight.bench.wire import DynamixelStandIn, FeetechStandIn, LinearPlant, Wire, serving
+from servosight.bench.wire import DynamixelStandIn, FeetechStandIn, Wire, serving
 
 pytestmark = pytest.mark.pty
 

@@ -54,6 +54,14 @@ def test_the_papers_sine_does_not_pin_T_and_xi() -> None:
     assert "may be wrong" in quiet.sentence
 
 
+def test_a_sufficient_command_is_not_said_to_determine_only_together() -> None:
+    found = told(actuator(**PAPER), "chirp", CommandLimits(20.0, None, 20.0))
+    assert found.sufficient
+    assert "k, T and xi to" in found.sentence
+    assert "T and xi together are determined worst: " in found.sentence
+    assert "times the noise" in found.sentence
+
+
 def test_one_parameter_that_is_not_determined_is_named_once() -> None:
     """A play of a thousandth of a degree, beside a core that the command determines."""
     model = actuator(**PAPER, backlash__gap=0.001)

@@ -118,6 +118,8 @@ def test_limits_read_off_a_command() -> None:
         ("sine", {"duration_s": 0.5}, {}, "at least 1 s"),
         ("sine", {}, {"frequency_hz": 80.0}, "a fifth of 250 rows"),
         ("sine", {}, {"frequency_hz": -1.0}, "frequency_hz is -1"),
+        ("sine", {}, {"low_hz": 3.0}, "low_hz is 3, expected none for the shape sine"),
+        ("standard", {}, {"dwell_s": 1.0}, "only for steps and prbs"),
         ("multisine", {"duration_s": 2.0}, {}, "3 periods with 4 odd lines"),
         ("chirp", {}, {"low_hz": 5.0, "high_hz": 2.0}, "low frequency below the high"),
         ("standard", {"duration_s": 2.0}, {}, "at least 5 s"),

@@ -22,7 +22,6 @@ from servosight.sim.camera import (
 )
 from servosight.sim.camera import _compose as render_compose
 from servosight.sim.camera import _projection as projection_module
-from servosight.sim.camera._still import render_still
 from servosight.sim.scene._scene import FIN_OUTLINE
 
 CAMERA = Camera(width=480, height=360, pivot_px=(170.3, 181.8))
@@ -187,14 +186,3 @@ def test_surfaces_belong_to_their_seed(layers: BenchLayers) -> None:
     assert np.array_equal(layers.fin.rgba, again.fin.rgba)
     assert np.array_equal(layers.still.rgba, again.still.rgba)
     assert not np.array_equal(layers.fin.rgba, other.fin.rgba)
-
-
-def test_a_still_shows_the_bench_in_colour(layers: BenchLayers) -> None:
-    image = render_still(10.0, layers=layers, led=True)
-    assert image.shape == (CAMERA.height, CAMERA.width, 3)
-    assert image.dtype == np.uint8
-    red, _, blue = image.reshape(-1, 3).astype(int).T
-    assert (red - blue > 100).sum() > 200  # the stripe
-    dark = render_still(10.0, layers=layers)
-    x, y = layers.viewport.pixel(-59.0, 55.0, -9.0)
-    assert image[round(y), round(x), 0] > dark[round(y), round(x), 0] + 40

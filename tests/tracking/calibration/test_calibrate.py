@@ -63,7 +63,8 @@ def test_the_command_finds_lens_and_plane(
     assert main([*words, "-o", str(output)]) == 0
     told = capsys.readouterr().out
     assert "px rms" in told
-    camera = read_camera(output, (WIDTH, HEIGHT))
+    camera = read_camera(output)
+    assert camera.size_px == (WIDTH, HEIGHT)
     assert camera.lens is not None
     assert camera.onto is not None
     assert camera.lens.focal_px == pytest.approx(LENS.focal_px, rel=0.01)
@@ -105,14 +106,14 @@ def test_a_board_of_another_size_is_refused() -> None:
             "[plane]\nonto = [[1, -1e308, 0], [0, 1, 0], [0, 0, 1]]",
             "-1e.308.*at most 1e.09",
         ),
-        ("width = 10\nheight = 10", "calibrate again"),
+        ("width = 0\nheight = 10", "width is 0, expected a whole number of pixels above 0"),
     ],
 )
 def test_a_wrong_camera_file_is_told_in_one_sentence(tmp_path: Path, text: str, what: str) -> None:
     file = tmp_path / "camera.toml"
     file.write_text(text)
     with pytest.raises(InputError, match=what):
-        read_camera(file, (WIDTH, HEIGHT))
+        read_camera(file)
 
 
 @pytest.mark.parametrize("ending", ["png", "jpg", "bmp", "tif"])

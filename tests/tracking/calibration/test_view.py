@@ -22,9 +22,7 @@ def swing(gain_rad: float) -> Swing:
     change *= gain_rad / change.std()
     onto = np.eye(3)
     onto[0, 0] = 1.02
-    return Swing(
-        MotionPlane(onto), (48.0, 32.0), ANGLE, ANGLE - change, np.full((8, 4), 1e-6), 0.05
-    )
+    return Swing(MotionPlane(onto), (48.0, 32.0), ANGLE, ANGLE - change, np.full((8, 4), 1e-6))
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import av
 import numpy as np
 import pytest
 
+from servosight.app.main import main
 from servosight.models.core import InputError
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
@@ -204,3 +205,19 @@ def test_an_exposure_longer_than_a_frame(tmp_path: Path, write: Write) -> None:
     table.write_text("frame,time_s,exposure_s\n" + rows)
     refused(lambda: track(video, TrackOptions(frame_table=table)), "frames.csv", "2e-08 s apart")
     refused(lambda: track(video, TrackOptions(exposure_s=0.02)), "box.mkv", "0.01 s apart")
+
+
+def test_a_calibration_of_pictures_of_another_size_is_refused(
+    tmp_path: Path, write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    video = write(tmp_path / "fin.mkv", noise(60), 0.01 * np.arange(60))
+    plane = "[plane]\nonto = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+    camera = tmp_path / "camera.toml"
+    camera.write_text(f"width = 192\nheight = 128\n{plane}")
+    assert main(["track", str(video), "--camera", str(camera)]) == 2
+    error = capsys.readouterr().err
+    assert "fin.mkv: the pictures have 96 x 64 px" in error
+    assert "192 x 128 px; expected a calibration at the video's own size" in error
+    camera.write_text(f"width = 96\nheight = 64\n{plane}")
+    assert main(["track", str(video), "--camera", str(camera)]) == 2
+    assert "was calibrated" not in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -23,9 +22,7 @@ from servosight.models.io.tables import SIGNALS, listed, split_path
 Notes: TypeAlias = tuple[str, ...]
 
 
-def read_streams(
-    path: Path, parser: Parser, form: str, request: Request, notes: Sequence[str] = ()
-) -> Recording:
+def read_streams(path: Path, parser: Parser, form: str, request: Request) -> Recording:
     """A recording from columns that the request names; time is that of each column's messages."""
     for quantity in {"time", COMMAND_TIME} & set(request.columns):
         raise InputError(
@@ -61,7 +58,7 @@ def read_streams(
     used = [one.column for one in raw.values()]
     raw, cut = _powered(path, raw, found)
     told = (f"{path}: {note}" for note in found.notes)
-    every = (*notes, *told, *assumed, *overlooked(path, found.names, used, split_path), *cut)
+    every = (*told, *assumed, *overlooked(path, found.names, used, split_path), *cut)
     return assemble(path, raw, request, details, every)
 
 

@@ -9,7 +9,7 @@ import pytest
 from support.drawn_part import drawn_part
 
 from servosight.tracking.core import Shutters, Track
-from servosight.tracking.methods._doubted import with_doubts
+from servosight.tracking.methods._total_sigma import with_total_sigma
 
 CORNERS = np.array([[0.0, -3.0], [40.0, -3.0], [40.0, 3.0], [0.0, 3.0]])
 ANGLE_DEG = 20.0 * np.sin(np.arange(60) / 6.0)
@@ -19,7 +19,7 @@ LATE = Shutters(np.array([0.004]), 0.0, exposure_doubt_s=0.0015)
 
 def doubted(sigma_deg: float, shutters: Shutters) -> tuple[Track, bool]:
     own = np.full(ANGLE_DEG.size, sigma_deg)
-    track = with_doubts(replace(TRACK, sigma_deg=own, shutters=shutters))
+    track = with_total_sigma(replace(TRACK, sigma_deg=own, shutters=shutters))
     return track, any("all angles are uncertain" in note for note in track.notes)
 
 

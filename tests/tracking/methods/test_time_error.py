@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from servosight.tracking.core import Shutters, Track
-from servosight.tracking.methods._delayed import with_delay
+from servosight.tracking.methods._time_error import with_time_error
 
 TIME_S = np.arange(50) / 100.0
 ANGLE_DEG = 20.0 * np.sin(4.0 * TIME_S)
@@ -23,7 +23,7 @@ def test_half_of_the_exposures_sigma_is_that_of_all_times() -> None:
     """Truth: the angle 0.3 ms later less that at the time, for a sigma of 0.6 ms; to 1 %."""
     found = Shutters(np.array([0.004]), 0.0, exposure_doubt_s=0.0006)
     later = 20.0 * np.sin(4.0 * (TIME_S + 0.0003)) - ANGLE_DEG
-    track = with_delay(replace(TRACK, shutters=found))
+    track = with_time_error(replace(TRACK, shutters=found))
     assert track.shared_deg is not None
     squares = (track.shared_deg**2).sum(1)
     np.testing.assert_allclose(squares[1:-1], (0.002**2 + later**2)[1:-1], rtol=0.02, atol=1e-7)
@@ -37,6 +37,6 @@ def test_half_of_the_readouts_sigma_counts_too() -> None:
 
 
 def test_a_given_exposure_is_no_doubt() -> None:
-    assert with_delay(TRACK) is TRACK
+    assert with_time_error(TRACK) is TRACK
     given = replace(TRACK, shutters=Shutters(np.array([0.004]), 0.001))
-    assert with_delay(given) is given
+    assert with_time_error(given) is given

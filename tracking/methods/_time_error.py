@@ -25,7 +25,7 @@ def late_rms_deg(track: Track) -> float:
     return float(np.sqrt(np.mean(_delay(track, track.shutters)[track.found] ** 2)))
 
 
-def with_delay(track: Track) -> Track:
+def with_time_error(track: Track) -> Track:
     """The track with that error in its sigma, and beside the others that its frames share."""
     if track.shutters is None or track.shutters.middle_doubt_s == 0.0:
         return track

@@ -1,4 +1,4 @@
-"""What a track of footage says beside its angles: what was measured, and what is left out."""
+"""Notes on a track of footage: which part was measured, and which frames are left out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from servosight.tracking.core import Candidate, Track
 
 
-def told(track: Track, candidates: Sequence[Candidate], pick: int) -> Track:
+def with_choice(track: Track, candidates: Sequence[Candidate], pick: int) -> Track:
     """A track of the part at place ``pick`` among the candidates, with what is to be said of that
     choice."""
     known = tuple(candidates) if track.channel.luma else ()  # in which --pick counts
