@@ -22,6 +22,7 @@ from servosight.tracking.core import mapped, one_sigma, threaded
 from servosight.tracking.verification import PolarView
 
 _ROUNDS, _ENOUGH_RAD = 24, np.deg2rad(0.005)
+_AROUND, _BESIDE_PX = 1.3, 12.0  # times a part's reach, and px: a tilt of 45 deg stretches by 1.19
 _IN_VAIN = 7  # rounds that leave no less than an earlier one: after a step too far some leave more
 _FURTHER = 3.0  # rounds
 _SETTLING = 5  # rounds: at first the part's picture is of another plane than its angles
@@ -125,6 +126,7 @@ def oblique_view(part: SampledPart, angle_rad: Array, pace_rad: Array) -> Obliqu
     known = np.isfinite(angle_rad)
     if known.sum() < _LEAST_PICTURES:
         return None
+    part, corner = _near(part)
     pictures, angle_rad, pace_rad = part.pictures[known], angle_rad[known], pace_rad[known]
     expected = ExpectedTilts.of(part.farthest_px, part.longer_px, part.pivot_px - part.middle_px)
     rounds: list[_Round] = []
@@ -141,7 +143,25 @@ def oblique_view(part: SampledPart, angle_rad: Array, pace_rad: Array) -> Obliqu
         if settled or worse or in_vain:
             break
         now, (shape, pivot) = after, _next(rounds)
-    return _view(part, angle_rad, rounds) if len(rounds) > 1 else None
+    if len(rounds) < 2:
+        return None
+    view = _view(part, angle_rad, rounds)
+    return replace(view, pivot_px=view.pivot_px + corner)
+
+
+def _near(part: SampledPart) -> tuple[SampledPart, Array]:
+    """The piece of the pictures in which a part is seen, also in another plane and about another
+    pivot, and its upper left corner (2,): each round resamples all of them."""
+    around_px = _AROUND * part.reach_px + _BESIDE_PX
+    size = np.array(part.behind.shape[::-1])
+    first = np.clip(np.floor(part.pivot_px - around_px), 0, size - 1).astype(int)
+    last = np.clip(np.ceil(part.pivot_px + around_px), first + 1, size).astype(int)
+    piece = np.s_[..., first[1] : last[1], first[0] : last[0]]
+    near = replace(
+        part, pictures=part.pictures[piece], behind=part.behind[piece], still=part.still[piece],
+        pivot_px=part.pivot_px - first, middle_px=part.middle_px - first,
+    )  # fmt: skip
+    return near, first.astype(np.float64)
 
 
 def _next(rounds: Sequence[_Round]) -> tuple[Array, Array]:
