@@ -6,10 +6,12 @@ looked at as a whole, pieces of that are all that is found.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
-from servosight.models.core import FrameProgress, Mask, Single
+from servosight.models.core import Array, FrameProgress, Mask, Single
 from servosight.tracking.composite import TRUST, Change, without_entering
 from servosight.tracking.core import Track, TrackRefused
 from servosight.tracking.methods._footage import Footage
@@ -20,6 +22,7 @@ _MOST = 3
 _LEAST_SHARE = 0.001  # of the squared change: less is the codec's
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _GAP_PX = 7  # a fast part leaves gaps between the sampled frames; a screen may be as near
+_LASTING = 0.01  # of the largest change: passers-by left 0.000, and parts 0.1 to 0.75
 _AROUND = 2.0  # sizes of the place: a pivot may lie beside what changes
 
 
@@ -37,9 +40,14 @@ def measured_in_places(
         raise refused
     for window in _windows(footage):
         try:
-            return _measured(Footage.of(footage.film, options, window), progress)
+            track = _measured(Footage.of(footage.film, options, window), progress)
         except TrackRefused:
             continue
+        note = (
+            f"found in a piece of {window.width} x {window.height} px of the pictures: elsewhere "
+            "more changes that does not turn"
+        )
+        return replace(track, notes=(note, *track.notes))
     raise refused
 
 
@@ -70,15 +78,22 @@ def _windows(footage: Footage) -> list[Window]:
 def _places(pictures: Single) -> list[Mask]:
     """The connected places (height, width) in which pictures (n, height, width) change often, with
     more than a little of the squared change: that with most of it, which outweighs the others in
-    whole pictures, at the end."""
+    whole pictures, at the end. Not those that someone passes."""
     change = Change.of(pictures)
     often = (change.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
     if not often.any():
         return []
     grown = cv2.dilate(often, np.ones((_GAP_PX, _GAP_PX), np.uint8))
     labels = cv2.connectedComponents(grown)[1]
-    squares = ((pictures - change.usual) ** 2 * change.moved).sum(0)
-    shares = np.bincount(labels.ravel(), squares.ravel()) / squares.sum()
+    squares = (pictures - change.usual) ** 2 * change.moved
+    shares = np.bincount(labels.ravel(), squares.sum(0).ravel()) / squares.sum()
     shares[0] = 0.0
     first, *others = np.argsort(-shares, kind="stable")[:_MOST].tolist()
-    return [labels == number for number in (*others, first) if shares[number] > _LEAST_SHARE]
+    places = [labels == number for number in (*others, first) if shares[number] > _LEAST_SHARE]
+    return [place for place in places if _lasting(squares[:, place].sum(1))]
+
+
+def _lasting(squares: Array) -> bool:
+    """Whether a place with such a squared change in each picture (n,) differs from how it usually
+    looks in half of the pictures; with a passer-by it does not in most of them."""
+    return bool(np.median(squares) > _LASTING * squares.max())

@@ -64,6 +64,7 @@ def test_a_part_is_measured_in_its_place_beside_someone_who_moves_in_the_picture
     assert np.sqrt(np.mean(error**2)) < 0.25
     assert np.mean(np.abs(error) < 3.0 * found.sigma_deg) > 0.95
     assert np.hypot(*np.subtract(found.pivot_px, PIVOT)) < 1.0
+    assert found.notes[0].startswith("found in a piece of")
 
 
 def test_places_are_looked_at_where_the_whole_pictures_are_refused(
@@ -102,11 +103,19 @@ def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_was_measured(
 
 
 def test_places_are_those_in_which_much_changes_that_with_the_most_at_the_end() -> None:
+    swing = 60.0 * np.sin(np.arange(12.0)).astype(np.float32)[:, None, None]
     pictures = np.full((12, 90, 120), 100.0, np.float32)
-    pictures[::2, 20:30, 20:30] += 60.0
-    pictures[::3, 60:80, 80:100] += 60.0
-    pictures[::8, 80, 10] += 20.0  # less than 0.1 % of the squared change
+    pictures[:, 20:30, 20:30] += swing
+    pictures[:, 60:80, 80:100] += swing
+    pictures[:, 80, 10] += swing[:, 0, 0] / 3.0  # less than 0.1 % of the squared change
     places = _places(pictures)
     assert [bool(place[70, 90]) for place in places] == [False, True]
     assert [bool(place[25, 25]) for place in places] == [True, False]
     assert _places(pictures[:1]) == []
+
+
+def test_a_place_that_someone_passes_is_none() -> None:
+    pictures = np.full((12, 90, 120), 100.0, np.float32)
+    pictures[:, 20:30, 20:30] += 60.0 * np.sin(np.arange(12.0))[:, None, None]
+    pictures[3:8, 60:80, 80:100] += 60.0
+    assert [bool(place[25, 25]) for place in _places(pictures)] == [True]
