@@ -38,7 +38,7 @@ class Extract:
 
     ``columns`` (rows,) by name, ``times_s`` (rows,) of those that have stamps of their own, the
     ``names`` of all columns, and ``facts``: single numbers and texts. ``notes`` are sentences that
-    the user should read.
+    the user should read. ``units`` are those of columns whose message is defined in that unit.
     """
 
     columns: dict[str, Array]
@@ -46,6 +46,7 @@ class Extract:
     times_s: dict[str, Array] = field(default_factory=dict)
     facts: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    units: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,4 +112,5 @@ def _unpacked(content: bytes) -> Extract:
         index = json.loads(bytes(arrays[reader.INDEX]))
         columns = {name: arrays[f"column_{n}"] for n, name in enumerate(index["columns"])}
         times_s = {name: arrays[f"time_{n}"] for n, name in enumerate(index["times"])}
-    return Extract(columns, tuple(index["names"]), times_s, index["facts"], tuple(index["notes"]))
+    names, notes = tuple(index["names"]), tuple(index["notes"])
+    return Extract(columns, names, times_s, index["facts"], notes, index["units"])

@@ -18,14 +18,25 @@ def units_of(
     columns: Mapping[str, Column],
     request: Request,
     split: Split = split_unit,
+    defined: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, str], tuple[str, ...]]:
     """The unit of each quantity, as mapped, as its header has it or as given for all; and notes.
 
-    Where no angle of the log has a unit, degrees are assumed, which a note says; where only some
-    have none, InputError. A time without any is in seconds: a clock that is not is refused for its
-    rate. ``split`` tells name and unit of a column apart.
+    Else it is that which ``defined`` has for its column, by the definition of a message. Where no
+    angle of the log has a unit, degrees are assumed, which a note says; where only some have none,
+    InputError. A time without any is in seconds: a clock that is not is refused for its rate.
+    ``split`` tells name and unit of a column apart.
     """
     units = {name: _given(name, column, request, split) for name, column in columns.items()}
+    notes = []
+    for name, column in columns.items():
+        unit = (defined or {}).get(column.name)
+        if name in ANGLES and units[name] is None and unit is not None:
+            units[name] = unit
+            notes.append(
+                f"{path}: {column.name} is read in {unit}, as its message is defined; "
+                f"{column_map(name, f'{column.name}:deg')} if it is in degrees"
+            )
     for quantity in SIGNALS:
         if quantity in units and units[quantity] is None:
             raise InputError(
@@ -43,11 +54,12 @@ def units_of(
             f"{either('unit=rad', '--unit rad')}"
         )
     names = " and ".join(dict.fromkeys(columns[name].name for name in silent))
-    note = (
-        f"{path}: no unit is given for {names}, read in degrees; {either('unit', '--unit')} names "
-        f"another"
-    )
-    return {name: unit or "deg" for name, unit in units.items()}, (note,) if silent else ()
+    if silent:
+        notes.append(
+            f"{path}: no unit is given for {names}, read in degrees; {either('unit', '--unit')} "
+            f"names another"
+        )
+    return {name: unit or "deg" for name, unit in units.items()}, tuple(notes)
 
 
 def _given(quantity: str, column: Column, request: Request, split: Split) -> str | None:

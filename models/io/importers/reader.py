@@ -46,6 +46,7 @@ def main() -> int:
             "names": list(found.names),
             "facts": found.facts,
             "notes": list(found.notes),
+            "units": found.units,
         }
         arrays = {INDEX: np.frombuffer(json.dumps(index).encode(), dtype=np.uint8)}
         arrays |= {f"column_{n}": one for n, one in enumerate(found.columns.values())}

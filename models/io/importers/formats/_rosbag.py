@@ -5,6 +5,7 @@ A bag is a folder with metadata.yaml, or a single .mcap or .db3 file.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,6 +24,14 @@ PARSER = Parser(__name__, "a ROS 2 bag", "rosbags")
 _ENDINGS = {MAGIC: ".mcap", b"SQLite format 3\0": ".db3"}
 """The bytes that begin a file of a bag, and its ending."""
 _HEADER_BYTES = 64
+_JOINT_TYPES = (
+    "sensor_msgs/msg/JointState",
+    "trajectory_msgs/msg/JointTrajectory",
+    "trajectory_msgs/msg/JointTrajectoryPoint",
+    "control_msgs/msg/JointTrajectoryControllerState",
+)
+"""Messages whose positions of joints that turn are in radians (their definitions, and REP 103)."""
+_POSITION = re.compile(r".*\.positions?\[[^]]*\]")
 _MOST_PLACES = 100
 _DEEPEST = 4
 
@@ -53,6 +62,7 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
         place, cut = _readable(path, Path(folder))
         with AnyReader([place], default_typestore=store) as bag:
             names, found = _messages(bag, wanted)
+            units = _units(bag, found)
     if cut and not names:
         raise InputError("ends before its first message, expected a whole bag; copy it again")
     by_header = all(row[0] > 0 for name in wanted for row in found.get(name, ()))
@@ -67,7 +77,7 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
     columns = {name: np.array([row[2] for row in own]) for name, own in found.items()}
     clock = "header.stamp" if by_header else "time of recording"
     facts, notes = {"clock": clock}, (CUT_OFF,) if cut else ()
-    return Extract(columns, tuple(names), times_s, facts, notes)
+    return Extract(columns, tuple(names), times_s, facts, notes, units)
 
 
 def _messages(
@@ -87,6 +97,16 @@ def _messages(
             if topic == connection.topic and value is not None:
                 found[name].append((_stamp_ns(message), logged_ns, value))
     return names, {name: rows for name, rows in found.items() if rows}
+
+
+def _units(bag: Any, columns: Iterable[str]) -> dict[str, str]:
+    """The unit of each of the columns whose message is defined in one."""
+    types = {one.topic: one.msgtype for one in bag.connections}
+    return {
+        name: "rad"
+        for name in columns
+        if _POSITION.fullmatch(name) and types.get(_topic(name, types)) in _JOINT_TYPES
+    }
 
 
 def _readable(path: Path, folder: Path) -> tuple[Path, bool]:

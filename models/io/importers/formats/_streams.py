@@ -38,7 +38,7 @@ def read_streams(path: Path, parser: Parser, form: str, request: Request) -> Rec
                 f"{path}: no column is known to be the {quantity}; expected "
                 f"{column_map(quantity, 'COLUMN:UNIT')} with one of {listed(found.names)}"
             )
-    units, assumed = units_of(path, request.columns, request, split_path)
+    units, assumed = units_of(path, request.columns, request, split_path, found.units)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
             near = did_you_mean(column.name, found.names)

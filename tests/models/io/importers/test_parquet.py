@@ -64,7 +64,8 @@ def test_lerobot_data_sets(tmp_path: Path, per_file: int) -> None:
 
 @pytest.mark.parametrize("kind", ["lerobot", "rosbag"])
 def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, kind: str) -> None:
-    """``--unit`` holds for it; without any, degrees are assumed, which a note says."""
+    """``--unit`` holds for it. Without any, the positions of JointState are in radians, as it is
+    defined, and else degrees are assumed; a note says either."""
     folder = MAKERS[kind](tmp_path / "set")
     words = {
         "lerobot": ("command=action[elbow]", "angle=observation.state[elbow]"),
@@ -72,7 +73,12 @@ def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, kind: str) -> None:
     }[kind]
     is_sound(import_recording(folder, replace(columns(*words), unit="rad")))
     silent = import_recording(folder, columns(*words))
-    assert any("no unit is given for" in note for note in silent.notes)
+    said = {"lerobot": "no unit is given for", "rosbag": "is read in rad, as its message is"}[kind]
+    assert any(said in note for note in silent.notes)
+    if kind == "rosbag":
+        is_sound(silent)
+        degrees = import_recording(folder, replace(columns(*words), unit="deg"))
+        np.testing.assert_allclose(np.rad2deg(degrees.angle_deg), silent.angle_deg)
 
 
 def test_what_measured_the_angle_is_said(
