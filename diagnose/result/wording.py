@@ -148,7 +148,8 @@ def verdict_words(
     if verdict is not Verdict.UNEXPLAINED:
         return (
             _missing(named(added)),
-            f"The {base} of this servo {_wrong(added, gone)}. With {phrased(effects) or 'none'} in "
+            f"The {base} of this servo {_wrong(named(added), gone)}. With "
+            f"{phrased(effects) or 'none'} in "
             f"the model, {fell}, {levels.words(last)}.",
         )
     if regime is not None:
@@ -220,9 +221,13 @@ def _missing(certain: Sequence[str]) -> str:
     return f"What was missing: {listed(certain)}" if certain else "Something was missing"
 
 
-def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
-    """What a first model lacks, and what it has and does not need."""
-    lacks = [f"lacks {phrased(added)}"] if added else []
+def _wrong(certain: Sequence[str], gone: Sequence[str]) -> str:
+    """What a first model lacks for certain, and what it has and does not need.
+
+    >>> _wrong(["dead_zone"], ["cogging"]), _wrong([], [])
+    ('lacks a dead zone and does not need cogging', 'lacks something')
+    """
+    lacks = [f"lacks {phrased(certain) or 'something'}"] if certain or not gone else []
     return " and ".join([*lacks, *([f"does not need {phrased(gone)}"] if gone else [])])
 
 

@@ -123,6 +123,18 @@ def test_the_special_case_that_is_certain_is_called_missing() -> None:
     assert "Of Stribeck friction only Coulomb friction is called missing" in summary
 
 
+def test_an_effect_whose_name_is_uncertain_is_not_said_to_be_lacking() -> None:
+    """It stays in the model, beside those that are missing for certain or alone."""
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    open_ = Stability({"dead_time": 1.0, "rate_limit": 0.9}, 10, undetermined=("rate_limit",))
+    both = [step(1.0), step(0.03, "dead_time", "rate_limit")]
+    _, summary = headline_and_summary(Verdict.EXPLAINED, both, [], None, LEVELS, known, open_)
+    assert "lacks a dead time. With a dead time and a rate limit in the model" in summary
+    alone = [step(1.0), step(0.03, "rate_limit")]
+    _, summary = headline_and_summary(Verdict.EXPLAINED, alone, [], None, LEVELS, known, open_)
+    assert "lacks something. With a rate limit in the model" in summary
+
+
 def test_a_search_that_ended_early_is_said() -> None:
     (warning,) = ended(Verdict.UNEXPLAINED, True, 60_012)
     assert "after 60,012 simulations: this is the best model found by then" in warning
