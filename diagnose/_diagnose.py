@@ -180,6 +180,7 @@ def _warnings(
 ) -> tuple[str, ...]:
     """On what was left out, held, assumed and not reached."""
     models = outcome.models
+    slight_deg = outcome.criterion.policy.far * data.levels.floor_deg
     return (
         *data.left_out,
         *unused_disturbances(data.whole, outcome.last.effects, data.catalogue),
@@ -193,7 +194,7 @@ def _warnings(
         ),
         *assumed(outcome.last.fit.problem.held, models.held),
         *measured_by_servo(data.whole, models.known.fixed),
-        *compensating(verdict, last.effects, evidence),
+        *compensating(verdict, last, evidence, slight_deg),
         *unmoved(last),
         *doubts(verdict, last, data.levels),
         *ended(verdict, outcome.selected.cut_short, outcome.simulations),

@@ -53,18 +53,17 @@ class Levels:
         if self.scatter_deg > self.noise_deg:
             own, source = self.scatter_deg, "scatter of the servo from run to run"
             what = f"scatter from run to run {degrees(own)}"
+        both = f"{what} and tolerance {tolerance} together"
+        floor = f"the floor of {degrees(self.floor_deg)} ({both})"
         if error_deg > EXPLAINED * self.floor_deg:
-            return (
-                f"{times(error_deg / max(self.floor_deg, 1e-12))} times the floor of "
-                f"{degrees(self.floor_deg)} ({what} and tolerance {tolerance} together)"
-            )
-        if self.tolerance_deg <= own:
+            return f"{times(error_deg / max(self.floor_deg, 1e-12))} times {floor}"
+        if self.tolerance_deg <= own and error_deg <= EXPLAINED * own:
             return f"no more than the {source}, {degrees(own)}, accounts for"
+        if error_deg > max(self.tolerance_deg, own):
+            return f"at {floor}"
         below = "far below" if error_deg < FAR_BELOW * self.floor_deg else "within"
-        return (
-            f"{below} the tolerance of {tolerance} at which the search ends; the noise of the "
-            f"measurement is {noise}"
-        )
+        below += f" the tolerance of {tolerance} at which the search ends"
+        return f"{below}; the noise of the measurement is {noise}"
 
 
 def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
@@ -94,10 +93,11 @@ def headline_and_summary(
     """
     certain = stable.named(ladder[-1].effects)
     headline, summary = verdict_words(
-        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.by_chance
+        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.accounted
     )
     lines = [
         summary,
+        known.too_weak or "",
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
         contained_words(stable.contained),
@@ -120,13 +120,13 @@ def verdict_words(
     levels: Levels,
     regime: Regime | None = None,
     named: Callable[[Sequence[str]], Sequence[str]] = tuple,
-    by_chance: bool = False,
+    accounted: bool = False,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
     ``regime`` is one beyond the fitted data that holds most of the error: it comes first. On its
-    account, or where the error is ``by_chance``, nothing is said to be missing from the catalogue.
-    Of the effects that were added those are called missing that ``named`` makes of them.
+    account, or where the error is ``accounted`` for, nothing is said to be missing from the
+    catalogue. Of the effects that were added those are called missing that ``named`` makes of them.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
@@ -149,8 +149,7 @@ def verdict_words(
         return (
             _missing(named(added)),
             f"The {base} of this servo {_wrong(named(added), gone)}. With "
-            f"{phrased(effects) or 'none'} in "
-            f"the model, {fell}, {levels.words(last)}.",
+            f"{phrased(effects) or 'none'} in the model, {fell}, {levels.words(last)}.",
         )
     if regime is not None:
         error = f"Over all test data the rms error of the {base} is {degrees(first)}"
@@ -169,10 +168,10 @@ def verdict_words(
         return (
             "Not fully explained",
             f"With {phrased(added)} added to the {base}, {fell}, {missed}"
-            + ("." if by_chance else ": something remains that no known effect accounts for."),
+            + ("." if accounted else ": something remains that no known effect accounts for."),
         )
-    error = f"The rms error of the {base} on test data is {degrees(first)}"
-    error += f", {_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
+    error = f"The rms error of the {base} on test data is {degrees(first)}, "
+    error += f"{_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
     return f"The {base} misses something", error
 
 

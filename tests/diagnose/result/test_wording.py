@@ -145,11 +145,45 @@ def test_a_search_that_ended_early_is_said() -> None:
 
 def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
     known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
-    (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known)
+    last = step(0.5, "dead_time", "backlash")
+    (warning,) = compensating(Verdict.UNEXPLAINED, last, known, 0.06)
     assert "the model with a dead time and backlash" in warning
     assert warning.endswith("they are not physical: do not use them")
-    assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
-    assert compensating(Verdict.UNEXPLAINED, (), known) == []
+    assert compensating(Verdict.EXPLAINED, last, known, 0.06) == []
+    assert compensating(Verdict.UNEXPLAINED, step(0.5), known, 0.06) == []
+
+
+def test_values_are_not_called_unphysical_where_little_is_missing() -> None:
+    """An effect too weak to be accepted, or single wrong samples, keep a model above the floor."""
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    last = replace(step(0.03, "dead_time"), held_out_rmse_deg=0.05)
+    (warning,) = compensating(Verdict.UNEXPLAINED, last, known, 0.06)
+    assert "little is missing in the model with a dead time" in warning
+    assert "not physical" not in warning
+    elsewhere = replace(last, validation_rmse_deg=0.07)
+    (warning,) = compensating(Verdict.UNEXPLAINED, elsewhere, known, 0.06)
+    assert "not physical" in warning
+
+
+def test_an_effect_that_is_too_weak_is_told_in_the_place_of_an_unknown_one() -> None:
+    left = [step(1.0), step(0.04, "backlash")]
+    known = Evidence(
+        regimes=(), repeated=None, unexplained=None, detectable=(), too_weak="With a dead time."
+    )
+    _, summary = headline_and_summary(
+        Verdict.UNEXPLAINED, left, [], None, LEVELS, known, Stability()
+    )
+    assert "no known effect" not in summary
+    assert "With a dead time." in summary
+
+
+@pytest.mark.parametrize(("noise_deg", "tolerance_deg"), [(0.03, 0.02), (0.02, 0.03)])
+def test_an_error_between_the_parts_of_the_floor_and_the_floor_is_within_neither(
+    noise_deg: float, tolerance_deg: float
+) -> None:
+    levels = Levels(noise_deg=noise_deg, tolerance_deg=tolerance_deg, floor_deg=0.03606)
+    assert levels.words(0.0355).startswith("at the floor of 0.0361 deg (noise 0.0")
+    assert "floor" not in levels.words(0.0299)
 
 
 def test_an_error_above_the_limit_that_chance_allows_is_said_to_be_so_and_why() -> None:
