@@ -15,6 +15,7 @@ from servosight.diagnose.evidence import (
 )
 from servosight.diagnose.residuals import EXPLAINED, listed, phrased
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
+from servosight.diagnose.result._law_words import law_words
 from servosight.diagnose.result._stability_words import (
     contained_words,
     equivalent_words,
@@ -159,10 +160,7 @@ def verdict_words(
             f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
-        return (
-            f"Not explained by any known effect; a law closes {_closed(law)} of the gap",
-            _lawful(law, effects, levels),
-        )
+        return law_words(law, effects)
     if added:
         missed = _missed(ladder[-1], levels, "still ")
         return (
@@ -257,23 +255,6 @@ def _signed_percent(share: float) -> str:
     """
     percent = round(100.0 * share)
     return f"{percent:+d} %" if percent else "0 %"
-
-
-def _closed(law: Law) -> str:
-    """Share of the squared error above the floor that a law takes, at most all of it."""
-    return f"{100.0 * min(law.closed, 1.0):.0f} %"
-
-
-def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
-    """What was found for what no effect of the catalogue accounts for."""
-    named = f" with {phrased(effects)}" if effects else ""
-    terms = ", and ".join(term.words for term in law.terms)
-    return (
-        f"Something remains that no known effect accounts for: a torque that {terms}. With "
-        f"this law the error of the model{named} on test data falls from "
-        f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
-        f"{_closed(law)} of the gap to the floor of {degrees(levels.floor_deg)}."
-    )
 
 
 def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple[str, str]:

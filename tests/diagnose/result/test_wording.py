@@ -67,6 +67,23 @@ def test_a_law_stands_in_the_headline(closed: float, after_deg: float, share: st
         assert words in summary, summary
 
 
+def test_a_law_with_a_catalogued_equation_is_not_called_unknown() -> None:
+    """A search that ended early has not added the effect; one that is in the model is no other."""
+    wave = LawTerm(form="angle_wave", equation="", words="is periodic", effect="cogging")
+    ladder = [step(1.0), step(0.5, "backlash")]
+    found = replace(law(0.9, 0.1), terms=(wave,), effects=("backlash", "angle_wave"))
+    headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
+    assert headline == "Not fully explained; cogging would close 90 % of the gap"
+    assert "no known effect" not in summary
+    assert summary.endswith("Diagnose again with --with cogging.")
+    for other in (
+        replace(found, effects=("cogging", "angle_wave")),
+        replace(found, terms=(wave, *law(0.9, 0.1).terms)),
+    ):
+        headline, _ = verdict_words(Verdict.UNEXPLAINED, ladder, [], other, LEVELS)
+        assert headline == "Not explained by any known effect; a law closes 90 % of the gap"
+
+
 def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     ladder = [step(1.0), step(0.5, "backlash")]
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], None, LEVELS)
