@@ -29,8 +29,11 @@ def law_words(law: Law, effects: Sequence[str]) -> tuple[str, str]:
             f"{phrased(law.known)}. With it {gone} Diagnose again with --with "
             f"{','.join(law.known)}.",
         )
+    left = (
+        "Not fully explained by known effects" if effects else "Not explained by any known effect"
+    )
     return (
-        f"Not explained by any known effect; a law closes {closed} of the gap",
+        f"{left}; a law closes {closed} of the gap",
         f"Something remains that no known effect accounts for: a torque that {terms}. With this "
         f"law {gone}",
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from servosight.diagnose.evidence import Evidence
 from servosight.diagnose.residuals import phrased
 from servosight.diagnose.result._diagnosis import LadderStep, Verdict
 from servosight.diagnose.result.wording import Levels
-from servosight.models.core import degrees, rounded
+from servosight.models.core import rounded
 
 
 def assumed(held: Mapping[str, float], fixed: Mapping[str, float]) -> list[str]:
@@ -79,24 +79,23 @@ def unmoved(last: LadderStep) -> list[str]:
 
 
 def compensating(
-    verdict: Verdict, last: LadderStep, known: Evidence, slight_deg: float
+    verdict: Verdict, effects: Sequence[str], known: Evidence, slight: bool
 ) -> list[str]:
-    """A warning where fitted values of the ``last`` model stand for what it lacks.
+    """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 
-    None without effects, where most of the error is beyond the fitted data, or where parameters
-    within their sigma may be all of it: then nothing need be missing. Where no error is above
-    ``slight_deg``, what is missing may be no effect, and the values are not far off.
+    None where most of the error is beyond the fitted data, or where parameters within their sigma
+    may be all of it: then nothing need be missing. Where the error is ``slight``, what is missing
+    may be no effect, and the values are not far off.
     """
     lacking = known.leading is None and not known.by_chance
-    if verdict is not Verdict.UNEXPLAINED or not last.effects or not lacking:
+    if verdict is not Verdict.UNEXPLAINED or not effects or not lacking:
         return []
-    model = f"the model with {phrased(last.effects)}"
-    if max(last.train_rmse_deg, last.validation_rmse_deg, last.held_out_rmse_deg) <= slight_deg:
+    model = f"the model with {phrased(effects)}"
+    if slight:
         return [
-            f"little is missing in {model}, whose errors are no more than "
-            f"{degrees(slight_deg)} rms: an effect too weak to be accepted, or faults of the log, "
-            f"such as wrong values and late stamps; the fitted values may be off by more than "
-            f"their sigma"
+            f"little is missing in {model}, whose error is near the floor: an effect too weak to "
+            f"be accepted, or faults of the log, such as wrong values and late stamps; the fitted "
+            f"values may be off by more than their sigma"
         ]
     return [
         f"the fitted values of {model} compensate for an effect that is not in the catalogue; "
