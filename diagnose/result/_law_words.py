@@ -25,9 +25,8 @@ def law_words(law: Law, effects: Sequence[str]) -> tuple[str, str]:
     if law.known:
         return (
             f"Not fully explained; {phrased(law.known)} would close {closed} of the gap",
-            f"Something remains that the search did not come to: a torque that {terms}, as of "
-            f"{phrased(law.known)}. With it {gone} Diagnose again with --with "
-            f"{','.join(law.known)}.",
+            f"Something remains that the search did not find: a torque that {terms}, as of "
+            f"{phrased(law.known)}. With it {gone}",
         )
     left = (
         "Not fully explained by known effects" if effects else "Not explained by any known effect"

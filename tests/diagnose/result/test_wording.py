@@ -77,7 +77,7 @@ def test_a_law_with_a_catalogued_equation_is_not_called_unknown() -> None:
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
     assert headline == "Not fully explained; cogging would close 90 % of the gap"
     assert "no known effect" not in summary
-    assert summary.endswith("Diagnose again with --with cogging.")
+    assert "a torque that is periodic, as of cogging. With it the error" in summary
     for other in (
         replace(found, effects=("cogging", "angle_wave")),
         replace(found, terms=(wave, *law(0.9, 0.1).terms)),
