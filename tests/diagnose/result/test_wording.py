@@ -10,6 +10,7 @@ from servosight.diagnose import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
 from servosight.diagnose.result.caveats import compensating, doubts, ended, unmoved
+from servosight.diagnose.result.next_step import next_experiment
 from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -77,6 +78,7 @@ def test_a_law_with_a_catalogued_equation_is_not_called_unknown() -> None:
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
     assert headline == "Not fully explained; cogging would close 90 % of the gap"
     assert "no known effect" not in summary
+    assert "no catalogued effect" not in next_experiment(Verdict.UNEXPLAINED, None, None, True)
     assert "a torque that is periodic, as of cogging. With it the error" in summary
     for other in (
         replace(found, effects=("cogging", "angle_wave")),
