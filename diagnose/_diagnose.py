@@ -180,6 +180,8 @@ def _warnings(
 ) -> tuple[str, ...]:
     """On what was left out, held, assumed and not reached."""
     models = outcome.models
+    error_deg = max(outcome.last.score.mean_square_deg2**0.5, last.held_out_rmse_deg)
+    slight = error_deg <= outcome.criterion.policy.far * data.levels.floor_deg
     return (
         *data.left_out,
         *unused_disturbances(data.whole, outcome.last.effects, data.catalogue),
@@ -193,7 +195,7 @@ def _warnings(
         ),
         *assumed(outcome.last.fit.problem.held, models.held),
         *measured_by_servo(data.whole, models.known.fixed),
-        *compensating(verdict, last.effects, evidence),
+        *compensating(verdict, last.effects, evidence, slight),
         *unmoved(last),
         *doubts(verdict, last, data.levels),
         *ended(verdict, outcome.selected.cut_short, outcome.simulations),

@@ -20,14 +20,28 @@ from servosight.models.effects import Effect
 MOST_INSTANTS = 3000
 """A longer course of the missing torque is thinned to so many instants."""
 
+CATALOGUED = {
+    "angle_wave": "cogging",
+    "angle_cube": "hinge_hardening",
+    "speed_drag": "quadratic_drag",
+    "dry_friction": "coulomb_friction",
+    "drive_friction": "load_dependent_friction",
+}
+"""Terms with the equation of an effect of the catalogue: one that the search has not added."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LawTerm:
-    """A term: its identifier, its equation, and what its torque does in words."""
+    """A term: its identifier, its equation, and what its torque does in words.
+
+    ``effect`` is that of the catalogue with the same equation, None where there is none or where it
+    is ruled out.
+    """
 
     form: str
     equation: str
     words: str
+    effect: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,7 +104,12 @@ class Law(Frozen):
         return cls(
             sentence=sentence,
             terms=tuple(
-                LawTerm(form=term.effect.id, equation=term.effect.equation, words=term.words)
+                LawTerm(
+                    form=term.effect.id,
+                    equation=term.effect.equation,
+                    words=term.words,
+                    effect=_catalogued(term.effect.id, found.models),
+                )
                 for term in terms
             ),
             coefficients=own,
@@ -108,6 +127,13 @@ class Law(Frozen):
             missing=tuple(_thinned(one) for one in missing),
             draft=plugin_source([term.effect for term in terms], values, sentence),
         )
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """The effects of the catalogue that the terms are, empty where one of them is none."""
+        known = [term.effect for term in self.terms if term.effect is not None]
+        new = len(known) == len(self.terms) and not set(known) & set(self.effects)
+        return tuple(known) if new else ()
 
     @property
     def equation(self) -> str:
@@ -138,6 +164,13 @@ def reported_law(
 def law_effects() -> dict[str, Effect]:
     """The effects that the terms of a law are, by identifier."""
     return {name: term.effect for name, term in TERMS.items()}
+
+
+def _catalogued(term: str, models: ModelSelection) -> str | None:
+    """The effect that may be tried and has a term's equation."""
+    name = CATALOGUED.get(term)
+    able = name in models.catalogue and name not in models.known.without_effects
+    return name if able else None
 
 
 def _sentence(terms: list[BasisTerm], closed: float) -> str:

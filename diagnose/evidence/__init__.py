@@ -17,6 +17,7 @@ from servosight.diagnose.evidence._repeats import Scatter as Scatter
 from servosight.diagnose.evidence._repeats import repeated as repeated
 from servosight.diagnose.evidence._repeats import run_floor as run_floor
 from servosight.diagnose.evidence._repeats import run_scatter as run_scatter
+from servosight.diagnose.evidence._too_weak import too_weak as too_weak
 from servosight.diagnose.evidence.regimes import Regime as Regime
 from servosight.diagnose.evidence.regimes import RegimePolicy as RegimePolicy
 from servosight.diagnose.evidence.regimes import regimes as regimes

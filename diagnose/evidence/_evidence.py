@@ -9,6 +9,7 @@ from servosight.diagnose.evidence._detectable import detectable
 from servosight.diagnose.evidence._partial import Unexplained, partial
 from servosight.diagnose.evidence._repeats import Repeated, repeated
 from servosight.diagnose.evidence._spread import spread_of
+from servosight.diagnose.evidence._too_weak import too_weak
 from servosight.diagnose.evidence.regimes import WITHOUT_IT, Regime, include, regimes
 from servosight.diagnose.residuals import Finding, Judged, held_out_rms, held_out_samples_of
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
@@ -20,13 +21,15 @@ class Evidence:
     """What the last model's error says of the data: ``regimes``, the leading ones first.
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
-    of it, None where nothing is; ``detectable``: from which size on each other one would show.
+    of it, None where nothing is; ``detectable``: from which size on each other one would show;
+    ``too_weak``: a sentence on an effect with which nothing is left and that is not accepted.
     """
 
     regimes: tuple[Regime, ...]
     repeated: Repeated | None
     unexplained: Unexplained | None
     detectable: tuple[Detectable, ...]
+    too_weak: str | None = None
 
     @property
     def leading(self) -> Regime | None:
@@ -37,6 +40,11 @@ class Evidence:
     def by_chance(self) -> bool:
         """True where parameters within their sigma may be all of the error."""
         return self.unexplained is not None and self.unexplained.by_chance
+
+    @property
+    def accounted(self) -> bool:
+        """True where chance may be all of the error, or an effect that is too weak to be named."""
+        return self.by_chance or self.too_weak is not None
 
 
 def gather(
@@ -67,6 +75,7 @@ def gather(
         repeated=again,
         unexplained=left,
         detectable=detectable(models, last, criterion),
+        too_weak=too_weak(models, last, criterion) if missed else None,
     )
 
 

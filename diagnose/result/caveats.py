@@ -78,18 +78,28 @@ def unmoved(last: LadderStep) -> list[str]:
     ]
 
 
-def compensating(verdict: Verdict, effects: Sequence[str], known: Evidence) -> list[str]:
+def compensating(
+    verdict: Verdict, effects: Sequence[str], known: Evidence, slight: bool
+) -> list[str]:
     """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 
     None where most of the error is beyond the fitted data, or where parameters within their sigma
-    may be all of it: then nothing need be missing.
+    may be all of it: then nothing need be missing. Where the error is ``slight``, what is missing
+    may be no effect, and the values are not far off.
     """
     lacking = known.leading is None and not known.by_chance
     if verdict is not Verdict.UNEXPLAINED or not effects or not lacking:
         return []
+    model = f"the model with {phrased(effects)}"
+    if slight:
+        return [
+            f"little is missing in {model}, whose error is near the floor: an effect too weak to "
+            f"be accepted, or faults of the log, such as wrong values and late stamps; the fitted "
+            f"values may be off by more than their sigma"
+        ]
     return [
-        f"the fitted values of the model with {phrased(effects)} compensate for an effect that is "
-        f"not in the catalogue; they are not physical: do not use them"
+        f"the fitted values of {model} compensate for an effect that is not in the catalogue; "
+        f"they are not physical: do not use them"
     ]
 
 

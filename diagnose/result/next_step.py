@@ -15,9 +15,8 @@ CLOCKS = (
     "recording.toml."
 )
 REPEAT = (
-    "Something remains that no catalogued effect accounts for: repeat the recording to see what "
-    "repeats, at half and at double the amplitude to see what scales, and more slowly to see what "
-    "depends on speed."
+    "Something remains unexplained: repeat the recording to see what repeats, at half and at "
+    "double the amplitude to see what scales, and more slowly to see what depends on speed."
 )
 
 

@@ -15,6 +15,7 @@ from servosight.diagnose.evidence import (
 )
 from servosight.diagnose.residuals import EXPLAINED, listed, phrased
 from servosight.diagnose.result._diagnosis import Candidate, LadderStep, Verdict
+from servosight.diagnose.result._law_words import law_words
 from servosight.diagnose.result._stability_words import (
     contained_words,
     equivalent_words,
@@ -53,18 +54,17 @@ class Levels:
         if self.scatter_deg > self.noise_deg:
             own, source = self.scatter_deg, "scatter of the servo from run to run"
             what = f"scatter from run to run {degrees(own)}"
+        both = f"{what} and tolerance {tolerance} together"
+        floor = f"the floor of {degrees(self.floor_deg)} ({both})"
         if error_deg > EXPLAINED * self.floor_deg:
-            return (
-                f"{times(error_deg / max(self.floor_deg, 1e-12))} times the floor of "
-                f"{degrees(self.floor_deg)} ({what} and tolerance {tolerance} together)"
-            )
-        if self.tolerance_deg <= own:
+            return f"{times(error_deg / max(self.floor_deg, 1e-12))} times {floor}"
+        if self.tolerance_deg <= own and error_deg <= EXPLAINED * own:
             return f"no more than the {source}, {degrees(own)}, accounts for"
+        if error_deg > max(self.tolerance_deg, own):
+            return f"at {floor}"
         below = "far below" if error_deg < FAR_BELOW * self.floor_deg else "within"
-        return (
-            f"{below} the tolerance of {tolerance} at which the search ends; the noise of the "
-            f"measurement is {noise}"
-        )
+        below += f" the tolerance of {tolerance} at which the search ends"
+        return f"{below}; the noise of the measurement is {noise}"
 
 
 def named_model(effects: Sequence[str], base: str = LINEAR) -> str:
@@ -94,10 +94,11 @@ def headline_and_summary(
     """
     certain = stable.named(ladder[-1].effects)
     headline, summary = verdict_words(
-        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.by_chance
+        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.accounted
     )
     lines = [
         summary,
+        known.too_weak or "",
         *partial_words(ladder, known.unexplained, known.repeated),
         stability_words(certain, stable.shares, stable.resamples),
         contained_words(stable.contained),
@@ -120,13 +121,13 @@ def verdict_words(
     levels: Levels,
     regime: Regime | None = None,
     named: Callable[[Sequence[str]], Sequence[str]] = tuple,
-    by_chance: bool = False,
+    accounted: bool = False,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
     ``regime`` is one beyond the fitted data that holds most of the error: it comes first. On its
-    account, or where the error is ``by_chance``, nothing is said to be missing from the catalogue.
-    Of the effects that were added those are called missing that ``named`` makes of them.
+    account, or where the error is ``accounted`` for, nothing is said to be missing from the
+    catalogue. Of the effects that were added those are called missing that ``named`` makes of them.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
@@ -148,8 +149,8 @@ def verdict_words(
     if verdict is not Verdict.UNEXPLAINED:
         return (
             _missing(named(added)),
-            f"The {base} of this servo {_wrong(added, gone)}. With {phrased(effects) or 'none'} in "
-            f"the model, {fell}, {levels.words(last)}.",
+            f"The {base} of this servo {_wrong(named(added), gone)}. With "
+            f"{phrased(effects) or 'none'} in the model, {fell}, {levels.words(last)}.",
         )
     if regime is not None:
         error = f"Over all test data the rms error of the {base} is {degrees(first)}"
@@ -159,19 +160,16 @@ def verdict_words(
             f"{regime.words} {error}, {levels.words(last)}.",
         )
     if law is not None:
-        return (
-            f"Not explained by any known effect; a law closes {_closed(law)} of the gap",
-            _lawful(law, effects, levels),
-        )
+        return law_words(law, effects)
     if added:
         missed = _missed(ladder[-1], levels, "still ")
         return (
             "Not fully explained",
             f"With {phrased(added)} added to the {base}, {fell}, {missed}"
-            + ("." if by_chance else ": something remains that no known effect accounts for."),
+            + ("." if accounted else ": something remains that no known effect accounts for."),
         )
-    error = f"The rms error of the {base} on test data is {degrees(first)}"
-    error += f", {_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
+    error = f"The rms error of the {base} on test data is {degrees(first)}, "
+    error += f"{_missed(ladder[0], levels)}; {_best_single(candidates, first)}."
     return f"The {base} misses something", error
 
 
@@ -220,9 +218,13 @@ def _missing(certain: Sequence[str]) -> str:
     return f"What was missing: {listed(certain)}" if certain else "Something was missing"
 
 
-def _wrong(added: Sequence[str], gone: Sequence[str]) -> str:
-    """What a first model lacks, and what it has and does not need."""
-    lacks = [f"lacks {phrased(added)}"] if added else []
+def _wrong(certain: Sequence[str], gone: Sequence[str]) -> str:
+    """What a first model lacks for certain, and what it has and does not need.
+
+    >>> _wrong(["dead_zone"], ["cogging"]), _wrong([], [])
+    ('lacks a dead zone and does not need cogging', 'lacks something')
+    """
+    lacks = [f"lacks {phrased(certain) or 'something'}"] if certain or not gone else []
     return " and ".join([*lacks, *([f"does not need {phrased(gone)}"] if gone else [])])
 
 
@@ -253,23 +255,6 @@ def _signed_percent(share: float) -> str:
     """
     percent = round(100.0 * share)
     return f"{percent:+d} %" if percent else "0 %"
-
-
-def _closed(law: Law) -> str:
-    """Share of the squared error above the floor that a law takes, at most all of it."""
-    return f"{100.0 * min(law.closed, 1.0):.0f} %"
-
-
-def _lawful(law: Law, effects: Sequence[str], levels: Levels) -> str:
-    """What was found for what no effect of the catalogue accounts for."""
-    named = f" with {phrased(effects)}" if effects else ""
-    terms = ", and ".join(term.words for term in law.terms)
-    return (
-        f"Something remains that no known effect accounts for: a torque that {terms}. With "
-        f"this law the error of the model{named} on test data falls from "
-        f"{degrees(law.held_out_before_deg)} to {degrees(law.held_out_after_deg)}, which closes "
-        f"{_closed(law)} of the gap to the floor of {degrees(levels.floor_deg)}."
-    )
 
 
 def comparison_words(error_deg: float, explained: bool, levels: Levels) -> tuple[str, str]:

@@ -56,18 +56,28 @@ def linear_start(problem: Problem) -> Array:
     return np.asarray(np.clip(point, low, high))
 
 
+def _followed(problem: Problem, point: Array) -> list[Array]:
+    """Angles of a fit (a search point), (samples,) each; as measured where its steps ran out.
+
+    Samples that are held out do not keep a fit from a model that takes more steps than are allowed.
+    """
+    return [
+        np.where(np.isfinite(angles[0]), angles[0], recording.angle_deg)
+        for recording, angles in zip(problem.recordings, problem.predict(point), strict=True)
+    ]
+
+
 def guess_features(problem: Problem, point: Array) -> GuessFeatures:
     """Initial-guess features: sizes, from the recordings and a fit (a search point)."""
     residual = problem.residuals(point[None, :])[0]
     speeds, drives, ranges = [], [], []
     values = problem.values(point)
-    for r, (recording, angles) in enumerate(
-        zip(problem.recordings, problem.predict(point), strict=True)
-    ):
+    followed = _followed(problem, point)
+    for r, (recording, angles) in enumerate(zip(problem.recordings, followed, strict=True)):
         bias = point[problem.physical + 3 * r]
-        speeds.append(np.max(np.abs(np.gradient(angles[0], recording.time_s))))
+        speeds.append(np.max(np.abs(np.gradient(angles, recording.time_s))))
         command = recording.command_at(recording.time_s)
-        drives.append(np.max(np.abs(values["k"] * command + bias - angles[0])))
+        drives.append(np.max(np.abs(values["k"] * command + bias - angles)))
         ranges.append(0.5 * recording.moved_range_deg)
     return GuessFeatures(
         residual_deg=float(np.sqrt(np.mean(residual**2))),
@@ -85,16 +95,15 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
     k, T, xi = values["k"], values["T"], values["xi"]
     columns: list[tuple[Array, ...]] = []
     intervals = [float(np.median(np.diff(one.time_s))) for one in problem.recordings]
-    for r, (recording, model) in enumerate(
-        zip(problem.recordings, problem.predict(point), strict=True)
-    ):
+    followed = _followed(problem, point)
+    for r, (recording, model) in enumerate(zip(problem.recordings, followed, strict=True)):
         command = recording.command_at(recording.time_s)
         angle = recording.angle_deg
         speed = np.gradient(angle, recording.time_s)
         drive = k * command + point[problem.physical + 3 * r] - angle
         pushed = recording.disturbance_at(recording.time_s)
         asked = np.gradient(command, recording.time_s)
-        columns.append((command, angle, speed, drive, angle - model[0], pushed, asked))
+        columns.append((command, angle, speed, drive, angle - model, pushed, asked))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
     filters = [loop_filter(T, xi, interval) for interval in intervals]

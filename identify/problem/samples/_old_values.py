@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.identify.problem.noise import resolution_deg
 from servosight.identify.problem.samples._read_limits import LIMITS, ReadErrorLimits
-from servosight.models.core import Mask, Recording
+from servosight.models.core import Array, Mask, Recording
 
 _BESIDE = 2
 """Moves on either side of an old value that say how fast the servo is."""
@@ -43,11 +43,26 @@ def old_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
         speeds = moves / took
         if np.any(np.abs(moves) < least) or np.any(speeds * across <= 0.0):
             continue
-        slow, fast = np.min(np.abs(speeds)), np.max(np.abs(speeds))
-        ratio = abs(across) / float(np.mean(np.abs(speeds)))
-        if fast <= limits.alike * slow and 1.0 / limits.made_up <= ratio <= limits.made_up:
+        if _catches_up(np.abs(speeds), abs(across), limits):
             old[first:next_] = True
     return old
+
+
+def _catches_up(speeds: Array, across: float, limits: ReadErrorLimits) -> bool:
+    """Whether the mean speed across an old value is what those beside it, in order, make of it.
+
+    Speeds alike beside it make their mean. Where the servo brakes or gathers speed, only the two
+    nearest say how fast it is there: a servo that sticks would have to brake and start within it,
+    and come out of it at another speed than one that has braked or gathered speed all the time.
+    """
+    if np.max(speeds) <= limits.alike * np.min(speeds):
+        expected = float(np.mean(speeds))
+    else:
+        change = np.diff(np.insert(speeds, _BESIDE, across))
+        if not (np.all(change >= 0.0) or np.all(change <= 0.0)):
+            return False
+        expected = float(np.mean(speeds[_BESIDE - 1 : _BESIDE + 1]))
+    return 1.0 / limits.made_up <= across / expected <= limits.made_up
 
 
 def held_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:

@@ -28,7 +28,8 @@ class ReadErrorLimits:
 
     An old value lasts at most ``longest`` samples. The two samples on either side move in its
     direction by at least ``moving_steps`` of the encoder each. Their speeds differ by less than a
-    factor ``alike``, and the mean speed across the old value from theirs by less than ``made_up``.
+    factor ``alike``, and the mean speed across the old value from theirs by less than ``made_up``;
+    or all five rise or fall in order, and that across differs so from the two nearest alone.
 
     A sensor is slower than the log where of at least ``held_runs`` values in quick motion a share
     ``held_alike`` stands for the same number of samples, or for one more, and at least

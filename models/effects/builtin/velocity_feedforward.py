@@ -57,7 +57,8 @@ EFFECT = Effect(
     looks_like="fast smooth motion is followed with less lag than the damping allows; a step is "
     "answered with a kick, and overshoots more than the decay that follows explains",
     cause="desired speed sent beside the desired angle and weighted by Kd (AK80, ODrive, moteus), "
-    "feed-forward gain in the firmware (Dynamixel), a derivative of the error in the controller",
+    "feed-forward gain in the firmware (Dynamixel), a derivative of the error in the controller, "
+    "an integral in a speed loop within the position loop, which has a zero as well",
     confirm="set the desired speed, the feed-forward gain or the derivative of the set-point to "
     "zero and repeat: the lag on a ramp grows by lead",
     remedy="none is needed: keep it in the model; where steps overshoot, take the derivative of "

@@ -102,4 +102,4 @@ def test_nothing_is_called_missing_on_account_of_chance(spread: float, chance: b
         Verdict.UNEXPLAINED, [first, last], [], None, levels, known, Stability(), ()
     )
     assert ("something remains" in summary) is not chance
-    assert bool(compensating(Verdict.UNEXPLAINED, last.effects, known)) is not chance
+    assert bool(compensating(Verdict.UNEXPLAINED, last.effects, known, False)) is not chance

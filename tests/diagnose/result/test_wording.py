@@ -10,6 +10,7 @@ from servosight.diagnose import Candidate, LadderStep, Verdict
 from servosight.diagnose.discrepancy import Law, LawTerm
 from servosight.diagnose.evidence import Evidence, Stability
 from servosight.diagnose.result.caveats import compensating, doubts, ended, unmoved
+from servosight.diagnose.result.next_step import next_experiment
 from servosight.diagnose.result.wording import Levels, headline_and_summary, verdict_words
 
 LEVELS = Levels(noise_deg=0.03, tolerance_deg=0.01, floor_deg=0.032)
@@ -56,7 +57,9 @@ def test_a_law_stands_in_the_headline(closed: float, after_deg: float, share: st
     ladder = [step(1.0), step(0.5, "backlash")]
     found = law(closed, after_deg)
     headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
-    assert headline == f"Not explained by any known effect; a law closes {share} of the gap"
+    assert headline == f"Not fully explained by known effects; a law closes {share} of the gap"
+    bare, _ = verdict_words(Verdict.UNEXPLAINED, [step(1.0)], [], found, LEVELS)
+    assert bare == f"Not explained by any known effect; a law closes {share} of the gap"
     for words in (
         "grows with the cube of speed",
         "with backlash",
@@ -65,6 +68,24 @@ def test_a_law_stands_in_the_headline(closed: float, after_deg: float, share: st
         "0.0320 deg",
     ):
         assert words in summary, summary
+
+
+def test_a_law_with_a_catalogued_equation_is_not_called_unknown() -> None:
+    """A search that ended early has not added the effect; one that is in the model is no other."""
+    wave = LawTerm(form="angle_wave", equation="", words="is periodic", effect="cogging")
+    ladder = [step(1.0), step(0.5, "backlash")]
+    found = replace(law(0.9, 0.1), terms=(wave,), effects=("backlash", "angle_wave"))
+    headline, summary = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS)
+    assert headline == "Not fully explained; cogging would close 90 % of the gap"
+    assert "no known effect" not in summary
+    assert "no catalogued effect" not in next_experiment(Verdict.UNEXPLAINED, None, None, True)
+    assert "a torque that is periodic, as of cogging. With it the error" in summary
+    for other in (
+        replace(found, effects=("cogging", "angle_wave")),
+        replace(found, terms=(wave, *law(0.9, 0.1).terms)),
+    ):
+        headline, _ = verdict_words(Verdict.UNEXPLAINED, ladder, [], other, LEVELS)
+        assert headline == "Not fully explained by known effects; a law closes 90 % of the gap"
 
 
 def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
@@ -123,6 +144,18 @@ def test_the_special_case_that_is_certain_is_called_missing() -> None:
     assert "Of Stribeck friction only Coulomb friction is called missing" in summary
 
 
+def test_an_effect_whose_name_is_uncertain_is_not_said_to_be_lacking() -> None:
+    """It stays in the model, beside those that are missing for certain or alone."""
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    open_ = Stability({"dead_time": 1.0, "rate_limit": 0.9}, 10, undetermined=("rate_limit",))
+    both = [step(1.0), step(0.03, "dead_time", "rate_limit")]
+    _, summary = headline_and_summary(Verdict.EXPLAINED, both, [], None, LEVELS, known, open_)
+    assert "lacks a dead time. With a dead time and a rate limit in the model" in summary
+    alone = [step(1.0), step(0.03, "rate_limit")]
+    _, summary = headline_and_summary(Verdict.EXPLAINED, alone, [], None, LEVELS, known, open_)
+    assert "lacks something. With a rate limit in the model" in summary
+
+
 def test_a_search_that_ended_early_is_said() -> None:
     (warning,) = ended(Verdict.UNEXPLAINED, True, 60_012)
     assert "after 60,012 simulations: this is the best model found by then" in warning
@@ -133,11 +166,40 @@ def test_a_search_that_ended_early_is_said() -> None:
 
 def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> None:
     known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
-    (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known)
+    (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known, False)
     assert "the model with a dead time and backlash" in warning
     assert warning.endswith("they are not physical: do not use them")
-    assert compensating(Verdict.EXPLAINED, ("backlash",), known) == []
-    assert compensating(Verdict.UNEXPLAINED, (), known) == []
+    assert compensating(Verdict.EXPLAINED, ("backlash",), known, False) == []
+    assert compensating(Verdict.UNEXPLAINED, (), known, False) == []
+
+
+def test_values_are_not_called_unphysical_where_little_is_missing() -> None:
+    """An effect too weak to be accepted, or single wrong samples, keep a model above the floor."""
+    known = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time",), known, True)
+    assert "little is missing in the model with a dead time" in warning
+    assert "not physical" not in warning
+
+
+def test_an_effect_that_is_too_weak_is_told_in_the_place_of_an_unknown_one() -> None:
+    left = [step(1.0), step(0.04, "backlash")]
+    known = Evidence(
+        regimes=(), repeated=None, unexplained=None, detectable=(), too_weak="With a dead time."
+    )
+    _, summary = headline_and_summary(
+        Verdict.UNEXPLAINED, left, [], None, LEVELS, known, Stability()
+    )
+    assert "no known effect" not in summary
+    assert "With a dead time." in summary
+
+
+@pytest.mark.parametrize(("noise_deg", "tolerance_deg"), [(0.03, 0.02), (0.02, 0.03)])
+def test_an_error_between_the_parts_of_the_floor_and_the_floor_is_within_neither(
+    noise_deg: float, tolerance_deg: float
+) -> None:
+    levels = Levels(noise_deg=noise_deg, tolerance_deg=tolerance_deg, floor_deg=0.03606)
+    assert levels.words(0.0355).startswith("at the floor of 0.0361 deg (noise 0.0")
+    assert "floor" not in levels.words(0.0299)
 
 
 def test_an_error_above_the_limit_that_chance_allows_is_said_to_be_so_and_why() -> None:

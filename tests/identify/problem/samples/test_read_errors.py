@@ -197,12 +197,39 @@ def test_old_values_are_found_and_told() -> None:
     "change", [{"moving_steps": 50.0}, {"longest": 0}, {"made_up": 1.0001}, {"alike": 1.0}]
 )
 def test_each_limit_of_old_values_counts(change: dict[str, Any]) -> None:
-    sound = log(rate_hz=50.0)
+    sound = log(rate_hz=50.0)  # fastest at this sample: the speeds beside it rise and fall
     angle = sound.angle_deg.copy()
-    angle[262] = angle[261]
+    angle[263] = angle[262]
     wrong = replace(sound, angle_deg=angle)
-    assert np.flatnonzero(old_values(wrong)).tolist() == [262]
+    assert np.flatnonzero(old_values(wrong)).tolist() == [263]
     assert not np.any(old_values(wrong, ReadErrorLimits(**change)))
+
+
+def braking() -> Recording:
+    """Steps of 60 deg at 100 Hz: each move ends with speeds that halve from sample to sample."""
+    time_s = np.arange(0.0, 6.0, 0.01)
+    step, since = np.divmod(time_s + 1e-9, 1.0)
+    target = 60.0 * (step % 2)
+    gone = np.exp(-since / 0.02) * (1.0 + since / 0.02)
+    angle = np.round(target + (60.0 - 2.0 * target) * gone, 2)
+    return replace(log(), time_s=time_s, angle_deg=angle, command_time_s=time_s, command_deg=target)
+
+
+def test_an_old_value_is_found_where_the_servo_brakes() -> None:
+    """Speeds beside it differ by a factor of five, and fall in order across it."""
+    sound = braking()
+    assert not np.any(old_values(sound))
+    angle = sound.angle_deg.copy()
+    angle[105] = angle[104]
+    assert np.flatnonzero(old_values(replace(sound, angle_deg=angle))).tolist() == [105]
+
+
+def test_a_servo_that_brakes_and_sticks_loses_nothing() -> None:
+    """It rests for a sample and goes on from there, more slowly than it came."""
+    sound = braking()
+    stuck = sound.angle_deg.copy()
+    stuck[105:] = sound.angle_deg[104:-1]
+    assert not np.any(old_values(replace(sound, angle_deg=stuck)))
 
 
 def held_log(every: float) -> Recording:
