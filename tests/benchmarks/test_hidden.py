@@ -87,7 +87,7 @@ def test_a_pair_that_no_twin_has_at_once_is_no_draw() -> None:
     pair = ("flexible_shaft", "feedback_backlash")
     mine = (seed for seed in range(5000) if choice("pair", seed)[0] == pair)
     seed = next(seed for seed in mine if propose("pair", seed, 0).truth == "twin")
-    with pytest.raises(NoDraw, match="flexible_shaft and feedback_backlash cannot be built"):
+    with pytest.raises(NoDraw, match="flexible_shaft and feedback_backlash cannot be simulated"):
         find_facts("pair", seed)
 
 

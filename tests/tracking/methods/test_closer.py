@@ -91,7 +91,7 @@ def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
     monkeypatch.setattr(Footage, "measured", measured)
     monkeypatch.setattr(_composite, "measured_closer", closer)
     with pytest.raises(TrackRefused):
-        _composite._in_one_channel(cast(Footage, footage), None)
+        _composite._in_whole(cast(Footage, footage), None)
     assert len(tried) == uncertain
 
 
