@@ -190,7 +190,9 @@ def find_exposure(
     def left(steady_rad: float, shutter: Shutter) -> Array:
         return weighted_mean(replace(seen, steady_rad=steady_rad).squares(shutter), weight)
 
-    steady_rad, alike = steady_shear(partial(left, 0.0), share * speed[fast], frame_s)
+    steady_rad, alike = 0.0, 1.0
+    if by_rows:
+        steady_rad, alike = steady_shear(partial(left, 0.0), share * speed[fast], frame_s)
     pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
     sheared = partial(left, steady_rad)
-    return found_shutters(sheared, sheared, frame_s, pace_px, applied=by_rows, alike=alike)
+    return found_shutters(sheared, sheared, frame_s, pace_px, by_rows=by_rows, alike=alike)

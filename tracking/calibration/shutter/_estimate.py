@@ -72,17 +72,17 @@ def further_px(speed: Array, learnt: float, frame_s: float, radius_px: float) ->
 
 
 def found_shutters(
-    left: Left, rough: Left, frame_s: float, pace_px: float, applied: bool = True,
+    left: Left, rough: Left, frame_s: float, pace_px: float, by_rows: bool = True,
     alike: float = 1.0,
 ) -> Shutters:  # fmt: skip
     """The shutters with the least squared residuals ``left`` (frames,) of the frames, and sigma.
 
     ``rough`` are less exact ones, and cheaper; ``frame_s`` is the time from frame to frame, in
     which what tells the blur moves by ``pace_px`` further than in the pictures that the part was
-    learnt from. Where the readout cannot be ``applied``, it counts as an error. What all frames
-    have in common, at any speed, is ``alike`` a readout (0 to 1).
+    learnt from. Where the sensor is not read ``by_rows`` of the picture, shear tells no readout.
+    What all frames have in common, at any speed, is ``alike`` a readout (0 to 1).
     """
-    found = best_shutter(left, frame_s, rough)
+    found = (best_shutter if by_rows else best_exposure)(left, frame_s, rough)
     share = found.shutter.exposure_s / frame_s
     if share >= _WHOLE and pace_px < _SLOW_PX:
         return unknown_shutters(frame_s)
@@ -93,7 +93,7 @@ def found_shutters(
     scatter = _TIMES * found.readout_doubt_s / frame_s
     doubt = _norm(scatter, _READOUT_AT_LEAST, alike * found.readout_like)
     likely = LikelyReadout.of(rolls, doubt)
-    if applied and likely.rolls >= _SURE:
+    if by_rows and likely.rolls >= _SURE:
         upwards = " from the last row up" if rolls < 0.0 else ""
         shear = f"readout {1e3 * frame_s * abs(rolls):.2g} ms{upwards}, found from shear,"
         return _noted(frame_s, (share, opens), (rolls, doubt), 0.0, shear)
@@ -182,6 +182,22 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
             return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s, *like)
     unknown = _UNKNOWN * frame_s
     return ShutterEstimate(Shutter(opens_s, rolls_s), unknown, unknown, *like)
+
+
+def best_exposure(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
+    """The exposure alone with the least squared residuals, as :func:`best_shutter` finds it; the
+    readout is not known."""
+    coarse: Array = frame_s / _STEPS * np.arange(_STEPS + 1.0)
+    by_opens = [rough(Shutter(s)) for s in coarse.tolist()]
+    opens_s, _ = least_residual(coarse, by_opens)
+    like, unknown = _like(coarse / frame_s, by_opens), _UNKNOWN * frame_s
+    for _ in range(_ROUNDS):
+        before_s = opens_s
+        at_s = _about(opens_s, 0.0, frame_s)
+        opens_s, doubt_s = least_residual(at_s, [left(Shutter(s)) for s in at_s.tolist()])
+        if abs(opens_s - before_s) < frame_s / _STEPS / _FINER:
+            return ShutterEstimate(Shutter(opens_s), doubt_s, unknown, like, 1.0)
+    return ShutterEstimate(Shutter(opens_s), unknown, unknown, like, 1.0)
 
 
 def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:

@@ -84,16 +84,14 @@ def find_shutter(
     rough = still.thinned(_THINNED)
 
     def left(by: SurfaceEstimator, steady_rad: float, shutter: Shutter) -> Array:
-        # Rows of the picture that are no rows of the sensor have no time of their own.
-        seen = replace(shutter, readout_s=0.0) if sideways else shutter
-        return _left(by, fast, learnt, seen, steady_rad)
+        return _left(by, fast, learnt, shutter, steady_rad)
 
     speed = np.array([one.speed for one in fast])
     pace_px = further_px(speed, learnt, frame_s, radius)
 
     def found(steady_rad: float) -> Shutters:
         fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
-        return found_shutters(fine, coarse, frame_s, pace_px)
+        return found_shutters(fine, coarse, frame_s, pace_px, by_rows=not sideways)
 
     shutters = found(0.0)
     if not shutters.readout_s:

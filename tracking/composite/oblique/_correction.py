@@ -33,7 +33,7 @@ _SLOWEST = 0.95  # of a round's change, the next one
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
 # Poses that contradict each other by more are no tilt's: a needle whose shadow touches it over half
-# of its way left 4.3 times what is expected, and seven tilts that were right 0.0 to 1.0.
+# of its way left 4.3 times what is expected, and seven tilts that were found well 0.0 to 1.4.
 _CONTRADICTED = 2.5
 _KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
 # Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle

@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.tracking.calibration.shutter._estimate import best_shutter, found_shutters
+from servosight.tracking.calibration.shutter._estimate import (
+    best_shutter,
+    found_shutters,
+    unknown_shutters,
+)
 from servosight.tracking.core import Shutter, TrackOptions
 from servosight.tracking.track import track
 
@@ -106,7 +110,9 @@ def test_a_flat_least_tells_less_and_the_rest_is_the_middle_of_what_is_possible(
         assert found.likely_readout_s < 0.01 * frame_s
 
 
-def test_a_readout_that_cannot_be_applied_is_part_of_its_sigma() -> None:
+def test_the_readout_of_a_sensor_whose_rows_are_columns_of_the_picture_is_unknown() -> None:
+    """As of a video with a tag that turns it: by rows of the picture a shear tells nothing of it,
+    though some other one, as of a shadow, is 0.6 of a frame time. Its exposure is found."""
     frame_s = 1.0 / 50.0
     noise = 1.0 + 1e-5 * np.random.default_rng(4).standard_normal(24)
 
@@ -114,14 +120,14 @@ def test_a_readout_that_cannot_be_applied_is_part_of_its_sigma() -> None:
         away = (shutter.exposure_s / frame_s - 0.4, shutter.readout_s / frame_s - 0.6)
         return noise + 10.0 * float(np.square(away).sum())
 
-    applied = found_shutters(left, left, frame_s, 20.0)
-    assert applied.readout_s / frame_s == pytest.approx(0.6, abs=0.02)
-    assert applied.readout_doubt_s < 0.05 * frame_s
-    error = found_shutters(left, left, frame_s, 20.0, applied=False)
-    assert error.readout_s == 0.0
-    assert error.readout_doubt_s / frame_s == pytest.approx(0.6, abs=0.05)
-    assert error.middle_s == pytest.approx(applied.middle_s, abs=0.02 * frame_s)
-    assert error.middle_doubt_s == pytest.approx(applied.middle_doubt_s, rel=0.1)
+    by_rows = found_shutters(left, left, frame_s, 20.0)
+    assert by_rows.readout_s / frame_s == pytest.approx(0.6, abs=0.02)
+    assert by_rows.readout_doubt_s < 0.05 * frame_s
+    found, unknown = found_shutters(left, left, frame_s, 20.0, by_rows=False), unknown_shutters(1.0)
+    assert found.readout_s == 0.0
+    assert found.readout_doubt_s / frame_s == pytest.approx(unknown.readout_doubt_s, rel=0.1)
+    assert found.likely_readout_s / frame_s == pytest.approx(unknown.likely_readout_s, rel=0.2)
+    assert found.usual_s / frame_s == pytest.approx(0.4, abs=0.03)
 
 
 def test_blur_as_of_a_whole_frame_time_has_another_cause_where_it_is_small() -> None:
