@@ -32,9 +32,6 @@ _SLOWEST = 0.95  # of a round's change, the next one
 # and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
-# Poses that contradict each other by more are no tilt's: a needle whose shadow touches it over half
-# of its way left 4.3 times what is expected, and seven tilts that were found well 0.0 to 1.4.
-_CONTRADICTED = 2.5
 _KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
 # Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle
 # whose tip fades where it is fast, which depends on its angle, was taken for one seen from 34 deg
@@ -223,7 +220,7 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     share = sigma / max(_spread(change), 1e-12)
     least = _LEAST_SMALLER if filled(angle_rad) else _MOST
     shown = _smaller_by(rounds[0], best) > least and _gain(rounds[0], best) > _SURE
-    found = shown and share < _KNOWN and best.estimate.beyond < _CONTRADICTED
+    found = shown and share < _KNOWN
     if not found:
         # What is shown, but not how far it goes, may go as far again.
         changed = float(np.hypot(_spread(change), sigma)) if shown else _spread(change)

@@ -42,7 +42,6 @@ class TiltEstimate:
     by_shape: Array
     covariance: Array
     doubt: Array
-    beyond: float
 
     @property
     def sigma_rad(self) -> float:
@@ -57,12 +56,10 @@ class TiltEstimate:
 
 @dataclass(frozen=True)
 class _PoseErrors:
-    """Error of the assumed axis and plane, (6,) [px], its covariance (6, 6), and how many times as
-    large as expected the squares of what it leaves are."""
+    """Error of the assumed axis and plane, (6,) [px], and its covariance (6, 6)."""
 
     error_px: Array
     covariance: Array
-    beyond: float
 
 
 def estimated_tilt(
@@ -95,7 +92,7 @@ def estimated_tilt(
     return TiltEstimate(
         mean, float(weight @ expected.tilt_rad), pivot, by_shape - by_shape.mean(0),
         _square(expected.shape_px - mean, weight) + contradicted,
-        _square(expected.shape_px, doubted), seen.beyond,
+        _square(expected.shape_px, doubted),
     )  # fmt: skip
 
 
@@ -150,22 +147,7 @@ def _pose_errors(angle_rad: Array, tip_px: Array, poses: Sequence[PoseSensitivit
     alike = np.bincount(place)[place][:, None]
     spread = (alike * scores).T @ scores + common_px**2 * np.einsum("gia,gja->ij", shared, shared)
     covariance = inverse + inverse @ spread @ inverse
-    weights, lefts = (
-        np.stack([one[place == number].sum(0) for number in range(int(place.max()) + 1)])
-        for one in (weight, left)
-    )
-    beyond = _beyond(weights, lefts, common_px, rows.shape[2])
-    return _PoseErrors(found[:_POSE], covariance[:_POSE, :_POSE], beyond)
-
-
-def _beyond(weight: Array, left: Array, common_px: float, fitted: int) -> float:
-    """How many times as large as expected the squares are of what is left, ``left`` (places, 6), of
-    poses with these weights (places, 6, 6) and a common error each (Birge, Phys. Rev. 40 (1932)); 1
-    where too few places tell."""
-    freedom = left.size - fitted
-    expected = weight + common_px**2 * weight @ weight
-    square = np.einsum("pa,pa->", left, np.linalg.solve(expected, left[..., None])[..., 0])
-    return float(square) / freedom if freedom > 0 else 1.0
+    return _PoseErrors(found[:_POSE], covariance[:_POSE, :_POSE])
 
 
 def _relative(angle_rad: Array) -> Array:

@@ -73,22 +73,3 @@ def test_poses_that_no_tilt_explains_leave_the_angles_as_uncertain_as_they_contr
     odd = estimate(poses_of(np.array([-1.7, 0.0, 9.0, 9.0])))
     plain = estimate(poses_of(TRUTH_PX))
     assert odd.sigma_rad > 3.0 * plain.sigma_rad
-
-
-def test_a_shadow_that_touches_the_part_over_half_of_its_way_contradicts_a_tilt() -> None:
-    """It shifts and stretches the part there by 0.4 px, which no tilt does; noise alone leaves
-    what is expected. Truth: 1 for noise, of 30 places' numbers less those that are fitted."""
-    rng = np.random.default_rng(8)
-    plain = poses_of(TRUTH_PX)
-    noise = rng.normal(0.0, 0.1, (ANGLE_RAD.size, 6))
-    noisy = [
-        PoseSensitivity(one.weight, one.right + one.weight @ by, one.turn)
-        for one, by in zip(plain, noise, strict=True)
-    ]
-    shadow = 0.4 * np.outer(ANGLE_RAD > 0.0, [1.0, -1.0, 1.0, 1.0, 0.0, 0.0])
-    shaded = [
-        PoseSensitivity(one.weight, one.right + one.weight @ by, one.turn)
-        for one, by in zip(noisy, shadow, strict=True)
-    ]
-    assert estimate(noisy).beyond < 1.5
-    assert estimate(shaded).beyond > 2.5
