@@ -7,8 +7,6 @@ nothing is left.
 
 from __future__ import annotations
 
-import math
-
 from servosight.diagnose.residuals import phrased
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial, new_in
 from servosight.models.core import degrees
@@ -27,14 +25,11 @@ def too_weak(models: ModelSelection, last: Trial, criterion: AcceptanceCriterion
         for trial in models.trials.values()
         if set(trial.effects) > set(last.effects) and len(trial.effects) == len(last.effects) + 1
     ]
-    needed = criterion.policy.min_evidence + math.log(max(len(further), 1))
     able = [
         trial
         for trial in further
         if criterion.done(trial.score)
-        and criterion.learnt(trial.score, last.score)
-        and criterion.within_bounds(trial.score, last.score)
-        and criterion.evidence(trial.score, last.score) >= needed
+        and criterion.is_evident(trial.score, last.score, len(further))
         and not criterion.earns(trial.score, last.score, len(further))
         and models.known.allows(trial.effects)
     ]

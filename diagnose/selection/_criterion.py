@@ -120,6 +120,13 @@ class AcceptanceCriterion:
         """
         return set(score.at_bounds) <= set(base.at_bounds)
 
+    def is_evident(self, score: Score, base: Score, tried: int) -> bool:
+        """True where the fitted samples determine what is new, within its bounds, and the evidence
+        is enough for the best of so many as were ``tried``."""
+        needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
+        learnt = self.learnt(score, base) and self.within_bounds(score, base)
+        return learnt and self.evidence(score, base) >= needed
+
     def earns(self, score: Score, base: Score, tried: int) -> bool:
         """True where the gain shows on validation data, in degrees and in evidence.
 
@@ -129,9 +136,7 @@ class AcceptanceCriterion:
         error must stay at the floor. What the fitted samples show may count as well (``_shows``).
         ``tried``: among how many it was the best.
         """
-        needed = self.policy.min_evidence + float(np.log(max(tried, 1)))
-        learnt = self.learnt(score, base) and self.within_bounds(score, base)
-        if not learnt or self.evidence(score, base) < needed:
+        if not self.is_evident(score, base, tried):
             return False
         if self.explained(base):
             lower = self._removes(score.mean_square_deg2**0.5, base.mean_square_deg2**0.5)
