@@ -20,7 +20,6 @@ from servosight.tracking.video import Window
 
 _MOST = 3
 _LEAST_SHARE = 0.001  # of the squared change: less is the codec's
-_MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _GAP_PX = 7  # a fast part leaves gaps between the sampled frames; a screen may be as near
 _LASTING = 0.01  # of the largest change: passers-by left 0.000, and parts 0.1 to 0.75
 _AROUND = 2.0  # sizes of the place: a pivot may lie beside what changes
@@ -80,10 +79,9 @@ def _places(pictures: Single) -> list[Mask]:
     more than a little of the squared change: that with most of it, which outweighs the others in
     whole pictures, at the end. Not those that someone passes."""
     change = Change.of(pictures)
-    often = (change.moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
-    if not often.any():
+    if not change.often.any():
         return []
-    grown = cv2.dilate(often, np.ones((_GAP_PX, _GAP_PX), np.uint8))
+    grown = cv2.dilate(change.often.astype(np.uint8), np.ones((_GAP_PX, _GAP_PX), np.uint8))
     labels = cv2.connectedComponents(grown)[1]
     squares = (pictures - change.usual) ** 2 * change.moved
     shares = np.bincount(labels.ravel(), squares.sum(0).ravel()) / squares.sum()

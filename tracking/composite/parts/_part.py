@@ -19,6 +19,7 @@ from servosight.tracking.core import known_median, threaded
 from servosight.tracking.verification import Gains, PolarView
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
+_MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _REFERENCES = (0.5, 0.75, 0.95)  # quantiles of the change
 _PIECE_SHARE = 0.1  # of a reference's change
 _JOINED_PX = 3
@@ -89,6 +90,11 @@ class Change:
     def telling(self) -> Mask:
         """The pictures in which enough changes to tell anything; (n,)."""
         return np.asarray(self.energy > 0.1 * np.median(self.energy))
+
+    @property
+    def often(self) -> Mask:
+        """Where enough of the pictures change; (height, width)."""
+        return np.asarray(self.moved.mean(0) > _MOVED_SHARE)
 
     @property
     def least_step(self) -> float:

@@ -17,7 +17,6 @@ _ROUGH_PX, _COARSE_PX = 80, 160  # the longer side
 _STEP_PX, _BLURS_PX = 6.0, (2.5, 1.25, 0.6)  # of the coarse pictures
 _FINE_PX = 2.0
 _REACH = 0.45  # of the longer side: how far a part reaches
-_MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _TRIED, APART = 4, 0.06  # pivots, and their distance as a share of the longer side
 _FEWER, _FEWEST = 14, 8
 
@@ -70,7 +69,7 @@ def _where_active(pictures: Single) -> tuple[float, Single, NDArray[np.uint8]]:
     width): by less blur where none of the change is left, as of a needle of half a pixel."""
     for blur_px in _BLURS_PX:
         blurred = np.stack([_blurred(picture, blur_px) for picture in pictures])
-        active = (Change.of(blurred).moved.mean(0) > _MOVED_SHARE).astype(np.uint8)
+        active = Change.of(blurred).often.astype(np.uint8)
         if active.any():
             break
     return blur_px, blurred, active

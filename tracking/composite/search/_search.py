@@ -30,7 +30,6 @@ from servosight.tracking.core import known_median
 from servosight.tracking.verification import Gains
 
 _MIDDLE_PX = 240  # the longer side
-_MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _PICTURES = 20
 _REFINED = 2
 _LEFT_SHARE = 0.015  # of the squared change, beside a part, for which another one is looked for
@@ -237,7 +236,7 @@ def _in_pieces(hint: Hint | None) -> bool:
 def _connected(pictures: Single, region: Mask) -> Single:
     """The pictures with only that change which is connected with a region, if any is."""
     change = Change.of(pictures)
-    near = change.moved.mean(0) > _MOVED_SHARE
+    near = change.often
     # Closed, because a fast part leaves gaps between the sampled frames.
     closed = cv2.dilate((near | region).astype(np.uint8), np.ones((_GAP_PX, _GAP_PX), np.uint8))
     _, labels = cv2.connectedComponents(closed)
