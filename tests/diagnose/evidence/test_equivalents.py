@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.unfitted_models import unfitted
 
 from servosight.diagnose.evidence import (
     Stability,
@@ -15,9 +16,8 @@ from servosight.diagnose.evidence import (
     interchangeable,
     special_case,
 )
-from servosight.diagnose.residuals import FIT, TEST, Judged
-from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split, Trial
-from servosight.identify.fit import Solution
+from servosight.diagnose.residuals import FIT, TEST
+from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.models.core import Array, Recording
 from servosight.models.effects import catalogue
 
@@ -29,16 +29,7 @@ MISFIT = np.sin(40.0 * TIME_S) * (1.0 + 0.5 * np.sin(TIME_S))
 
 def selection(errors: dict[tuple[str, ...], Array]) -> tuple[ModelSelection, list[Trial]]:
     """Models with given errors [deg] on all samples, none of them fitted."""
-    models = ModelSelection(Split.of([RECORDING]), catalogue())
-    found = []
-    for effects, error in errors.items():
-        problem = models.problem(effects)
-        point = np.clip(np.zeros(len(problem.coordinates)), *problem.bounds)
-        uses = models.split.uses[0]
-        judged = (Judged(RECORDING, RECORDING.angle_deg - error, uses),)
-        found.append(Trial(problem.effects, Solution.at(problem, point), judged))
-        models.trials[found[-1].key] = found[-1]
-    return models, found
+    return unfitted(RECORDING, errors)
 
 
 def in_turn(share: float) -> Array:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.unfitted_models import unfitted
 
 from servosight.diagnose.evidence import too_weak
-from servosight.diagnose.residuals import Judged
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
     ModelSelection,
     PriorKnowledge,
-    Split,
     Trial,
 )
-from servosight.identify.fit import Solution
 from servosight.models.core import Recording
-from servosight.models.effects import catalogue
 
 FLOOR_DEG = 0.05
 TIME_S = np.arange(1000) / 50.0
@@ -29,16 +26,8 @@ def selection(
     floors: dict[tuple[str, ...], float], known: PriorKnowledge | None = None
 ) -> tuple[ModelSelection, list[Trial]]:
     """Models with given rms errors [floors] on all samples, none of them fitted."""
-    models = ModelSelection(Split.of([RECORDING]), catalogue(), known or PriorKnowledge())
-    found = []
-    for effects, size in floors.items():
-        problem = models.problem(effects)
-        point = np.clip(np.zeros(len(problem.coordinates)), *problem.bounds)
-        error = size * FLOOR_DEG * SIGNS
-        judged = (Judged(RECORDING, RECORDING.angle_deg - error, models.split.uses[0]),)
-        found.append(Trial(problem.effects, Solution.at(problem, point), judged))
-        models.trials[found[-1].key] = found[-1]
-    return models, found
+    errors = {effects: size * FLOOR_DEG * SIGNS for effects, size in floors.items()}
+    return unfitted(RECORDING, errors, known)
 
 
 @pytest.mark.parametrize("before", [(), ("coulomb_friction",)])
